@@ -1,6 +1,7 @@
 """The `seatrial` command: finds the verb, reads its arguments, answers errors with one sentence."""
 
 import argparse
+import contextlib
 import difflib
 import gc
 import importlib
@@ -93,9 +94,9 @@ def _run(argv: list[str]) -> int:
             hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
             raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
         arguments = verb_parser(verb).parse_args(argv[1:])
-        from tui.files import check_inputs_stay  # not for help
+        from tui.files import check_places  # not for help
 
-        check_inputs_stay(arguments)
+        check_places(arguments)
         return int(module_of(verb).run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
@@ -131,14 +132,20 @@ def _is_interrupt(error: BaseException | None) -> bool:
     return error is not None
 
 
-def _complain(sentence: str, code: int, error: str = "") -> int:
-    """Print one line on standard error, on a terminal broken between words; return `code`.
+def complain(sentence: str, error: str = "") -> None:
+    """Print an error in one line on standard error, on a terminal broken between words.
 
     A program that reads the progress gets a report of it instead, with the name of the error (`bridge.reports`).
     """
+    text = " ".join(sentence.split())
     if reports.asked(os.environ):
-        report = reports.Report(reports.ERROR, 1.0, printable(" ".join(sentence.split()), "?"), stage=error)
-        print(reports.line(report), end="", file=sys.stderr)
-        return code
-    say(f"seatrial: {' '.join(sentence.split())}")
+        report = reports.Report(reports.ERROR, 1.0, printable(text, "?"), stage=error)
+        with contextlib.suppress(BrokenPipeError):  # a verb goes on when its listener is gone
+            print(reports.line(report), end="", file=sys.stderr, flush=True)
+    else:
+        say(f"seatrial: {text}")
+
+
+def _complain(sentence: str, code: int, error: str = "") -> int:
+    complain(sentence, error)
     return code

@@ -23,7 +23,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, is_date, list_folders, order, recordings
 from gcs_plugin.locks import is_written
 from identify.dive import Dive, Kind
-from identify.glance.excitation import excitation, spans
+from identify.glance.excitation import Span, excitation, spans
 from identify.glance.loss import Loss, loss_of
 from identify.ingest.open import date_of, read_dive, recording_files
 from identify.run.recordings import stray_bytes
@@ -36,16 +36,6 @@ Load = Callable[[str], VehicleFile]
 VERSION: Final = 8
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""
-
-
-@dataclass(frozen=True)
-class AxisSpan:
-    """An axis: seconds with thrust and readings, and the range of thrust and speed; NaN if not recorded."""
-
-    axis: str
-    seconds: float
-    thrust: float = math.nan
-    speed: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -63,7 +53,7 @@ class Glance:
     duration_s: float = math.nan
     loss: float = math.nan
     relative_std: dict[str, float] | None = None
-    spans: tuple[AxisSpan, ...] = ()
+    spans: tuple[Span, ...] = ()
     why_not: str = ""
     error: str = ""
     stray: str = ""
@@ -250,13 +240,12 @@ def _excitation(dive: Dive, vehicle: VehicleFile | None) -> tuple[dict[str, floa
     return {coefficient.name: coefficient.relative_std for coefficient in result.coefficients}, result.note
 
 
-def _spans(dive: Dive, vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
+def _spans(dive: Dive, vehicle: VehicleFile | None) -> tuple[Span, ...]:
     try:
         configuration = "" if vehicle is None else vehicle.configuration_of(dive.configuration_index())
-        axes = spans(dive, vehicle, configuration)
+        return spans(dive, vehicle, configuration)
     except SeatrialError:
-        axes = spans(dive)
-    return tuple(AxisSpan(s.axis, s.seconds, s.thrust, s.speed) for s in axes)
+        return spans(dive)
 
 
 def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:

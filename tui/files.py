@@ -18,11 +18,9 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.params.files import sidecar_path
 from tui import show
+from tui.cli import complain
+from tui.options import FolderTarget, NewFolder, ParameterTarget, Target
 from tui.show import STANDARD_OUTPUT
-
-PARAMETER_SUFFIXES = (".param", ".parm", ".params")
-WRITTEN = ("json", "csv", "param", "report", "out", "parameters", "predict")
-"""Options of all verbs that name a file to write; an option that names a folder does no harm here."""
 
 READ = ("dives", "dive", "folder", "file", "files", "after", "mission", "check", "against", "accepted")
 """Words and options of all verbs that name files or folders to read, besides the vehicle file and its column map."""
@@ -34,10 +32,40 @@ RECORDING_SUFFIXES = (".tlog", ".tlog.gz", ".bin")
 DIVE_FOLDER_FILES = ("dive.yaml", "columns.yaml")
 
 
-def check_file(option: str, target: str | None, suffixes: tuple[str, ...] = ()) -> None:
-    """Raise UsageError if the file named by `option` can't be written; None and `-` always can."""
-    if target is None or target == STANDARD_OUTPUT:
-        return
+def check_places(arguments: argparse.Namespace) -> None:
+    """Raise UsageError if a place that the options of a verb name for its results can't be taken.
+
+    Nor may two options name the same file, or one a file that the same command reads; links of either kind to a file
+    count as the same file. Raises ConfigError if the vehicle file can't be read.
+    """
+    # Of the vehicle's program, which knows no kinds of places, and of simulate, which makes its folder.
+    kept = getattr(arguments, "parameters", None)
+    targets = {"--parameters": Path(kept)} if kept else {}
+    for name, place in vars(arguments).items():
+        option = f"--{name.replace('_', '-')}"
+        if isinstance(place, FolderTarget):
+            check_folder(option, place)
+        elif isinstance(place, NewFolder):
+            _check_new_folder(option, place)
+        elif isinstance(place, Target) and place != STANDARD_OUTPUT:
+            _check_file(option, place, place.suffixes)
+            targets[option] = Path(place)
+            if isinstance(place, ParameterTarget):
+                sidecar = sidecar_path(targets[option])
+                _check_file(f"the sidecar of {option}", str(sidecar))
+                targets[f"the sidecar of {option}"] = sidecar
+    _check_different(targets)
+    present = {option: path for option, path in targets.items() if path.is_file()}
+    for source in _inputs(arguments) if present else ():
+        for option, path in present.items():
+            if path.samefile(source):
+                raise UsageError(
+                    f"{option} {path}: would write over {source}, which this command reads: nothing was done; "
+                    "name another file"
+                )
+
+
+def _check_file(option: str, target: str, suffixes: tuple[str, ...] = ()) -> None:
     path = Path(target)
     if suffixes and path.suffix not in suffixes:
         raise UsageError(f"{option} {target}: the name must end in {' or '.join(suffixes)}; name it so")
@@ -49,44 +77,18 @@ def check_file(option: str, target: str | None, suffixes: tuple[str, ...] = ()) 
         raise UsageError(f"{option} {target}: can't be written there; name another place")
 
 
-def check_files(targets: Mapping[str, str | None]) -> None:
-    """`check_file` for each option, and check that no two of them name the same file."""
-    taken: dict[Path, str] = {}
-    for option, target in targets.items():
-        check_file(option, target)
-        if target is None or target == STANDARD_OUTPUT:
-            continue
-        first_option = taken.setdefault(Path(target).absolute(), option)
-        if first_option != option:
-            raise UsageError(f"{option} {target}: {first_option} names the same file; name another")
-
-
-def check_new_folder(option: str, target: str) -> None:
-    """Raise UsageError if the folder named by `option` exists or can't be made."""
+def _check_new_folder(option: str, target: str) -> None:
     if Path(target).exists():
         raise UsageError(f"{option} {target}: exists already and is never overwritten; name another folder")
     check_folder(option, target)
 
 
-def check_inputs_stay(arguments: argparse.Namespace) -> None:
-    """Raise UsageError if an option of any verb would overwrite a file that the same command reads.
-
-    Links of either kind to a file count as the same file. Raises ConfigError if the vehicle file can't be read.
-    """
-    targets = {f"--{name}": getattr(arguments, name, None) for name in WRITTEN}
-    given = {option: Path(name) for option, name in targets.items() if name not in (None, STANDARD_OUTPUT)}
-    if "--param" in given:
-        given["the sidecar of --param"] = sidecar_path(given["--param"])
-    present = {option: path for option, path in given.items() if path.is_file()}
-    if not present:
-        return
-    for source in _inputs(arguments):
-        for option, path in present.items():
-            if path.samefile(source):
-                raise UsageError(
-                    f"{option} {path}: would write over {source}, which this command reads: nothing was done; "
-                    "name another file"
-                )
+def _check_different(targets: Mapping[str, Path]) -> None:
+    taken: dict[Path, str] = {}
+    for option, target in targets.items():
+        first_option = taken.setdefault(target.absolute(), option)
+        if first_option != option:
+            raise UsageError(f"{option} {target}: {first_option} names the same file; name another")
 
 
 def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
@@ -139,7 +141,7 @@ class Files:
         self, _type: type[BaseException] | None, _error: object, _trace: TracebackType | None
     ) -> None:
         for sentence in self._failed:
-            show.complain(sentence)
+            complain(sentence)
 
     def attempt(self, write: Callable[[], object], sentence: str = "") -> bool:
         """Run `write` and return whether it succeeded; if so, add `sentence` to `written`, unless it is empty."""

@@ -142,12 +142,6 @@ def _now() -> float:
     return clocks.SystemClock().unix_s()
 
 
-def serving_now() -> bool:
-    """Whether a vehicle can be reached through a running recording. Raises LinkError if a recording hangs."""
-    holding = usable_now()
-    return holding is not None and bool(holding.hub)
-
-
 def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) -> Link:
     """The link to the vehicle: through the running recording if `spec` is None, or if a recording holds that link.
 
@@ -167,8 +161,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
         raise LinkError(f"{prefix}{words_of(holding)} holds the link and serves nobody; end it first")
     hub = bridge.links.open.open_link(holding.hub)
     show.say(show.words(), f"by way of {words_of(holding)}")
-    for sentence in of_link(holding.hub, "what it serves"):
-        show.say(show.words(), sentence)
+    show.say(show.words(), *of_link(holding.hub, "what it serves"))
     return ByWay(hub, holding.links)
 
 
@@ -200,17 +193,17 @@ def coming_back(
 
     def again() -> Link:
         if second is not None:  # the first recording may be of another vehicle
-            return _of_recording(holder_of(second))
+            return of_recording(holder_of(second))
         if spec is not None and holding is None:
             return (open_one or bridge.links.open.open_link)(spec)
-        return _of_recording(usable_now())
+        return of_recording(usable_now())
 
     later = Aside(again, link.name)
     first = [link]
     return Reconnecting(lambda: first.pop() if first else later(), clock, link.name, lost)
 
 
-def _of_recording(holding: Holding | None) -> Link:
+def of_recording(holding: Holding | None) -> ByWay:
     """The link that a recording serves. Raises LinkError if there is no recording, or it serves nobody."""
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to; start `seatrial record`")

@@ -1,12 +1,39 @@
 """Options of the verbs: those that several verbs share, and the two shapes of the others, a value and a switch."""
 
 import argparse
-from typing import Any
+from typing import Any, ClassVar
 
 from bridge.command_line import seconds, seed, size
 from bridge.links import secured
 
 NO_HUB = "none"
+PARAMETER_SUFFIXES = (".param", ".parm", ".params")
+
+
+class Target(str):
+    """A file that a verb writes; `-` is standard output. `suffixes`: the endings of which it must have one, if any."""
+
+    suffixes: ClassVar[tuple[str, ...]] = ()
+
+
+class MissionTarget(Target):
+    """A file of a mission that a verb writes."""
+
+    suffixes = (".yaml", ".yml")
+
+
+class ParameterTarget(Target):
+    """A parameter file that a verb writes, with its sidecar."""
+
+    suffixes = PARAMETER_SUFFIXES
+
+
+class FolderTarget(str):
+    """A folder that a verb writes into, and makes."""
+
+
+class NewFolder(str):
+    """A folder that a verb makes, and that must not be there."""
 
 
 def speed(text: str) -> float:
@@ -33,7 +60,13 @@ class Options:
         self.parser = parser
 
     def value(self, name: str, metavar: str | tuple[str, ...] | None, meaning: str, **more: Any) -> None:
-        """Add an option or an argument with a value, which `--help` calls `metavar`; `more` as for argparse."""
+        """Add an option or an argument with a value, which `--help` calls `metavar`; `more` as for argparse.
+
+        A default that is a word or a number other than 0 is named in the help.
+        """
+        default = more.get("default")
+        if default and isinstance(default, str | int | float):
+            meaning += f" (default: {default if isinstance(default, str) else format(default, 'g')})"
         self.parser.add_argument(name, metavar=metavar, help=meaning, **more)
 
     def switch(self, name: str, meaning: str) -> None:
@@ -41,17 +74,17 @@ class Options:
         self.parser.add_argument(name, action="store_true", help=meaning)
 
     def json(self, what: str = "the result") -> None:
-        self.value("--json", "FILE", f"write {what} as JSON; - for standard output")
+        self.value("--json", "FILE", f"write {what} as JSON; - for standard output", type=Target)
 
     def columns(self) -> None:
         self.value("--columns", "MAP", "YAML map from the columns of a CSV to signals")
 
     def figures(self) -> None:
         meaning = "write each figure of the report as SVG and PNG, as wide as a paper's column"
-        self.value("--figures", "FOLDER", meaning)
+        self.value("--figures", "FOLDER", meaning, type=FolderTarget)
 
     def seed(self) -> None:
-        self.value("--seed", None, "of noise and disturbance (default: 1)", type=seed, default=1)
+        self.value("--seed", None, "of noise and disturbance", type=seed, default=1)
 
     def network(self, large: str) -> None:
         """The size of the source paper's network; `large` says what the largest is."""
@@ -79,7 +112,14 @@ class Options:
     def link(
         self, meaning: str = "the link to the vehicle (default: that of the recording that runs)"
     ) -> None:
+        """A link, and the key that signs it."""
         self.value("--link", "SPEC", meaning)
+        self.sign_key()
+
+    def links(self, meaning: str) -> None:
+        """Any number of links, and the key that signs them."""
+        self.value("--link", "SPEC", meaning, action="append", default=[])
+        self.sign_key()
 
     def sign_key(self) -> None:
         secured.add_argument(self.parser)
@@ -88,7 +128,13 @@ class Options:
         self.value("--system", "N", meaning, type=int)
 
     def takes_dive(self) -> None:
-        self.value("--out", "FOLDER", "takes the dive folder (default: dives)", default="dives")
+        self.value("--out", "FOLDER", "takes the dive folder", default="dives")
+
+    def report(self, meaning: str) -> None:
+        """A page, and its figures as files."""
+        self.value("--report", "HTML", meaning, type=Target)
+        meaning = "write each figure of the report as SVG and PNG, as wide as a paper's column"
+        self.value("--figures", "FOLDER", meaning, type=FolderTarget)
 
     def run_for(self) -> None:
         self.value("--seconds", "N", "stop after so long (default: at Ctrl-C)", type=seconds)

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bridge.command_line import check_folder
 from bridge.reports import PAGE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
@@ -19,12 +18,6 @@ UNTOLD = ("report", "figures", "json", "csv", "out")
 """The places of results are not settings."""
 
 WRITING = "writing the page"
-
-
-def check(arguments: argparse.Namespace) -> None:
-    """Raise UsageError, before anything is read, if the figures could not be written."""
-    if arguments.figures:
-        check_folder("--figures", arguments.figures)
 
 
 def publish(

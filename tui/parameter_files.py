@@ -11,7 +11,6 @@ from bridge.files import read_small
 from bridge.plain import from_json, is_number
 from bridge.schema import why_unread
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from gcs_plugin.params.files import Sidecar, read_parameters, read_sidecar
 from gcs_plugin.params.plan import coefficient_of
 from identify.identification import Outcome
@@ -25,19 +24,8 @@ class Leave:
     doubts: bool = False
 
 
-@dataclass(frozen=True)
-class AcceptedModel:
-    """A parameter file with its sidecar as a model: values, 95 % intervals and doubts by coefficient; effects."""
-
-    configuration: str
-    values: dict[str, float]
-    intervals: dict[str, tuple[float, float]]
-    effects: tuple[AcceptedEffect, ...]
-    doubted: dict[str, str]
-
-
-def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel:
-    """The model that `diagnose --accept` or `identify --param` wrote.
+def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> tuple[dict[str, float], Sidecar]:
+    """The model that `diagnose --accept` or `identify --param` wrote: values by coefficient, and the sidecar.
 
     Raises UsageError for a model of another vehicle, without a sidecar, or of an identification that did not
     converge.
@@ -54,13 +42,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     check_vehicle(path, sidecar.vehicle, sidecar.configuration, file)
     named = {name: coefficient for name in values if (coefficient := coefficient_of(name)) is not None}
-    return AcceptedModel(
-        sidecar.configuration,
-        {coefficient.name: values[name] for name, coefficient in named.items() if values[name]},
-        {interval.coefficient: (interval.low95, interval.high95) for interval in sidecar.intervals.values()},
-        sidecar.effects,
-        sidecar.doubted,
-    )
+    return {coefficient.name: values[name] for name, coefficient in named.items() if values[name]}, sidecar
 
 
 def sidecar_beside(path: Path) -> Sidecar | None:
@@ -123,7 +105,7 @@ def _is_estimate(data: Any) -> bool:
     return (
         isinstance(data, dict)
         and isinstance(data.get("name"), str)
-        and all(data.get(key) is None or is_number(data[key]) for key in ("low95", "high95"))
+        and all(data.get(key) is None or is_number(data[key]) for key in ("value", "low95", "high95"))
     )
 
 

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import rich.table
 from rich.box import Box
@@ -31,6 +31,7 @@ from bridge.files import to_disk, whole
 from bridge.reports import Report, Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
+from identify.words import MINUS, significant
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -45,9 +46,12 @@ LONGEST_WORD = 20
 """Longer words of a heading or of the last column may be broken."""
 
 
-class Tell(Protocol):
-    """Takes the share of a job that is done (0 to 1), what it does now in words, and what a program reads of it: see
-    `bridge.reports.Report`."""
+@dataclass(frozen=True)
+class Tell:
+    """Reports the progress of a job: `of` is its name for a program, and `shows` takes its reports."""
+
+    of: str
+    shows: Callable[[Report], None]
 
     def __call__(
         self,
@@ -58,7 +62,9 @@ class Tell(Protocol):
         *,
         stage: str = "",
         written: Written | None = None,
-    ) -> None: ...
+    ) -> None:
+        """Report the share that is done (0 to 1), what is done now in words, and the rest as in `Report`."""
+        self.shows(Report(self.of, share, words, stage, dict(values), answered, written))
 
 
 class _HarmlessConsole(Console):
@@ -125,9 +131,10 @@ def _listening(client: "ParameterClient") -> Iterator[None]:
         thread.join()
 
 
-def say(console: Console, sentence: str) -> None:
-    """Print a sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
-    console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
+def say(console: Console, *sentences: str) -> None:
+    """Print each sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
+    for sentence in sentences:
+        console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
 
 
 @dataclass(frozen=True)
@@ -195,20 +202,7 @@ def number(value: float | None, digits: int = 4) -> str:
     """A number to so many significant digits; `-` if it is None or not finite."""
     if value is None or not math.isfinite(value):
         return "-"
-    if value == 0:
-        return "0"
-    rounded = float(f"{value:.{digits}g}")
-    places = digits - 1 - math.floor(math.log10(abs(rounded)))
-    return f"{rounded:.{min(max(places, 0), 9)}f}"
-
-
-def complain(sentence: str) -> None:
-    """Report an error that ends no verb: a line on standard error, or a report to a program that reads the progress."""
-    text = " ".join(sentence.split())
-    if reports.asked(os.environ):
-        tell_program(Report(reports.ERROR, 1.0, text))
-    else:
-        say(words(), f"seatrial: {text}")
+    return significant(value, digits).replace(MINUS, "-")
 
 
 @dataclass(frozen=True)
@@ -229,21 +223,6 @@ class _Job:
         )
         fitted = fitted or ("no value" if report.answered else "")
         return f"{self.prefix}{report.words}{': ' if fitted else ''}{fitted}"
-
-    def teller(self, shows: Callable[[Report], None]) -> Tell:
-        """What the job calls; `shows` takes each of its reports."""
-
-        def tell(
-            share: float,
-            words: str,
-            values: Values = NO_VALUES,
-            answered: bool = False,
-            stage: str = "",
-            written: Written | None = None,
-        ) -> None:
-            shows(Report(self.of, share, words, stage, dict(values), answered, written))
-
-        return tell
 
 
 @contextmanager
@@ -280,11 +259,11 @@ def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
     """A program that reads the progress asks for lines of JSON by an environment variable (`bridge.reports`)."""
     console = words()
     if reports.asked(os.environ):
-        yield tuple(job.teller(tell_program) for job in jobs)
+        yield tuple(Tell(job.of, tell_program) for job in jobs)
         return
     if not console.is_terminal:
         lines = _lines if len(jobs) == 1 else _named_lines
-        yield tuple(job.teller(lines(console, job, SystemClock())) for job in jobs)
+        yield tuple(Tell(job.of, lines(console, job, SystemClock())) for job in jobs)
         return
     shown = Progress(
         TextColumn("{task.description}", markup=False),
@@ -295,7 +274,7 @@ def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
         transient=True,
     )
     with shown:
-        yield tuple(job.teller(_bar(shown, job)) for job in jobs)
+        yield tuple(Tell(job.of, _bar(shown, job)) for job in jobs)
 
 
 def tell_program(report: Report) -> None:

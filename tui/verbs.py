@@ -11,7 +11,16 @@ from pathlib import Path
 from bridge.command_line import above_zero, actions_of, port, seconds, seed, size
 from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, ORDERS, Mode
-from tui.options import Options, hub_port, speed
+from tui.options import (
+    FolderTarget,
+    MissionTarget,
+    NewFolder,
+    Options,
+    ParameterTarget,
+    Target,
+    hub_port,
+    speed,
+)
 
 MODES = {
     Mode.OFF: "the PID alone: asks nothing, and is sent until the vehicle says so",
@@ -76,7 +85,7 @@ def verb(sentence: str, example: str) -> Callable[[Callable[[Options], None]], N
 )
 def _demo(options: Options) -> None:
     options.seed()
-    options.value("--out", "FOLDER", "takes a folder for this run (default: demo)", default="demo")
+    options.value("--out", "FOLDER", "takes a folder for this run", type=FolderTarget, default="demo")
     options.json()
 
 
@@ -105,19 +114,12 @@ def _simulate(options: Options) -> None:
     options.takes_dive()
     options.seed()
     options.value("--mode", None, "what the feed-forward does (default: as stored)", choices=BY_WORD)
-    options.value(
-        "--heading",
-        None,
-        "how turns are led (default: smooth)",
-        choices=("smooth", "linear"),
-        default="smooth",
-    )
+    options.value("--heading", None, "how turns are led", choices=("smooth", "linear"), default="smooth")
     options.value("--parameters", "FILE", "where the vehicle keeps its parameters (default: nowhere)")
     options.value(
         "--accepted", "FILE", "the vehicle truly is the .param of diagnose --accept, effects included"
     )
-    options.value("--link", "SPEC", "also stream there", action="append", default=[])
-    options.sign_key()
+    options.links("also stream there")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
     options.value("--seconds", "N", "end idle after so long", type=seconds)
     options.json("what was dived")
@@ -128,24 +130,12 @@ def _simulate(options: Options) -> None:
     "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist",
 )
 def _tui(options: Options) -> None:
-    options.value(
-        "--link",
-        "SPEC",
-        "a link to record and to show; may be given again (default: what is being recorded)",
-        action="append",
-        default=[],
-    )
-    options.sign_key()
+    options.links("a link to record and to show; may be given again (default: what is being recorded)")
     options.vehicle("the vehicle file: what must be heard")
     options.takes_dive()
-    options.value(
-        "--receipts",
-        "FOLDER",
-        "where uploads leave values before and receipt (default: receipts)",
-        default="receipts",
-    )
+    options.value("--receipts", "FOLDER", "where uploads leave values before and receipt", default="receipts")
     options.switch("--unrecorded", "look at the link itself, and record nothing")
-    options.value("--fps", "N", "refreshes a second (default: 4)", type=above_zero, default=4.0)
+    options.value("--fps", "N", "refreshes a second", type=above_zero, default=4.0)
     options.value("--theme", None, "default: that of last time", choices=("dark", "light", "sunlight"))
     options.value("--keymap", "FILE", "keys by action (default: ~/.config/seatrial/keymap.yaml)", type=Path)
     options.switch("--view-only", "look, and neither send, start nor write anything")
@@ -201,16 +191,15 @@ def _fetch(options: Options) -> None:
         "nothing was heard",
     )
     options.value("--minutes", "N", "of --new: its last minutes alone", type=above_zero)
-    options.value("--out", "FOLDER", "where the dives are (default: dives)", default="dives")
+    options.value("--out", "FOLDER", "where the dives are", type=FolderTarget, default="dives")
     options.value("--name", None, "of --new: the end of the dive folder's name", default="")
     options.vehicle("of --new: the vehicle file to name in dive.yaml")
     options.link()
     options.system("of --new: its MAVLink system, where several beat")
-    options.sign_key()
     options.value(
         "--patience",
         "N",
-        "give up after so many seconds without an answer; what was fetched is kept (default: 60)",
+        "give up after so many seconds without an answer; what was fetched is kept",
         type=seconds,
         default=60.0,
     )
@@ -265,7 +254,6 @@ def _conditions(options: Options) -> None:
 )
 def _watch(options: Options) -> None:
     options.link("a link (default: by way of the recording that runs)")
-    options.sign_key()
     options.vehicle(
         "the vehicle file: which sensors it has (default: the one that the recording that runs names)"
     )
@@ -284,7 +272,7 @@ def _watch(options: Options) -> None:
     "seatrial dives dives --vehicle ruvifist",
 )
 def _dives(options: Options) -> None:
-    options.value("folder", "FOLDER", "holds the dive folders (default: dives)", nargs="?", default="dives")
+    options.value("folder", "FOLDER", "holds the dive folders", nargs="?", default="dives")
     options.vehicle("the vehicle file to judge by (default: the one that each dive names)")
     options.value(
         "--otherwise",
@@ -301,7 +289,9 @@ def _dives(options: Options) -> None:
 )
 def _import(options: Options) -> None:
     options.value("file", "FILE", "a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder")
-    options.value("--out", "FOLDER", "the dive folder to make; without it, only say what there is")
+    options.value(
+        "--out", "FOLDER", "the dive folder to make; without it, only say what there is", type=NewFolder
+    )
     options.value("--vehicle", "FILE", "the vehicle file to name in the dive folder")
     options.columns()
     options.json("what it holds")
@@ -323,9 +313,8 @@ def _identify(options: Options) -> None:
     options.network("the paper's own")
     options.columns()
     options.json()
-    options.value("--param", "FILE", "write a .param with its sidecar, for one dive")
-    options.value("--report", "HTML", "write a report with plots")
-    options.figures()
+    options.value("--param", "FILE", "write a .param with its sidecar, for one dive", type=ParameterTarget)
+    options.report("write a report with plots")
 
 
 @verb(
@@ -343,7 +332,7 @@ def _batch(options: Options) -> None:
         "the vehicle file of all dives; each dive's VEH_CFG chooses the configuration where none is named",
         required=True,
     )
-    options.value("--method", None, "one of identify's (default: likelihood)", default="likelihood")
+    options.value("--method", None, "one of identify's", default="likelihood")
     options.value(
         "--scheduler", "ADDRESS", "of a Dask cluster, as tcp://10.0.0.5:8786 (default: this computer's cores)"
     )
@@ -351,13 +340,13 @@ def _batch(options: Options) -> None:
     options.value(
         "--out",
         "FOLDER",
-        "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on "
-        "(default: batch)",
+        "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on",
+        type=FolderTarget,
         default="batch",
     )
     options.columns()
     options.json("all")
-    options.value("--csv", "FILE", "write the table as CSV; - for standard output")
+    options.value("--csv", "FILE", "write the table as CSV; - for standard output", type=Target)
 
 
 @verb(
@@ -372,26 +361,21 @@ def _plan(options: Options) -> None:
         "start from what this dive tells: a recording, or the JSON that identify wrote of one",
     )
     options.columns()
-    options.value("--minutes", "N", "time in all (default: 5)", type=above_zero, default=5.0)
-    options.value("--space", "METRES", "room across (default: 6)", type=above_zero, default=6.0)
+    options.value("--minutes", "N", "time in all", type=above_zero, default=5.0)
+    options.value("--space", "METRES", "room across", type=above_zero, default=6.0)
     options.value(
         "--depth-space",
         "METRES",
         "room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
         type=above_zero,
     )
-    options.value(
-        "--speed",
-        "M_S",
-        "fastest, in m/s; up and down half of it (default: 0.5)",
-        type=above_zero,
-        default=0.5,
-    )
+    options.value("--speed", "M_S", "fastest, in m/s; up and down half of it", type=above_zero, default=0.5)
     options.value("--axes", "AXIS", "surge sway heave yaw (all)", nargs="+", choices=AXES, default=list(AXES))
     options.value(
         "--out",
         "FILE",
-        "the mission, for simulate and for the crew; an older one is replaced (default: plan.yaml)",
+        "the mission, for simulate and for the crew; an older one is replaced",
+        type=MissionTarget,
         default="plan.yaml",
     )
     options.json("the plan")
@@ -422,7 +406,7 @@ def _params(options: Options) -> None:
         action = Options(parser)
         if name == "show":
             action.value("patterns", "PATTERN", "start of a name, or one with *", nargs="*")
-            action.value("--out", "FILE", "write them as .param, .parm or .params")
+            action.value("--out", "FILE", "write them as .param, .parm or .params", type=ParameterTarget)
         elif name == "rollback":
             action.value("file", "FILE", before, nargs="?")
         else:
@@ -448,11 +432,10 @@ def _params(options: Options) -> None:
         action.value(
             "--receipts",
             "FOLDER",
-            "where values before, receipts and what was accepted lie (default: receipts)",
+            "where values before, receipts and what was accepted lie",
             default="receipts",
         )
         action.link()
-        action.sign_key()
         action.system()
         action.value("--seconds", "N", "wait so long for it", type=seconds, default=5.0)
         action.json()
@@ -466,7 +449,6 @@ def _ff(options: Options) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
     options.value("mode", "MODE", modes, choices=ORDERS)
     options.link()
-    options.sign_key()
     options.system("its MAVLink system, where several beat (default of off: each of them)")
     options.switch("--yes", "do not ask")
     options.value("--seconds", "N", "try so long (default: 15; of off: until it is done)", type=seconds)
@@ -486,7 +468,7 @@ def _export(options: Options) -> None:
     )
     options.value("--to", "TARGET", "the simulator: gazebo, stonefish or ardusub-json", required=True)
     options.value("--vehicle", "FILE", "the vehicle file, where MODEL is JSON or .param")
-    options.value("--out", "FILE", "the file (where not given, standard output)")
+    options.value("--out", "FILE", "the file (where not given, standard output)", type=Target)
     options.despite_doubts()
     options.json("what did not fit in")
 
@@ -507,12 +489,12 @@ def _diagnose(options: Options) -> None:
     )
     options.columns()
     options.json("the answer")
-    options.value("--report", "HTML", "write a page with what was found")
-    options.figures()
+    options.report("write a page with what was found")
     options.value(
         "--predict",
         "CSV",
         "write the velocities of the check dive: measured, and foretold without and with the causes",
+        type=Target,
     )
     options.value(
         "--accepted",
@@ -524,6 +506,7 @@ def _diagnose(options: Options) -> None:
         "--accept",
         "FILE",
         "write the model with the causes as a .param with its sidecar, for `seatrial params upload`",
+        type=ParameterTarget,
     )
     options.value(
         "--without",
@@ -542,8 +525,7 @@ def _validate(options: Options) -> None:
     options.value("--vehicle", "FILE", "the vehicle file: where its DVL sits", required=True)
     options.columns()
     options.json("the errors")
-    options.value("--report", "HTML", "write a page with the errors and the curves")
-    options.figures()
+    options.report("write a page with the errors and the curves")
 
 
 @verb(
@@ -554,7 +536,7 @@ def _replay(options: Options) -> None:
     options.value("dive", "DIVE", "a dive folder, a .tlog or a .tlog.gz")
     options.value("--link", "SPEC", "where to send it", required=True)
     options.sign_key()
-    options.value("--speed", "N", "times real time (default: 1)", type=float, default=1.0)
+    options.value("--speed", "N", "times real time", type=float, default=1.0)
     options.value("--from", "S", "seconds into it", type=float, default=0.0, dest="start_s")
 
 
@@ -565,9 +547,9 @@ def _replay(options: Options) -> None:
 def _challenge(options: Options) -> None:
     actions = options.parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     seal = Options(actions.add_parser("seal", help="make dives with hidden effects and lock the answers"))
-    seal.value("--cases", "N", "how many (20)", type=size, default=20)
+    seal.value("--cases", "N", "how many", type=size, default=20)
     seal.value("--seed", "S", "keep it from who is judged", type=seed, required=True)
-    seal.value("--out", "FOLDER", "a new folder for cases, answers and hash", required=True)
+    seal.value("--out", "FOLDER", "a new folder for cases, answers and hash", type=NewFolder, required=True)
     seal.value(
         "--without", "EFFECT", "also hide this effect, as one that the library lacks: diagnose --without it"
     )
@@ -586,9 +568,7 @@ def _challenge(options: Options) -> None:
 )
 def _reproduce(options: Options) -> None:
     options.seed()
-    options.value(
-        "--out", "FOLDER", "takes a folder for this run (default: reproduction)", default="reproduction"
-    )
+    options.value("--out", "FOLDER", "takes a folder for this run", type=FolderTarget, default="reproduction")
     options.network("its own, for hours")
     options.figures()
     options.json()
@@ -615,9 +595,8 @@ def _doctor(options: Options) -> None:
     options.link(
         "the link to the vehicle; without it, that of the recording that runs, else the ports of its devices"
     )
-    options.sign_key()
-    options.value("--out", "FOLDER", "where recordings go (default: dives)", default="dives")
+    options.value("--out", "FOLDER", "where recordings go", type=FolderTarget, default="dives")
     options.switch("--wet", "in the water: arm, push with each thruster once, disarm; about a minute")
     options.value("--confirm", "NAME", "the vehicle's name, so that --wet does not ask for it")
-    options.value("--seconds", "N", "listen so long (default: 6)", type=seconds, default=6.0)
+    options.value("--seconds", "N", "listen so long", type=seconds, default=6.0)
     options.json("the findings")

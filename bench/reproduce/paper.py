@@ -197,6 +197,13 @@ PAPER = PaperOptions()
 SMALL = PaperOptions(hidden=16, depth=1, threads=1)
 
 
+def sized(network: Sequence[int] | None) -> PaperOptions:
+    """The network of that many hidden units, layers and epochs; None for the small one."""
+    if network is None:
+        return SMALL
+    return PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])
+
+
 @dataclass(frozen=True)
 class TrainingCurves:
     """Training history, a row per epoch: `values` (e, p) of the parameters `names`, the two losses (e,), the learning

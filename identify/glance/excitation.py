@@ -71,8 +71,8 @@ class Span:
 
     axis: str
     seconds: float
-    thrust: float
-    speed: float
+    thrust: float = math.nan
+    speed: float = math.nan
 
 
 def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:

@@ -8,7 +8,6 @@ import sys
 
 import pytest
 from full_disk import fill
-from test_diagnose_command import DRAG, diagnosis
 
 from bridge import exit_codes
 from bridge.reports import UNKEPT
@@ -96,23 +95,6 @@ def test_validate_shows_its_errors_and_writes_its_page(dive, full, tmp_path, cap
     assert page.exists()
 
 
-def test_figures_find_room_where_their_page_finds_none(dive, full, tmp_path, capsys):
-    words = ("--report", full / "page.html", "--figures", tmp_path / "drawn")
-    assert verb("validate", dive, *words) == exit_codes.BAD_INPUT
-    assert "page.html: the report can't be written" in capsys.readouterr().err
-    assert [*(tmp_path / "drawn").glob("*.svg")]
-
-
-def test_diagnose_tells_its_causes_and_writes_what_it_can(dive, full, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("identify.diagnose.diagnose.diagnose", lambda *_, **__: diagnosis(DRAG))
-    words = ("--json", full / "d.json", "--report", tmp_path / "d.html")
-    assert verb("diagnose", dive, *words) == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "Quadratic drag explains the gap" in told.out
-    assert f"{full / 'd.json'}: the JSON can't be written" in told.err
-    assert (tmp_path / "d.html").exists()
-
-
 def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tmp_path, capsys):
     words = ("--vehicle", "ruvifist:hovering", "--axes", "yaw", "--minutes", "1")
     places = ("--out", full / "plan.yaml", "--json", tmp_path / "plan.json")
@@ -122,15 +104,6 @@ def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tm
     assert "mission: " not in told.out
     assert "plan.yaml: can't be written (No space left on device)" in told.err
     assert json.loads((tmp_path / "plan.json").read_text("utf-8"))["mission"] is None
-
-
-def test_import_says_what_a_recording_holds_though_neither_place_has_room(dive, full, capsys):
-    code = cli.main(["import", str(dive), "--out", str(full / "lake"), "--json", str(full / "held.json")])
-    assert code == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "samples" in told.out
-    assert "filed in" not in told.out
-    assert told.err.count("can't be written (No space left on device)") == 2
 
 
 @pytest.mark.skipif(sys.platform == "win32" or not shutil.which("sh"), reason="files are limited by a shell")

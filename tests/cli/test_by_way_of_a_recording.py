@@ -10,6 +10,7 @@ import pytest
 import yaml
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from telling import HUB, LINK, telling
 from waiting import until
 
 from bridge import exit_codes
@@ -25,23 +26,13 @@ from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.link import same_link
 from gcs_plugin.recording.recorder import Recorder
-from gcs_plugin.recording.state import Holding, held, state_file, write_holding
+from gcs_plugin.recording.state import held, state_file, write_holding
 from gcs_plugin.simulated import afloat
 from identify.ingest.open import read_dive
 from tui import cli
 from tui.links import link_for
 
-LINK = "udpin:127.0.0.1:14550"
-HUB = "tcp:127.0.0.1:4711"
-
-
-def holding(unix_s, **changed):
-    told = {
-        "pid": os.getpid(), "hub": HUB, "links": (LINK, "serial:/dev/ttyUSB0:57600"), "folder": "/dives/a",
-        "began_utc": "2026-11-20T09:12:03Z", "frames": 0, "bytes": 0, "lost": 0, "disk_left_s": 1.0, "notices": (),
-        "written_unix_s": unix_s,
-    }  # fmt: skip
-    return Holding(**told | changed)
+LINKS = (LINK, "serial:/dev/ttyUSB0:57600")
 
 
 @pytest.fixture
@@ -55,9 +46,7 @@ def opened(monkeypatch):
 @pytest.fixture
 def running():
     """A recording that runs, so far as it tells."""
-    from bridge.clock import SystemClock
-
-    return lambda **changed: write_holding(holding(SystemClock().unix_s(), **changed))
+    return lambda **changed: write_holding(telling(**{"links": LINKS} | changed))
 
 
 @pytest.mark.parametrize(
@@ -78,23 +67,19 @@ def test_one_link_is_known_by_any_of_its_names(one, other):
 
 
 @pytest.mark.parametrize(
-    "other",
+    ("one", "other"),
     [
-        "udpin:127.0.0.1:14551",
-        "udpin:192.168.2.1:14550",
-        "tcpin:127.0.0.1:14550",
-        "udpout:127.0.0.1:14550",
-        "any",
-        "",
+        *(
+            (LINK, other)
+            for other in ("udpin:127.0.0.1:14551", "udpin:192.168.2.1:14550", "tcpin:127.0.0.1:14550",
+                          "udpout:127.0.0.1:14550", "any", "")
+        ),
+        ("udpin:127.0.0.1:0", "udpin:127.0.0.1:0"),
     ],
-)
-def test_another_link_is_another(other):
-    assert not same_link(LINK, other)
-    assert not same_link(other, LINK)
-
-
-def test_a_port_that_is_still_to_be_chosen_is_nobodys():
-    assert not same_link("udpin:127.0.0.1:0", "udpin:127.0.0.1:0")
+)  # fmt: skip
+def test_another_link_is_another_and_a_port_still_to_be_chosen_is_nobodys(one, other):
+    assert not same_link(one, other)
+    assert not same_link(other, one)
 
 
 def test_a_serial_port_is_one_by_either_of_its_names(tmp_path):
@@ -183,7 +168,7 @@ def at_sea(monkeypatch, tmp_path):
     )  # fmt: skip
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: clock)
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: Seat(recorder, hub))
-    write_holding(holding(clock.unix_s(), hub=hub.address, folder=str(folder.path)))
+    write_holding(telling(hub=hub.address, folder=str(folder.path), links=LINKS))
     yield parameters, folder, recorder
     recorder.close()
     hub.close()
@@ -196,9 +181,9 @@ def test_parameters_and_mode_go_by_way_of_the_recording_which_keeps_what_was_ask
     receipts = ["--receipts", str(tmp_path / "receipts")]
     assert cli.main(["params", "upload", str(new), "--yes", *receipts]) == exit_codes.DONE
     assert parameters.active(1)["M_u"] == 111.5
-    write_holding(holding(recorder.unix_us() / 1e6, hub=held_hub(), folder=str(folder.path)))
+    write_holding(telling(hub=held_hub(), folder=str(folder.path)))
     assert cli.main(["ff", "both", "--yes"]) == exit_codes.DONE
-    write_holding(holding(recorder.unix_us() / 1e6, hub=held_hub(), folder=str(folder.path)))
+    write_holding(telling(hub=held_hub(), folder=str(folder.path)))
     assert cli.main(["ff", "off"]) == exit_codes.DONE
     assert parameters.mode == 0
     assert capsys.readouterr().err.count("by way of the recording") == 3
@@ -214,11 +199,11 @@ def test_parameters_and_mode_go_by_way_of_the_recording_which_keeps_what_was_ask
 
 
 def test_where_all_places_are_taken_every_order_is_refused_in_words(at_sea, capsys):
-    parameters, folder, recorder = at_sea
+    parameters, folder, _ = at_sea
     address = ("127.0.0.1", int(held_hub().split(":")[2]))
     clients = [socket.create_connection(address) for _ in range(32)]
     for line in (["params", "show"], ["ff", "shadow", "--yes"]):
-        write_holding(holding(recorder.unix_us() / 1e6, hub=held_hub(), folder=str(folder.path)))
+        write_holding(telling(hub=held_hub(), folder=str(folder.path)))
         assert cli.main(line) == exit_codes.LINK
         assert "32 programs are connected to the recording of" in " ".join(capsys.readouterr().err.split())
     assert parameters.mode == 0
@@ -362,13 +347,6 @@ def test_a_note_outlives_a_recording_in_which_nothing_was_heard(monkeypatch, tmp
     assert "keeps its notes alone" in capsys.readouterr().err
     (folder,) = tmp_path.iterdir()
     assert [path.name for path in folder.iterdir()] == ["dive.yaml"]
-
-
-def test_a_recording_without_a_hub_says_so(monkeypatch, tmp_path, ends, capsys):
-    with Recording(monkeypatch, tmp_path, "--hub", "none"):
-        assert until(now).hub == ""
-        ends.set()
-    assert "its links serve nobody else" in capsys.readouterr().err
 
 
 def test_beside_another_recording_the_first_stays_the_one_that_others_learn_of(

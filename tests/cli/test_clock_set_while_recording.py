@@ -15,7 +15,6 @@ from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.dives.recorded import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
-from gcs_plugin.recording.state import held
 from tui import cli
 from tui.commands.record import RecordingState
 from tui.links import known_now
@@ -79,19 +78,6 @@ def test_whom_an_off_is_for_is_told_with_how_long_ago_though_the_clock_is_set(se
     assert (one.source, one.holds) == ((1, 1), True)
     assert sea.clock.boot_s() - one.heard_s == pytest.approx(10.0, abs=0.01)
     assert known_now(sea.clock, "serial:/dev/ttyUSB0:57600") == ()
-    sea.recorder.close()
-
-
-@days
-def test_how_long_a_dive_lasts_is_told_as_if_nobody_had_set_the_clock(set_by_s):
-    sea = Recorded()
-    sea.sails(30)
-    sea.clock.unix_at_boot_s += set_by_s
-    sea.sails(30)
-    now_s = sea.clock.unix_s()
-    assert held(now_s).lasted_s(now_s) == pytest.approx(
-        60.0, abs=1.0
-    )  # when it began is told in whole seconds
     sea.recorder.close()
 
 

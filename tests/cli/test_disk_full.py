@@ -5,20 +5,17 @@ import resource
 import select
 import shutil
 import signal
-import socket
-import struct
 import subprocess
 import sys
-import threading
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
 from figures import keep
+from talking_vehicle import TalkingVehicle
 from waiting import until
 
-from bridge.wire.framing import Encoder
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import list_folders
 
@@ -27,7 +24,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="no limit of a r
 ROOT = Path(__file__).resolve().parents[2]
 SHORT, LONG = 1, 20
 TOLD_WITHIN_S = 1.0
-FRAMES_EACH, EVERY_S = 5, 0.01
 SOON_S = 120.0
 ALONE = ("unshare", "--user", "--map-root-user", "--mount")
 SMALL = 'mount -t tmpfs -o size=4m tmpfs "$0" && exec "$@"'
@@ -82,37 +78,6 @@ def may_mount():
 DISKS = (Limited, *((Tmpfs,) if may_mount() else ()))
 
 
-class Vehicle:
-    """Sends frames that all differ to the recorder that connects to it."""
-
-    def __init__(self):
-        self.sent, self._stop = [], threading.Event()
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
-        self._thread = threading.Thread(target=self._send)
-
-    def __enter__(self):
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self._stop.set()
-        self._thread.join()
-        self._listener.close()
-
-    def _send(self):
-        encoder = Encoder(1, 1)
-        self._listener.settimeout(SOON_S)
-        peer, _ = self._listener.accept()
-        # It ends with the recorder too.
-        with peer, suppress(OSError):
-            while not self._stop.wait(EVERY_S):
-                for _ in range(FRAMES_EACH):
-                    raw = encoder.frame(2, struct.pack("<QI", 1, len(self.sent)))
-                    peer.sendall(raw)
-                    self.sent.append(raw)
-
-
 class Words:
     """What a process says on its standard error, each line with the time at which it came."""
 
@@ -145,8 +110,8 @@ def fill_and_free(make, folder, times):
     """How long it took to tell of a full disk at most, where no frame is missing after so many."""
     disk, longest_s = make(folder), 0.0
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "1000"}
-    with Vehicle() as vehicle:
-        words = ["record", "--link", f"tcp:127.0.0.1:{vehicle.port}", "--hub", "none", "--out", str(folder)]
+    with closing(TalkingVehicle()) as vehicle:
+        words = ["record", "--link", vehicle.link, "--hub", "none", "--out", str(folder)]
         with subprocess.Popen(
             [*disk.command, sys.executable, "-m", "tui", *words],
             cwd=ROOT,

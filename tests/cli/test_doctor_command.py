@@ -42,22 +42,29 @@ class Afloat(QuietLink):
 
 
 @pytest.fixture
-def findings(monkeypatch, tmp_path, capsys):
-    """Run the doctor on a link: its exit code and its findings by name."""
+def doctor(monkeypatch, tmp_path, capsys):
+    """Run the doctor on a link: its exit code, its findings by name, and what it said besides."""
 
     def run(link, *words):
         monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
         monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
         code = cli.main(["doctor", "--link", "any", "--out", str(tmp_path), "--json", "-", *words])
-        return code, {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
+        out, err = capsys.readouterr()
+        return code, {finding["name"]: finding for finding in json.loads(out or "[]")}, err
 
     return run
 
 
-def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(findings):
-    code, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
+@pytest.fixture
+def wet(doctor):
+    """Run the wet check on a link."""
+    return lambda link: doctor(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
+
+
+def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(doctor):
+    code, found, _ = doctor(Afloat(), "--vehicle", "ruvifist:hovering")
     assert code == exit_codes.DONE
-    well = (
+    well = [
         "vehicle file",
         "link",
         "loss",
@@ -69,14 +76,14 @@ def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(f
         "attitude",
         "gravity",
         "parameters",
-    )
+    ]
     assert set(well) <= set(found)
     assert {name: one["sentence"] for name, one in found.items() if one["level"] != "ok"} == {}
 
 
-def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(findings, tmp_path):
+def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(wet, tmp_path):
     link = Afloat()
-    _, found = findings(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
+    _, found, _ = wet(link)
     names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
     assert {name: found[name]["level"] for name in names} == dict.fromkeys(names, "ok")
     late_ms = {s: float(found[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
@@ -87,46 +94,31 @@ def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(
     assert (folder / "telemetry.tlog").stat().st_size > 100_000
 
 
-def test_the_wet_check_names_two_swapped_thrusters(findings):
+def test_the_wet_check_names_two_swapped_thrusters(doctor):
     link = Afloat(thrusters=(1, 0, 2, 3, 4, 5, 6, 7))
-    code, found = findings(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
+    code, found, _ = doctor(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
     assert code == exit_codes.NO
     assert found["thruster 1"]["level"] == found["thruster 2"]["level"] == "failed"
     assert "thruster 1 and thruster 2 are swapped" in found["thruster 1"]["sentence"]
     assert found["thruster 3"]["level"] == "ok"
 
 
-def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(monkeypatch, tmp_path, capsys):
+def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(wet, monkeypatch):
     link = Afloat()
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
     listen = link.read
-    monkeypatch.setattr(
-        link,
-        "read",
-        lambda timeout_s: b"" if link.clock.boot_s() > 20 and listen(timeout_s) else listen(timeout_s),
-    )
-    line = ["doctor", "--link", "any", "--vehicle", "ruvifist", "--out", str(tmp_path), "--wet"]
-    assert cli.main([*line, "--confirm", "ruvifist"]) == exit_codes.LINK
-    shown = capsys.readouterr().err
-    assert "no HEARTBEAT" in shown
-    assert "may still be armed" in shown
+
+    def deaf_later(timeout_s):
+        data = listen(timeout_s)
+        return b"" if link.clock.boot_s() > 20 else data
+
+    monkeypatch.setattr(link, "read", deaf_later)
+    code, _, said = wet(link)
+    assert code == exit_codes.LINK
+    assert "no HEARTBEAT" in said
+    assert "may still be armed" in said
 
 
-@pytest.fixture
-def wet(monkeypatch, tmp_path):
-    """Run the wet check on a link: its exit code."""
-
-    def run(link):
-        monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
-        monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
-        line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]
-        return cli.main([*line, "--confirm", "ruvifist"])
-
-    return run
-
-
-def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, capsys, monkeypatch):
+def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, monkeypatch):
     link = Afloat()
     listen, armed_for = link.read, []
 
@@ -136,12 +128,13 @@ def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, capsys, m
         return b"" if armed_for and sum(armed_for) < 5.2 else data
 
     monkeypatch.setattr(link, "read", deaf_at_first)
-    assert wet(link) == exit_codes.LINK
-    assert "no answer to the order to arm" in capsys.readouterr().err
+    code, _, said = wet(link)
+    assert code == exit_codes.LINK
+    assert "no answer to the order to arm" in said
     assert not link.vehicle.bridge.armed
 
 
-def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet, capsys, monkeypatch):
+def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet, monkeypatch):
     link = Afloat()
     write = TlogWriter.write
 
@@ -151,28 +144,28 @@ def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet
         write(writer, unix_us, raw)
 
     monkeypatch.setattr(TlogWriter, "write", fails_later)
-    assert wet(link) == exit_codes.BAD_INPUT
-    assert "can't be written" in capsys.readouterr().err
+    code, _, said = wet(link)
+    assert code == exit_codes.BAD_INPUT
+    assert "can't be written" in said
     assert not link.vehicle.bridge.armed
 
 
-def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet, capsys):
+def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet):
     link = Afloat()
     link.vehicle.bridge.arm(True)
-    assert wet(link) == exit_codes.BAD_INPUT
-    assert "is armed already" in capsys.readouterr().err
+    code, _, said = wet(link)
+    assert code == exit_codes.BAD_INPUT
+    assert "is armed already" in said
     assert link.vehicle.bridge.armed
 
 
 @pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
-def test_no_thruster_turns_without_the_vehicles_name(monkeypatch, tmp_path, words, capsys):
+def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words):
     link = Afloat()
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
-    line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]
-    assert cli.main([*line, *words]) == exit_codes.BAD_INPUT
-    assert "--confirm ruvifist" in capsys.readouterr().err
+    code, _, said = doctor(link, "--vehicle", "ruvifist:hovering", "--wet", *words)
+    assert code == exit_codes.BAD_INPUT
+    assert "--confirm ruvifist" in said
     assert link.clock.boot_s() == 0.0
     assert not link.vehicle.bridge.armed
 
@@ -181,9 +174,9 @@ def test_no_thruster_turns_without_the_vehicles_name(monkeypatch, tmp_path, word
     ("vehicle", "name", "why"),
     [("ruvifist:survey", "ruvifist", "configuration"), ("ardusub_vectored", "ardusub_vectored", "thrusters")],
 )
-def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(findings, vehicle, name, why):
+def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(doctor, vehicle, name, why):
     link = Afloat()
-    code, found = findings(link, "--vehicle", vehicle, "--wet", "--confirm", name)
+    code, found, _ = doctor(link, "--vehicle", vehicle, "--wet", "--confirm", name)
     assert code == exit_codes.NO
     assert found[why]["level"] == "failed"
     assert f"'{why}'" in found["wet check"]["sentence"]
@@ -191,63 +184,60 @@ def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(findings, veh
     assert not link.vehicle.bridge.armed
 
 
-def test_no_thruster_turns_where_two_vehicles_have_one_id(findings):
+def test_no_thruster_turns_where_two_vehicles_have_one_id(wet):
     link = Afloat()
     link.contested = frozenset(((1, 1),))
-    code, found = findings(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
+    code, found, _ = wet(link)
     assert code == exit_codes.NO
     assert "two vehicles beat as system 1" in found["vehicles"]["sentence"]
     assert "no thruster turned" in found["wet check"]["sentence"]
 
 
-def test_a_vehicle_file_without_its_thrust_table_fails(capsys, tmp_path):
-    vehicle = tmp_path / "mine.yaml"
-    vehicle.write_text(
-        "name: mine\nthrust_curve: {kind: table, file: gone.csv}\nconfigurations:\n  only:\n"
-        "    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
-        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
-        encoding="utf-8",
-    )
-    assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
-    (found,) = (f for f in json.loads(capsys.readouterr().out) if f["name"] == "vehicle file")
-    assert found["level"] == "failed"
-    assert "gone.csv: can't read this thrust table" in found["sentence"]
-
-
-def test_a_silent_link_is_a_failed_check(findings):
-    code, found = findings(FakeLink("memory:silent", clock=SimulatedClock()))
+def test_a_silent_link_is_a_failed_check(doctor):
+    code, found, _ = doctor(FakeLink("memory:silent", clock=SimulatedClock()))
     assert code == exit_codes.NO
     assert found["link"]["level"] == "failed"
     assert "nothing arrived" in found["link"]["sentence"]
     assert found["disk"]["level"] == "ok"
 
 
-def test_without_a_link_the_ports_of_the_devices_are_looked_for(capsys, tmp_path):
-    port = tmp_path / "ttyHere"
-    port.touch()
-    vehicle = tmp_path / "mine.yaml"
-    vehicle.write_text(
-        f"name: mine\nsensors:\n  imu: {{kind: mti300, port: {port}}}\n  dvl: {{kind: wayfinder, port: /dev/ttyGone}}\n"
-        "configurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
-        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
-        encoding="utf-8",
-    )
-    assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
-    levels = {finding["name"]: finding["level"] for finding in json.loads(capsys.readouterr().out)}
-    assert levels == {"vehicle file": "ok", "disk": "ok", "imu": "ok", "dvl": "failed"}
+HULL = """
+configurations:
+  only:
+    dry_mass_kg: 10
+    inertia_kgm2: [1, 1, 1]
+    thrusters:
+      - {direction: [1, 0, 0], position_m: [0, 0, 0]}
+"""
 
 
-def test_the_bus_of_the_depth_sensor_is_looked_for(capsys, tmp_path):
+@pytest.mark.parametrize(
+    ("lines", "failed", "why"),
+    [
+        (
+            "thrust_curve: {kind: table, file: gone.csv}",
+            "vehicle file",
+            "gone.csv: can't read this thrust table",
+        ),
+        (
+            "sensors: {imu: {kind: mti300, port: PORT}, dvl: {kind: wayfinder, port: /dev/ttyGone}}",
+            "dvl",
+            "no port /dev/ttyGone",
+        ),
+        ('sensors: {depth: {kind: bar30, port: "i2c:250:0x76"}}', "depth", "no port /dev/i2c-250"),
+    ],
+)
+def test_without_a_link_thrust_table_and_ports_of_the_devices_are_looked_for(
+    capsys, tmp_path, lines, failed, why
+):
+    (tmp_path / "ttyHere").touch()
     vehicle = tmp_path / "mine.yaml"
-    vehicle.write_text(
-        'name: mine\nsensors:\n  depth: {kind: bar30, port: "i2c:250:0x76"}\n'
-        "configurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
-        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
-        encoding="utf-8",
-    )
+    lines = lines.replace("PORT", str(tmp_path / "ttyHere"))
+    vehicle.write_text(f"name: mine\n{lines}{HULL}", encoding="utf-8")
     assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
     found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
-    assert "no port /dev/i2c-250" in found["depth"]["sentence"]
+    assert [name for name, finding in found.items() if finding["level"] != "ok"] == [failed]
+    assert why in found[failed]["sentence"]
 
 
 def test_nothing_to_check_is_wrong_usage(capsys):

@@ -16,15 +16,14 @@ from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from bridge.vehicle.parameters import vehicle_table
-from gcs_plugin.params.files import Sidecar, read_sidecar, write_sidecar
-from identify.diagnose.candidates import Cause
-from identify.diagnose.result import NOTHING, Accepted, Finding, Value
+from gcs_plugin.params.files import read_sidecar, write_sidecar
+from identify.diagnose.result import Accepted, Value
 from identify.dive import Dive
-from identify.effects.environment import waves
 from identify.identification import Doubt, Outcome
 from tui import cli
 from tui.commands.diagnose import accept, accepted_before
 from tui.commands.params import targets_of
+from tui.commands.prior import accepted_in
 from tui.commands.simulate import accepted_truth
 from tui.parameter_files import Leave, accepted_model
 
@@ -65,10 +64,8 @@ def test_an_identification_becomes_a_file_and_what_did_not_fit_is_shown(tmp_path
 
 
 def test_without_a_file_standard_output_is_the_file_alone(tmp_path, capsys):
-    assert (
-        export(identified(tmp_path / "a.json"), "--vehicle", "ruvifist", "--to", "stonefish")
-        == exit_codes.DONE
-    )
+    path = identified(tmp_path / "a.json")
+    assert export(path, "--vehicle", "ruvifist", "--to", "stonefish") == exit_codes.DONE
     captured = capsys.readouterr()
     assert ET.fromstring(captured.out).tag == "scenario"
     assert "what did not fit into stonefish" in captured.err
@@ -82,21 +79,11 @@ def test_a_vehicle_file_with_a_model_is_taken_as_it_is(tmp_path):
     assert plant["intervals_95"] == {}
 
 
-def test_an_identification_without_intervals_is_written_all_the_same(tmp_path, capsys):
-    bare = [{"name": "M_u", "value": 111.0, "low95": None, "high95": None, "identifiable": True}]
-    path = identified(tmp_path / "a.json", parameters=bare)
-    assert export(path, "--vehicle", "ruvifist", "--to", "gazebo") == exit_codes.DONE
-    captured = capsys.readouterr()
-    assert "95 %" not in captured.out + captured.err
-
-
 def test_what_did_not_fit_is_written_as_json_too(tmp_path, capsys):
     out, told = tmp_path / "a.sdf", tmp_path / "told.json"
     path = identified(tmp_path / "a.json")
-    assert (
-        export(path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", out, "--json", told)
-        == exit_codes.DONE
-    )
+    words = (path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", out, "--json")
+    assert export(*words, told) == exit_codes.DONE
     data = json.loads(told.read_text(encoding="utf-8"))
     assert (data["target"], data["file"]) == ("gazebo", str(out))
     assert "thruster lag 0.05 s" in [part["what"] for part in data["left_out"]]
@@ -105,10 +92,7 @@ def test_what_did_not_fit_is_written_as_json_too(tmp_path, capsys):
     assert "M_w" in data["unknown"]
     assert "M_u" not in data["unknown"]
     capsys.readouterr()
-    assert (
-        export(path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", out, "--json", "-")
-        == exit_codes.DONE
-    )
+    assert export(*words, "-") == exit_codes.DONE
     assert json.loads(capsys.readouterr().out)["target"] == "gazebo"
 
 
@@ -117,27 +101,24 @@ def refused(capsys, *words):
     return capsys.readouterr().err
 
 
-def test_an_unknown_target_is_answered_with_the_targets(tmp_path, capsys):
-    said = refused(capsys, identified(tmp_path / "a.json"), "--vehicle", "ruvifist", "--to", "unity")
-    assert "unity" in said
-    assert "gazebo, stonefish, ardusub-json" in said
-
-
-def test_a_model_that_is_none_or_of_another_vehicle_is_refused(tmp_path, capsys):
-    path = identified(tmp_path / "a.json")
-    assert "needs --vehicle" in refused(capsys, path, "--to", "gazebo")
-    assert "is not: nothing was written" in refused(
-        capsys, path, "--vehicle", "bluerov2_heavy", "--to", "gazebo"
-    )
-    assert "is not: nothing was written" in refused(
-        capsys, path, "--vehicle", "ruvifist:survey", "--to", "gazebo"
-    )
-    assert "has no model" in refused(capsys, "ruvifist:hovering", "--to", "gazebo")
-    assert "--vehicle says nothing" in refused(
-        capsys, "bluerov2_heavy", "--vehicle", "ruvifist", "--to", "gazebo"
-    )
-    empty = identified(tmp_path / "b.json", parameters=[])
-    assert "no identifiable parameter" in refused(capsys, empty, "--vehicle", "ruvifist", "--to", "gazebo")
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("a.json --vehicle ruvifist --to unity", "the targets are gazebo, stonefish, ardusub-json"),
+        ("a.json --to gazebo", "needs --vehicle"),
+        ("a.json --vehicle bluerov2_heavy --to gazebo", "is not: nothing was written"),
+        ("a.json --vehicle ruvifist:survey --to gazebo", "is not: nothing was written"),
+        ("empty.json --vehicle ruvifist --to gazebo", "no identifiable parameter"),
+        ("ruvifist:hovering --to gazebo", "has no model"),
+        ("bluerov2_heavy --vehicle ruvifist --to gazebo", "--vehicle says nothing"),
+        ("bluerov2_heavy --to gazebo --json -", "add --out"),
+    ],
+)
+def test_what_can_not_be_exported_is_told(tmp_path, monkeypatch, words, why, capsys):
+    monkeypatch.chdir(tmp_path)
+    identified(Path("a.json"))
+    identified(Path("empty.json"), parameters=[])
+    assert why in refused(capsys, *words.split())
 
 
 def test_one_in_doubt_is_written_only_where_the_user_says_so(tmp_path, capsys):
@@ -155,7 +136,6 @@ def test_no_input_is_written_over(tmp_path, capsys):
     assert "would write over" in refused(capsys, f"{vehicle}:heavy", "--to", "gazebo", "--out", vehicle)
     assert "would write over" in refused(capsys, vehicle, "--to", "gazebo", "--out", vehicle)
     assert vehicle.read_bytes() == before
-    assert "add --out" in refused(capsys, vehicle, "--to", "gazebo", "--json", "-")
 
 
 def test_a_doubted_value_that_is_exported_is_told(tmp_path, capsys):
@@ -173,19 +153,6 @@ def test_a_doubted_value_that_is_exported_is_told(tmp_path, capsys):
     assert "warning: M_u is doubted: no rate of turn was recorded" in shown
     assert "M_w is doubted" not in shown
     assert json.loads(told.read_text(encoding="utf-8"))["doubted"] == {"M_u": "no rate of turn was recorded"}
-
-
-def test_a_sidecars_doubts_are_told_where_its_values_are_exported(tmp_path, capsys):
-    param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", vehicle="ruvifist", outcome="converged",
-                   doubted={"M_u": "no rate of turn was recorded"})  # fmt: skip
-    write_sidecar(param, told)
-    assert (
-        export(param, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf")
-        == exit_codes.DONE
-    )
-    assert "warning: M_u is doubted: no rate of turn was recorded" in capsys.readouterr().out
 
 
 def test_a_file_that_finds_no_room_is_named_with_what_did_not_fit_and_leaves_what_lay_there(
@@ -267,15 +234,16 @@ def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
     assert (sidecar.dive, sidecar.dive_sha256, sidecar.vehicle) == ("planted", "ab" * 32, "ruvifist")
     assert sidecar.effects == (DRAG, WEAK, WAVES)
     assert sidecar.intervals["FF1_N_V"].low95 == pytest.approx(-2.1)
-    model = accepted_model(param, FILE, Leave())
-    assert model.values == pytest.approx(VALUES)
-    assert model.configuration == "hovering"
+    values, of_file = accepted_model(param, FILE, Leave())
+    assert values == pytest.approx(VALUES)
+    assert of_file == sidecar
 
 
 def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
     before = accepted_before(param, "hovering")
     assert before.values["M_u"].value == pytest.approx(111.0, rel=1e-4)
     assert (before.effects, before.notes) == ((DRAG, WEAK, WAVES), ())
+    assert "X_uu" not in accepted_in(param, 0.0, Leave()).priors, "the drag is one of its effects"
     with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
         accepted_before(param, "survey")
 
@@ -345,23 +313,6 @@ def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
     assert cli.main([*line, "--accepted", str(param), "--link", "udpout:127.0.0.1:9"]) == exit_codes.BAD_INPUT
 
 
-def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
-    found = SimpleNamespace(first=(), accepted=NOTHING, configuration="hovering", findings=())
-    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
-    assert "was not written: no cause was found" in sentence
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_named(tmp_path):
-    sea = waves(4.0)
-    cause = Cause(sea, sea.start())
-    found = SimpleNamespace(first=(), accepted=NOTHING, findings=(Finding(cause, (), {}, 0.45, {}, 12.0),))
-    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
-    assert sentence.endswith(
-        "was not written: what was found is likelier absent than present, and so not accepted: waves (45 % probable)."
-    )
-
-
 def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not_sent_without_a_word(
     tmp_path, monkeypatch
 ):
@@ -383,22 +334,3 @@ def test_what_the_fit_beside_the_causes_gets_wrong_is_in_the_sidecar_and_stops_a
     assert read_sidecar(path).doubted == dict.fromkeys(("M_u", "D_u"), "in surge thrust acts late")
     with pytest.raises(UsageError, match="data and model disagree"):
         targets_of(path, Leave())
-
-
-def test_masses_by_a_velocity_that_the_autopilot_filtered_are_doubted_where_they_are_sent(tmp_path):
-    path, _ = written(tmp_path, dive=replace(Dive("planted", tmp_path, "ab" * 32), velocity_is_filtered=True))
-    assert list(read_sidecar(path).doubted) == ["M_u"]
-    assert "M_u is doubted: velocity comes from the autopilot's own filter" in " ".join(
-        targets_of(path, Leave()).warnings
-    )
-
-
-def test_a_log_that_lacks_what_the_controller_used_leaves_nothing_to_send(tmp_path):
-    accepted = Accepted(
-        {}, (AcceptedEffect("wrong_feedback_log", "wrong_feedback_log", {}),), ("M_u stays.",)
-    )
-    found = SimpleNamespace(first=(), accepted=accepted, configuration="hovering", verdict="explained")
-    told = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
-    assert told[0] == "M_u stays."
-    assert "was not written" in told[1]
-    assert list(tmp_path.iterdir()) == []

@@ -1,11 +1,11 @@
 """`seatrial fetch`: by --link, and by way of the recording that runs."""
 
 import json
-import os
 import threading
 
 import pytest
 from diving_vehicle import Dive
+from telling import telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -20,7 +20,7 @@ from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Recorder
-from gcs_plugin.recording.state import Holding, write_holding
+from gcs_plugin.recording.state import write_holding
 from tui import cli
 from tui.commands.fetch import MIRROR
 
@@ -37,53 +37,50 @@ def dive(tmp_path):
 @pytest.fixture
 def folder(dive, tmp_path):
     """A dive with a hole in it."""
-    for cut in (False, True, False):
+    return dived(dive, tmp_path, unheard_s=5.0)
+
+
+def dived(dive, tmp_path, unheard_s):
+    for cut, seconds in ((False, 5.0), (True, unheard_s), (False, 5.0)):
         dive.cut(cut)
-        dive.dive(5.0)
+        dive.dive(seconds)
     made = new_folder(tmp_path / "dives", 1_790_000_000.0, "lake")
     write_records(made.path / "telemetry.tlog", dive.heard)
     return made
 
 
-def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, tmp_path, monkeypatch, capsys) -> None:
+@pytest.fixture
+def fetch(dive, tmp_path, monkeypatch):
+    """Fetch over a link: the exit code, and the JSON."""
     monkeypatch.setattr("tui.links.link_for", lambda *_: dive)
-    out = [
-        "--out",
-        str(tmp_path / "dives"),
-        "--link",
-        "udpin:127.0.0.1:14550",
-        "--json",
-        str(tmp_path / "came.json"),
-    ]
-    assert cli.main(["fetch", *out]) == exit_codes.DONE
-    told = json.loads((tmp_path / "came.json").read_text())
+    came = tmp_path / "came.json"
+    out = ("--out", tmp_path / "dives", "--link", "udpin:127.0.0.1:14550", "--json", came)
+
+    def run(*words):
+        code = cli.main(["fetch", *map(str, (*words, *out))])
+        return code, json.loads(came.read_text()) if came.exists() else None
+
+    return run
+
+
+def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, fetch, capsys) -> None:
+    code, told = fetch()
+    assert code == exit_codes.DONE
     assert told["recording"] == str(folder.path / WHOLE)
     assert told["missing"] == told["frames"] - len(dive.heard) > 50
     assert "had not been heard; the dive is whole in" in capsys.readouterr().out
 
 
 def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(
-    dive, tmp_path, monkeypatch, capsys
+    dive, fetch, tmp_path, capsys
 ) -> None:
-    monkeypatch.setattr("tui.links.link_for", lambda *_: dive)
-    for cut, so_long in ((False, 5.0), (True, 30.0), (False, 5.0)):
-        dive.cut(cut)
-        dive.dive(so_long)
-    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "lake")
-    write_records(made.path / "telemetry.tlog", dive.heard)
+    made = dived(dive, tmp_path, unheard_s=30.0)
     segments = [segment for segment, _ in segments_in(dive.folder)]
     for segment in segments[len(segments) // 3 : 2 * len(segments) // 3]:
         (dive.folder / segment.name).unlink()
-    words = [
-        "fetch",
-        str(made.path),
-        "--link",
-        "udpin:127.0.0.1:14550",
-        "--json",
-        str(tmp_path / "came.json"),
-    ]
-    assert cli.main(words) == exit_codes.NO
-    (hole,) = json.loads((tmp_path / "came.json").read_text())["holes"]
+    code, told = fetch(made.path)
+    assert code == exit_codes.NO
+    (hole,) = told["holes"]
     assert 8.0 < hole["length_s"] < 20.0
     assert (
         "nobody has, the vehicle neither: its ring was full or let its oldest go" in capsys.readouterr().out
@@ -91,17 +88,15 @@ def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(
 
 
 def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(
-    dive, folder, tmp_path, monkeypatch, capsys
+    dive, folder, fetch, tmp_path, capsys
 ) -> None:
-    monkeypatch.setattr("tui.links.link_for", lambda *_: dive)
-    words = ["fetch", "--out", str(tmp_path / "dives"), "--link", "udpin:127.0.0.1:14550"]
     before = dive.world.now_s
     with Mirror(tmp_path / "dives" / MIRROR).alone():
-        assert cli.main(words) == exit_codes.BAD_INPUT
+        assert fetch()[0] == exit_codes.BAD_INPUT
     assert "another fetch is at work there; wait for its end" in capsys.readouterr().err
     assert dive.world.now_s == before
     assert not (folder.path / WHOLE).exists()
-    assert cli.main(words) == exit_codes.DONE
+    assert fetch()[0] == exit_codes.DONE
     assert (folder.path / WHOLE).exists()
 
 
@@ -161,10 +156,7 @@ def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_pa
     recording = threading.Thread(target=recorder.run, args=(stop,))
     recording.start()
     try:
-        write_holding(
-            Holding(os.getpid(), hub.address, ("serial:/dev/x:9600",), str(after.path), "2026-11-20T09:12:03Z",
-                    0, 0, 0, 1.0, (), clock.unix_s())
-        )  # fmt: skip
+        write_holding(telling(hub=hub.address, links=("serial:/dev/x:9600",), folder=str(after.path)))
         assert cli.main(["fetch", str(folder.path)]) == exit_codes.DONE
     finally:
         stop.set()

@@ -1,16 +1,16 @@
 """`ff` against the vehicle's real parameter server, in simulated time."""
 
 import json
-import os
 import threading
 
 import pytest
 from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from telling import telling
 
 from bridge import exit_codes
 from gcs_plugin.off_orders import OffMarks
-from gcs_plugin.recording.state import HeardVehicle, Holding, write_holding
+from gcs_plugin.recording.state import HeardVehicle, write_holding
 from tui import cli
 
 
@@ -85,23 +85,9 @@ def test_off_where_nobody_is_heard_is_the_link_that_failed(vehicle, capsys):
     assert vehicle.sets == []
 
 
-def test_off_of_a_vehicle_that_is_named_is_sent_while_nothing_is_heard_of_it(vehicle, capsys):
-    vehicle.server.write("FF_MODE", 1.0, armed=False)
-    vehicle.mute = True
-    assert run("off", "--system", "1", "--seconds", "4.1") == exit_codes.LINK
-    assert vehicle.server.mode == 0
-    assert capsys.readouterr().out.startswith(
-        "vehicle 1: sent 9 times, never heard: not confirmed (sent 9 times"
-    )
-
-
 def recording_that_heard(vehicle, *heard):
     """One that holds the vehicle's link, and heard these."""
-    clock = vehicle.clock
-    write_holding(
-        Holding(os.getpid(), "tcp:127.0.0.1:1", ("udpin:127.0.0.1:14550",), "dives/a", "2026-11-20T09:12:03Z", 1, 1, 0,
-                7200.0, (), clock.unix_s(), vehicles=heard)
-    )  # fmt: skip
+    write_holding(telling(written_unix_s=vehicle.clock.unix_s(), vehicles=heard))
 
 
 @pytest.mark.parametrize("named", [(), ("--system", "1")])
@@ -165,38 +151,18 @@ def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsy
     assert vehicle.closed
 
 
-def twin_of(vehicle, mode):
-    twin = afloat(vehicle.clock)
-    twin.give_a_model()
-    twin.server.write("FF_MODE", mode, armed=False)
-    for _ in range(100):
-        twin.encoder.frame(0, bytes(9))
-    return twin
-
-
-def test_of_two_vehicles_with_one_address_off_is_not_done_while_one_says_otherwise(vehicle, capsys):
-    vehicle.twin = twin_of(vehicle, 3.0)
-    assert run("off", "--seconds", "40") == exit_codes.NO
-    assert "two vehicles beat as system 1" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("ff", 2), ("both", 3)])
-def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, word, mode, capsys):
+@pytest.mark.parametrize(
+    ("typed", "word", "mode"),
+    [("shadow", "shadow", 1), ("ff", "ff", 2), ("only", "ff", 2), ("both", "both", 3)],
+)
+def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, typed, word, mode, capsys):
     vehicle.give_a_model()
     monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
-    assert run(word) == exit_codes.DONE
+    assert run(typed) == exit_codes.DONE
     assert vehicle.server.mode == mode
     shown = capsys.readouterr()
     assert f"feed-forward of vehicle 1 from off to {word}? [yes/no]" in shown.err
     assert f"vehicle 1: {word}, as read back" in shown.out
-
-
-def test_only_orders_the_feed_forward_alone_too(vehicle, monkeypatch, capsys):
-    vehicle.give_a_model()
-    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
-    assert run("only") == exit_codes.DONE
-    assert vehicle.server.mode == 2
-    assert "from off to ff? [yes/no]" in capsys.readouterr().err
 
 
 def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_sent(
@@ -311,19 +277,3 @@ def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):
     assert run("shadow", "--yes") == exit_codes.LINK
     assert "the other side has gone" in capsys.readouterr().err
     assert vehicle.closed
-
-
-def test_an_unknown_mode_is_wrong_usage(capsys):
-    assert cli.main(["ff", "on"]) == exit_codes.BAD_INPUT
-    assert "'off', 'shadow', 'ff', 'both'" in capsys.readouterr().err
-
-
-def test_in_a_terminal_what_the_vehicle_says_stands_on_a_line_of_its_own(vehicle, monkeypatch, capsys):
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("TERM", "xterm")
-    vehicle.give_a_model()
-    vehicle.armed = True
-    assert run("both", "--yes") == exit_codes.NO
-    # The line of the status is erased first: a carriage return, then the sequence that clears a line.
-    cleared = "\r\x1b[2K"
-    assert f"{cleared}vehicle 1: shadow: none flown, seatrial ff shadow first\n" in capsys.readouterr().err

@@ -53,21 +53,6 @@ def test_another_log_of_the_same_name_is_never_written_over(folder, tmp_path, ca
     assert (folder / "1.BIN").read_bytes() == b"mine"
 
 
-def test_a_folder_in_place_of_the_copy_of_a_log_is_named(folder, tmp_path, capsys) -> None:
-    log = logged(tmp_path / "1.BIN", Turning(), lambda boot_s: boot_s)
-    (folder / "1.BIN.part").mkdir()
-    assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
-    said = " ".join(capsys.readouterr().err.split())
-    assert f"{folder / '1.BIN.part'}: can't be written (Is a directory); take away what lies there" in said
-    assert not (folder / "1.BIN").exists()
-
-
-def test_what_is_no_recording_is_refused(folder, tmp_path, capsys) -> None:
-    (tmp_path / "notes.txt").write_text("x")
-    assert cli.main(["merge", str(folder), str(tmp_path / "notes.txt")]) == exit_codes.BAD_INPUT
-    assert "notes.txt: can't tell what this is by its ending" in capsys.readouterr().err
-
-
 def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> None:
     page = Path(__file__).resolve().parents[2] / "docs" / "howto" / "merge_recordings.md"
     shown = [

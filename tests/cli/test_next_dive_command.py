@@ -1,21 +1,18 @@
 """`record --next` and `--end`: a recording goes on in a new folder, and ends, and no frame is lost."""
 
 import json
-import socket
 import subprocess
 import sys
-import threading
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from pymavlink.dialects.v20 import ardupilotmega as dialect
+from talking_vehicle import TalkingVehicle
 from waiting import until
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.open import open_link
-from bridge.wire.framing import Encoder, Framer
+from bridge.wire.framing import Framer
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
@@ -27,38 +24,11 @@ def now():
     return held(SystemClock().unix_s())
 
 
-class Vehicle:
-    """Sends numbered frames to whoever connects, one every 2 ms, until it is told to stop."""
-
-    def __init__(self):
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self._listener.settimeout(120.0)
-        self.link = f"tcp:127.0.0.1:{self._listener.getsockname()[1]}"
-        self.sent = []
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    def _run(self):
-        encoder = Encoder(1, 1)
-        # Nobody may come, and who comes may leave before it is told to stop.
-        with suppress(OSError), self._listener.accept()[0] as peer:
-            while not self._stop.wait(0.002):
-                raw = encoder.encode(dialect.MAVLink_system_time_message(1, 1000 + len(self.sent)))
-                peer.sendall(raw)
-                self.sent.append(raw)
-
-    def stop(self):
-        self._stop.set()
-        self._thread.join()
-        self._listener.close()
-
-
 @pytest.fixture
 def recording(tmp_path, monkeypatch):
     """A recording in a process of its own, and the vehicle whose frames it takes."""
     monkeypatch.setattr("gcs_plugin.recording.orders.LEAST_DIVE_S", 0.0)
-    vehicle = Vehicle()
+    vehicle = TalkingVehicle()
     line = [
         "record",
         "--link",
@@ -76,7 +46,7 @@ def recording(tmp_path, monkeypatch):
             yield running, vehicle
         finally:
             running.kill()
-            vehicle.stop()
+            vehicle.close()
 
 
 def told(capsys, *words):
@@ -96,7 +66,7 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     second = until(lambda: now() if now().frames else None)
     assert (second.folder, second.pid, second.hub) == (answer["folder"], first.pid, first.hub)
     until(lambda: len(vehicle.sent) > 600)
-    vehicle.stop()
+    vehicle.close()
     until(lambda: seen.extend(framer.feed(client.read(0.05))) or (seen and seen[-1].raw == vehicle.sent[-1]))
     client.close()
     assert told(capsys, "--end") == (
@@ -115,12 +85,6 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     assert (found["frames"], found["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
     assert DiveFolder(Path(second.folder)).about().conditions == Conditions(salinity=35.0)
     assert now() is None
-
-
-@pytest.mark.parametrize("word", ["--next", "--end"])
-def test_without_a_recording_it_is_said_what_to_do(word, capsys):
-    assert cli.main(["record", word]) == exit_codes.LINK
-    assert "no recording runs; start `seatrial record`" in capsys.readouterr().err
 
 
 def test_what_to_do_must_be_said(capsys):

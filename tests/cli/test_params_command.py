@@ -17,13 +17,6 @@ file = params_line.file
 
 
 @pytest.mark.usefixtures("vehicle")
-def test_show_lists_what_the_vehicle_holds(capsys):
-    assert run("show", "ff1_m", "--json", "-") == exit_codes.DONE
-    shown = json.loads(capsys.readouterr().out)
-    assert sorted(shown) == ["FF1_M_QQ", "FF1_M_U", "FF1_M_V", "FF1_M_W"]
-
-
-@pytest.mark.usefixtures("vehicle")
 def test_show_writes_a_file_that_diff_finds_to_be_the_same(tmp_path, capsys):
     kept = str(tmp_path / "kept.param")
     assert run("show", "--out", kept) == exit_codes.DONE
@@ -42,26 +35,6 @@ def test_show_names_the_patterns_that_match_nothing(capsys):
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.usefixtures("vehicle")
-def test_show_says_the_unit_of_each_coefficient(capsys):
-    assert run("show", "FF1_M_U", "FF1_D_R", "FF_MODE") == exit_codes.DONE
-    rows = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines() if line.startswith("FF")]
-    assert ["FF1_M_U", "0", "kg"] in rows
-    assert ["FF1_D_R", "0", "N m/(rad/s)"] in rows
-    assert ["FF_MODE", "0"] in rows
-
-
-@pytest.mark.usefixtures("vehicle")
-@pytest.mark.parametrize("words", [("show",), ("diff", "FILE"), ("upload", "FILE", "--yes")])
-def test_every_table_fits_80_columns_and_none_is_cut(file, words, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    run(*(file if word == "FILE" else word for word in words))
-    shown = capsys.readouterr().out
-    assert "…" not in shown
-    assert all(len(line) <= 80 for line in shown.splitlines() if " " in line)
-    assert "FF1_M_U" in shown
-
-
 def test_diff_says_what_would_change_and_writes_nothing(vehicle, file, capsys):
     assert run("diff", file) == exit_codes.NO
     assert "2 changed" in capsys.readouterr().out
@@ -75,16 +48,6 @@ def test_upload_is_active_read_back_and_has_a_receipt(vehicle, file, tmp_path, c
     assert {name: value for name, value in active.items() if value} == {"M_u": 111.5, "D_u": 56.25}
     assert [line["after"] for line in receipt["parameters"]] == [111.5, 56.25]
     assert len(list((tmp_path / "receipts").glob("*-receipt.json"))) == 1
-
-
-def test_receipts_that_a_link_leads_nowhere_with_are_refused_before_anything_is_sent(
-    vehicle, file, tmp_path, capsys
-):
-    link = tmp_path / "nowhere"
-    link.symlink_to(tmp_path / "missing")
-    assert run("upload", file, "--yes", "--receipts", str(link)) == exit_codes.BAD_INPUT
-    assert f"{link} is a link that leads nowhere; name another" in " ".join(capsys.readouterr().err.split())
-    assert vehicle.server.value("FF1_M_U") == 0.0
 
 
 def test_a_commit_of_what_another_program_wrote_upon_says_so_and_takes_all_back(vehicle, file, capsys):

@@ -11,7 +11,7 @@ import pytest
 from figures import keep
 from full_disk import fill
 from parameter_vehicle import GroundKilledError, at_any_link, dying_at
-from params_line import DESPITE_HALF, run, with_intervals
+from params_line import run, with_intervals
 
 from bridge import exit_codes
 from bridge.vehicle.parameters import set_crc
@@ -52,22 +52,6 @@ def test_a_ground_that_was_killed_in_an_upload_is_told_of_it_and_finishes_it(veh
     vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
     assert run("rollback", "--yes") == exit_codes.DONE
     assert not any(vehicle.server.active(1).values())
-
-
-def test_a_ground_that_was_killed_in_an_upload_goes_back_in_one_step(vehicle, file, capsys):
-    assert run("upload", file, "--yes", "--only", "FF1_D_U", *DESPITE_HALF) == exit_codes.DONE
-    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
-    killed(vehicle, 2, "upload", file, "--yes", "--only", "FF1_M_U", *DESPITE_HALF)
-    capsys.readouterr()
-    assert vehicle.server.value("FF1_M_U") == 111.5
-    run("diff", file)
-    assert "or go back: params rollback" in " ".join(capsys.readouterr().out.split())
-    assert run("rollback", "--yes") == exit_codes.DONE
-    assert vehicle.server.value("FF1_M_U") == 0.0
-    assert vehicle.server.active(1)["D_u"] == 56.25
-    capsys.readouterr()
-    run("diff", file)
-    assert "never finished" not in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("vehicle")
@@ -146,19 +130,6 @@ def test_an_upload_whose_files_find_no_room_writes_nothing_and_leaves_none_of_th
     assert [path.name for path in receipts.iterdir()] == [".vehicle-1.lock"]
     assert not any(vehicle.server.active(1).values())
     assert run("upload", file, "--yes") == exit_codes.DONE
-
-
-@pytest.mark.usefixtures("vehicle")
-def test_values_that_find_no_room_are_shown_and_have_the_code_of_a_place_that_can_not_be_written(
-    tmp_path, monkeypatch, capsys
-):
-    fill(monkeypatch, tmp_path / "full")
-    (tmp_path / "full").mkdir()
-    assert run("show", "FF1_M_U", "--out", "full/all.param") == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "FF1_M_U" in told.out
-    assert "full/all.param: can't be written (No space left on device)" in told.err
-    assert [*(tmp_path / "full").iterdir()] == []
 
 
 OLD = {"FF1_M_U": 99.0, "FF1_D_U": 40.0}

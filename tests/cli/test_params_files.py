@@ -1,7 +1,5 @@
 """`params` and its files: where values come from, what is doubted in them, and files of another vehicle."""
 
-from pathlib import Path
-
 import params_line
 import pytest
 from fakes.vehicle import VEHICLE
@@ -24,14 +22,6 @@ vehicle = params_line.vehicle
 file = params_line.file
 
 
-@pytest.mark.parametrize("action", ["diff", "upload"])
-def test_outcome_and_notes_of_an_identification_stand_above_the_plan(vehicle, tmp_path, action, capsys):
-    del vehicle
-    run(action, identified(tmp_path), "--vehicle", VEHICLE, *(["--yes"] if action == "upload" else []))
-    shown = capsys.readouterr().out
-    assert shown.index("outcome: converged") < shown.index("the thrusters saturated") < shown.index("FF1_M_U")
-
-
 def test_an_identification_in_doubt_is_sent_on_purpose_alone(vehicle, tmp_path, capsys):
     path = identified(tmp_path, outcome="data and model disagree")
     line = ("upload", path, "--vehicle", VEHICLE, "--yes")
@@ -40,13 +30,6 @@ def test_an_identification_in_doubt_is_sent_on_purpose_alone(vehicle, tmp_path, 
     assert vehicle.server.value("FF1_M_U") == 0.0
     assert run(*line, "--despite-doubts") == exit_codes.DONE
     assert vehicle.server.active(1)["M_u"] == 112.0
-
-
-def test_diff_shows_an_identification_in_doubt(vehicle, tmp_path, capsys):
-    del vehicle
-    path = identified(tmp_path, outcome="stopped at a bound")
-    assert run("diff", path, "--vehicle", VEHICLE) == exit_codes.NO
-    assert "outcome: stopped at a bound" in capsys.readouterr().out
 
 
 def test_a_parameter_file_from_an_identification_in_doubt_is_refused_until_told_otherwise(
@@ -59,33 +42,7 @@ def test_a_parameter_file_from_an_identification_in_doubt_is_refused_until_told_
     assert run("upload", file, "--yes", "--despite-doubts") == exit_codes.DONE
 
 
-@pytest.mark.usefixtures("vehicle")
-def test_a_parameter_file_with_a_sidecar_says_where_it_comes_from(file, capsys):
-    with_sidecar(file, "converged")
-    run("diff", file)
-    shown = capsys.readouterr()
-    assert (
-        "from lake-7 of ruvifist, configuration hovering, by likelihood: converged" in shown.out + shown.err
-    )
-
-
 DOUBTED = "warning: M_u is doubted: no rate of turn was recorded"
-
-
-@pytest.mark.usefixtures("vehicle")
-def test_each_doubted_value_that_a_parameter_file_sends_is_told(file, capsys):
-    doubted = {"M_u": "no rate of turn was recorded", "M_w": "it was weighed by others"}
-    write_sidecar(
-        Path(file), Sidecar("dive", "vehicle", "hovering", "likelihood", "0.1.0", {}, doubted=doubted)
-    )
-    assert run("diff", file) == exit_codes.NO
-    shown = capsys.readouterr().out
-    assert DOUBTED in shown
-    assert "M_w is doubted" not in shown
-    run("diff", file, "--only", "FF1_D_U")
-    assert "is doubted" not in capsys.readouterr().out
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    assert DOUBTED in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("vehicle")
@@ -112,19 +69,6 @@ def test_a_parameter_file_and_its_sidecar_keep_what_is_doubted(tmp_path):
     assert "# M_u is doubted: no rate of turn was recorded\n" in path.read_text(encoding="utf-8")
     sidecar = read_sidecar(path)
     assert sidecar.doubted == {"M_u": "no rate of turn was recorded"}
-
-
-def test_a_model_without_effects_takes_back_those_accepted_before_and_says_so(vehicle, file, capsys):
-    vehicle.server.write("FF1_X_UU", 12.5, False)
-    vehicle.server.write("FF_COMMIT", float(vehicle.server.staged_crc), False)
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    assert vehicle.server.active(1)["X_uu"] == 12.5
-    write_sidecar(
-        Path(file), Sidecar("", "", "hovering", "likelihood", "1", vehicle="ruvifist", outcome="converged")
-    )
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    assert "taken back: FF1_X_UU" in capsys.readouterr().out
-    assert "X_uu" not in vehicle.server.active(1)
 
 
 @pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])
@@ -175,13 +119,6 @@ def test_what_was_saved_of_another_vehicle_is_refused_unless_on_purpose(vehicle,
     assert vehicle.server.value("FF1_M_U") == 112.0
 
 
-def test_what_was_identified_of_another_vehicle_can_be_sent_on_purpose(vehicle, tmp_path, capsys):
-    path = identified(tmp_path, **OTHER)
-    assert run("upload", path, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
-    assert "warning:" in capsys.readouterr().out
-    assert vehicle.server.active(1)["M_u"] == 112.0
-
-
 def test_a_vehicle_file_that_has_changed_since_is_a_warning(vehicle, tmp_path, capsys):
     path = identified(tmp_path, **CHANGED)
     assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
@@ -222,13 +159,6 @@ def test_a_file_without_its_sidecar_that_names_another_vehicle_is_refused(vehicl
     assert vehicle.server.value("FF1_M_U") == 0.0
     assert run("upload", path, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
     assert "warning:" in capsys.readouterr().out
-
-
-def test_a_file_without_its_sidecar_that_names_this_vehicle_is_taken(vehicle, tmp_path, capsys):
-    path = without_sidecar(tmp_path, "hovering")
-    assert run("upload", path, "--vehicle", f"{VEHICLE}:hovering", "--yes") == exit_codes.DONE
-    assert "warning:" not in capsys.readouterr().out
-    assert vehicle.server.active(1) == {"M_u": 112.0, "D_u": 56.0}
 
 
 UNCHECKED = (

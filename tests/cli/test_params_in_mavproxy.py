@@ -65,11 +65,6 @@ def verb(*words):
     return cli.main(["params", *words, "--yes", "--link", "any"])
 
 
-NONE_STANDS = (
-    "receipts: no upload to vehicle 1 that stands is kept there; give the -before.param to go back to"
-)
-
-
 def test_roll_backs_go_back_one_upload_at_a_time_whichever_program_made_them(vehicle):
     mavproxy = Mavproxy(vehicle)
     mavproxy.upload("90.param")

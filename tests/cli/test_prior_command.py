@@ -17,7 +17,8 @@ from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
 from tui import cli
-from tui.commands.prior import doubted_of, with_priors_written
+from tui.commands.prior import accepted_in, with_priors_written
+from tui.parameter_files import Leave
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
 
@@ -163,29 +164,6 @@ def test_a_doubted_value_is_no_prior_unless_it_may_pass_and_the_others_are(vehic
     assert "not taken" not in shown
 
 
-def test_where_all_is_doubted_nothing_is_written(vehicle, tmp_path, capsys):
-    before = vehicle.read_text(encoding="utf-8")
-    source = identified(tmp_path / "a.json", doubts=[DOUBT | {"about": ["M_u", "D_u"]}])
-    assert accept(source, vehicle) == exit_codes.BAD_INPUT
-    assert CLAUSE in " ".join(capsys.readouterr().err.split())
-    assert vehicle.read_text(encoding="utf-8") == before
-
-
-def test_a_sidecar_brings_what_is_doubted(vehicle, tmp_path, capsys):
-    param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\nFF1_D_U,56\n", encoding="utf-8")
-    intervals = {
-        "FF1_M_U": Interval("M_u", "kg", 109.0, 111.0),
-        "FF1_D_U": Interval("D_u", "N/(m/s)", 55.0, 57.0),
-    }
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals,
-                   doubted={"M_u": "no rate of turn was recorded in roll"})  # fmt: skip
-    write_sidecar(param, told)
-    assert accept(param, vehicle) == exit_codes.DONE
-    assert set(priors(vehicle)) == {"D_u"}
-    assert CLAUSE in " ".join(capsys.readouterr().out.split())
-
-
 def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehicle, tmp_path):
     source = identified(tmp_path / "a.json")
     assert accept(source, vehicle) == exit_codes.DONE
@@ -196,40 +174,26 @@ def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehi
     (doubt,) = with_priors(found, {"M_u": prior}, 0.0).doubts
     again = identified(tmp_path / "b.json", doubts=[doubt.to_json()])
     assert accept(again, vehicle) == exit_codes.DONE
-    assert doubted_of(again) == {}
+    assert accepted_in(again, None, Leave()).doubted == {}
 
 
-def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle, tmp_path):
+def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle, tmp_path, capsys):
     param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
-                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, "ruvifist", "dive-9", "converged",
-                   thrust_shift=0.1)  # fmt: skip
+    param.write_text("FF1_M_U,111\nFF1_D_U,56\n", encoding="utf-8")
+    intervals = {
+        "FF1_M_U": Interval("M_u", "kg", 109.0, 111.0),
+        "FF1_D_U": Interval("D_u", "N/(m/s)", 55.0, 57.0),
+    }
+    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals, "ruvifist", "dive-9", "converged",
+                   thrust_shift=0.1, doubted={"D_u": "no rate of turn was recorded in roll"})  # fmt: skip
     write_sidecar(param, told)
     assert accept(param, vehicle) == exit_codes.DONE
-    assert priors(vehicle)["M_u"].value == pytest.approx(100.0, rel=1e-3)
-    assert priors(vehicle)["M_u"].dive_sha256 == "1" * 64
+    (prior,) = priors(vehicle).values()
+    assert prior.value == pytest.approx(100.0, rel=1e-3)
+    assert (prior.dive_sha256, prior.source) == ("1" * 64, "dive-9, likelihood")
+    assert "D_u is doubted: no rate of turn was recorded in roll" in " ".join(capsys.readouterr().out.split())
     write_sidecar(param, replace(told, outcome="stopped at a bound"))
     assert accept(param, vehicle) == exit_codes.BAD_INPUT
-
-
-def test_a_parameter_file_is_read_by_its_sidecar(vehicle, tmp_path):
-    param = tmp_path / "a.param"
-    param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    intervals = {"FF1_M_U": Interval("M_u", "kg", 100.0, 121.0)}
-    write_sidecar(
-        param, Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals, "ruvifist", "dive-9")
-    )
-    assert accept(param, vehicle) == exit_codes.DONE
-    assert priors(vehicle)["M_u"].value == pytest.approx(110.0)
-    assert priors(vehicle)["M_u"].source == "dive-9, likelihood"
-
-
-def test_a_prior_remembers_the_dives_that_its_own_priors_came_from(vehicle, tmp_path):
-    accept(identified(tmp_path / "a.json", prior_dives=["1" * 16, "00a" + "2" * 13]), vehicle)
-    assert priors(vehicle)["M_u"].earlier_dives == ("1" * 16, "00a" + "2" * 13)
-    assert priors(vehicle)["M_u"].dives == ("7" * 16, "1" * 16, "00a" + "2" * 13)
-    assert "earlier_dives" in vehicle.read_text(encoding="utf-8")
 
 
 def test_the_beginning_of_the_recording_and_the_earlier_dives_go_with_a_prior(vehicle, tmp_path):
@@ -269,6 +233,7 @@ def test_a_file_written_on_one_line_is_left_as_it_is(tmp_path, capsys):
         ({"parameters": []}, "no identifiable parameter"),
         ({"configuration": "flying"}, "no configuration 'flying'"),
         ({"parameters": "none"}, "is not an identification"),
+        ({"doubts": [DOUBT | {"about": ["M_u", "D_u"]}]}, CLAUSE),
     ],
 )
 def test_a_file_that_says_nothing_is_refused_and_nothing_written(vehicle, tmp_path, capsys, changed, words):

@@ -9,8 +9,8 @@ import threading
 from pathlib import Path
 
 import pytest
+from talking_vehicle import TalkingVehicle
 from test_bridge_ring import VEHICLE
-from test_next_dive_command import Vehicle
 from waiting import until
 
 from bridge import exit_codes
@@ -74,9 +74,9 @@ def running():
 
 @pytest.fixture
 def vehicle():
-    made = Vehicle()
+    made = TalkingVehicle()
     yield made
-    made.stop()
+    made.close()
 
 
 def recorded(folder):
@@ -100,7 +100,7 @@ def test_a_folder_taken_from_under_a_recording_is_told_and_it_goes_on_in_a_new_o
     until(lambda: record.said("the recording goes on in its file 2"))
     assert record.said(f"{folder.path / 'telemetry.tlog'}: was {how}")
     assert not record.said("MB left")
-    vehicle.stop()
+    vehicle.close()
     until(lambda: recorded(folder) and recorded(folder)[-1] == vehicle.sent[-1])
     assert record.end() == exit_codes.NO
     here = recorded(folder)
@@ -117,7 +117,7 @@ def test_a_recording_that_was_deleted_for_good_is_not_counted_as_kept(running, v
     shutil.rmtree(root)
     root.write_text("in the way")
     until(lambda: record.said("frames are not in the dive's folder any more"))
-    vehicle.stop()
+    vehicle.close()
     assert record.end() == exit_codes.NO
     (last,) = record.said("lost here")
     assert last.startswith("0 frames, 0 bytes, ")

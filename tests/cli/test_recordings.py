@@ -196,17 +196,6 @@ def test_an_import_onto_a_full_disk_names_what_it_was_to_write_and_can_be_made_a
     assert cli.main(words) == exit_codes.DONE
 
 
-def test_a_table_whose_map_finds_no_room_is_not_half_imported(tmp_path, monkeypatch, capsys):
-    table, columns, out = (tmp_path / name for name in ("tank.csv", "map.yaml", "dive"))
-    table.write_text("t,p1,p2\n" + "".join(f"{i / 10},1500,1600\n" for i in range(50)), encoding="utf-8")
-    columns.write_text("time: {column: t, unit: s}\npwm: {columns: [p1, p2], unit: us}\n", encoding="utf-8")
-    fill(monkeypatch, out, "columns.yaml")
-    words = ["import", str(table), "--columns", str(columns), "--out", str(out)]
-    assert cli.main(words) == exit_codes.BAD_INPUT
-    assert f"{out / 'columns.yaml'}: can't be written" in " ".join(capsys.readouterr().err.split())
-    assert not out.exists()
-
-
 @pytest.mark.usefixtures("far_end")
 def test_a_recording_onto_a_full_disk_is_refused_and_leaves_no_empty_dive(tmp_path, monkeypatch, capsys):
     out = tmp_path / "full"

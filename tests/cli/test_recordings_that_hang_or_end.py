@@ -5,28 +5,24 @@ import signal
 import socket
 import subprocess
 import sys
-from dataclasses import replace
 
 import pytest
 from fakes.vehicle import QuietLink
+from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError, LinkLost
-from gcs_plugin.recording.state import Holding, held, hung, release, write_holding
+from gcs_plugin.recording.state import held, hung, release, write_holding
 from tui import cli
 from tui.links import ByWay, link_for
 
-LINK, FAR = "udpin:127.0.0.1:14550", "udpout:127.0.0.1:14559"
-HUB = "tcp:127.0.0.1:4711"
+FAR = "udpout:127.0.0.1:14559"
 HANGS = f"the recording into /dives/a hangs and keeps its links: end it with `kill -9 {os.getpid()}`"
 
 
 def holding(unix_s, **changed):
-    told = Holding(
-        os.getpid(), HUB, (LINK, FAR), "/dives/a", "2026-11-20T09:12:03Z", 0, 0, 0, 1.0, (), unix_s
-    )  # fmt: skip
-    return replace(told, **changed)
+    return telling(written_unix_s=unix_s, **{"links": (LINK, FAR)} | changed)
 
 
 @pytest.fixture
@@ -77,12 +73,6 @@ def test_a_link_that_opens_beside_one_that_hangs_is_taken(spec):
     link = link_for(spec)
     assert link.name.startswith(spec.rpartition(":")[0])
     link.close()
-
-
-@pytest.mark.usefixtures("stopped")
-def test_a_link_that_it_never_held_fails_in_its_own_words():
-    with pytest.raises(LinkError, match="there is no port"):
-        link_for("serial:/dev/of_nobody")
 
 
 class Course(QuietLink):

@@ -1,35 +1,29 @@
 """A recording beside another, of another vehicle: found by its links and its dive, and never told to be stopped."""
 
 import os
-import socket
 
 import pytest
 from diving_vehicle import Dive
 from fakes.vehicle import FakeLink
+from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkLost
-from bridge.links.open import open_link
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.recording.state import Holding, held, held_beside, release, state_file, write_holding
+from gcs_plugin.recording.state import held, held_beside, release, state_file, write_holding
 from tui import cli, links
 from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
-FIRST, SECOND = "udpin:127.0.0.1:14550", "udpin:127.0.0.1:14621"
-HUB, OTHER_HUB = "tcp:127.0.0.1:4711", "tcp:127.0.0.1:4712"
+FIRST, SECOND = LINK, "udpin:127.0.0.1:14621"
+OTHER_HUB = "tcp:127.0.0.1:4712"
 
 
 def told(**changed):
-    what = {
-        "pid": os.getppid(), "hub": HUB, "links": (FIRST,), "folder": "/dives/first",
-        "began_utc": "2026-11-20T09:12:03Z", "frames": 0, "bytes": 0, "lost": 0, "disk_left_s": 1.0, "notices": (),
-        "written_unix_s": SystemClock().unix_s(),
-    }  # fmt: skip
-    return Holding(**what | changed)
+    return telling(**{"pid": os.getppid(), "folder": "/dives/first"} | changed)
 
 
 @pytest.fixture
@@ -110,43 +104,6 @@ def test_why_the_second_let_a_program_go_is_told_of_the_second(two):
 def test_its_link_is_refused_to_a_third_recording_with_the_way_to_it():
     with pytest.raises(LinkError, match=f"into /dives/second holds it.* by way of it with --link {SECOND}"):
         refuse_second([SECOND])
-
-
-def test_a_port_that_an_unknown_program_has_is_told_without_an_order_to_end_a_recording():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        spec = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
-        with pytest.raises(LinkError) as refused:
-            open_link(spec)
-    assert str(refused.value) == (
-        f"{spec}: can't listen there (Address already in use); another program does: where that is a recording, give "
-        "as --link the hub that it names at its start; else stop it, or give another port"
-    )
-
-
-def test_a_fetch_that_went_by_way_of_another_vehicles_recording_says_whom_it_asked(
-    tmp_path, monkeypatch, capsys
-):
-    dive = Dive(tmp_path / "ring")
-    dive.dive(5.0)
-    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
-    write_records(made.path / "telemetry.tlog", dive.heard)
-    write_holding(told())
-    monkeypatch.setattr("tui.links.link_for", lambda *_: Dive(tmp_path / "other"))
-
-    def no_ring(*_):
-        raise LinkError("the vehicle keeps no recording of its own; start its bridge with --ring FOLDER")
-
-    monkeypatch.setattr("tui.commands.fetch.fetch", no_ring)
-    assert cli.main(["fetch", str(made.path)]) == exit_codes.LINK
-    said = " ".join(capsys.readouterr().err.split())
-    assert said.endswith(
-        "start its bridge with --ring FOLDER (asked by way of the recording of process "
-        f"{os.getppid()} into /dives/first, on {FIRST}: where that is another vehicle than that of {made.path}, name "
-        "its own link with --link)"
-    )
-    assert cli.main(["fetch", str(made.path), "--link", FIRST]) == exit_codes.LINK
-    assert "asked by way of" not in capsys.readouterr().err
 
 
 def test_a_dive_that_another_vehicles_ring_knows_nothing_of_says_whom_it_asked(tmp_path, monkeypatch, capsys):

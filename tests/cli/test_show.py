@@ -1,6 +1,5 @@
 """What verbs show: numbers, JSON, sentences on a dive, and tables that fit 80 columns."""
 
-import argparse
 import errno
 import json
 import math
@@ -8,25 +7,23 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.doctor.checks import fail
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
 from gcs_plugin.recording.recorder import Count
 from identify.checks.fit import too_little
 from identify.comparison import compare
-from identify.dive import Dive, Signal
+from identify.dive import Dive
 from identify.identification import Identification, Outcome, Partner, added_mass, estimate
 from identify.progress import Step
 from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
 from tui import show
-from tui.commands import demo, doctor, identify, import_, validate
+from tui.commands import demo, identify, validate
 from tui.commands.record import RecordedDive
 
 
@@ -50,18 +47,6 @@ def test_numbers_have_so_many_significant_digits_and_no_exponent(value, digits, 
 def test_json_has_null_for_what_does_not_exist(capsys):
     show.write_json({"a": float("nan"), "b": [float("inf"), 1.5], "c": None}, "-")
     assert json.loads(capsys.readouterr().out) == {"a": None, "b": [None, 1.5], "c": None}
-
-
-def test_json_goes_into_a_file_and_nowhere_without_one(tmp_path, capsys):
-    show.write_json([1], str(tmp_path / "out.json"))
-    show.write_json([1], None)
-    assert json.loads((tmp_path / "out.json").read_text(encoding="utf-8")) == [1]
-    assert capsys.readouterr().out == ""
-
-
-def test_json_that_can_not_be_written_names_the_file(tmp_path):
-    with pytest.raises(LogError, match="nowhere"):
-        show.write_json([1], str(tmp_path / "nowhere" / "out.json"))
 
 
 def test_json_on_a_full_disk_leaves_what_lay_there_and_no_empty_file(tmp_path, monkeypatch):
@@ -168,29 +153,6 @@ REASON = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _narrow(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-
-
-@pytest.fixture
-def printed(capsys):
-    """What was printed, after checking that none of it is wider than 80 or cut."""
-
-    def read():
-        out = capsys.readouterr().out
-        assert "…" not in out
-        assert max(map(len, out.splitlines())) <= 80, out
-        return out
-
-    return read
-
-
-def cells(out):
-    """The lines with one blank between cells."""
-    return [" ".join(line.split()) for line in out.splitlines()]
-
-
 def identification(configuration="hovering"):
     """Every coefficient with as many digits as there can be; those of roll can't be told."""
     totals = tuple(
@@ -228,31 +190,50 @@ def rows(runs):
     ]
 
 
-def test_demo_shows_a_table_a_configuration_with_units_beside_the_names(printed):
+def tables():
+    """Each table that a verb shows, with a row of it."""
+    found, runs = identification(), ("PID", "shadow", "FF", "both")
+    other = replace(found, method="pinn", parameters=tuple(
+        replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in found.parameters
+    ))  # fmt: skip
+    speeds = tuple(SteadyError(speed, -0.1234567, 0.1234567, 9) for speed in (0.2, 0.5))
+    axes = tuple(
+        AxisErrors(axis, "rad/s", *(0.1234567,) * 10, speeds=speeds) for axis in ("surge", "sway", "yaw")
+    )
+    errors = dict.fromkeys(runs, TrackingErrors("a", axes))
     done = demo.Demo(FILE, tuple(map(campaign, demo.CAMPAIGNS)), receipt(Path("a")), {})
-    for shown in demo.identified_tables(done):
-        show.put(show.results(), shown)
-    out = printed()
-    assert cells(out).count("D_r, N m/(rad/s) 1235 1000 to 1501 1234 inside") == len(demo.CAMPAIGNS)
-    assert all(f"{configuration}: identified" in out for configuration in demo.CAMPAIGNS)
+    return {
+        "D_r, N m/(rad/s) 1235 1000 to 1501 1234 inside": lambda to: put(to, demo.identified_tables(done)),
+        "Surge motion, m/s Acceleration 0.1235 0.1235 0.1235 0.0091": lambda to: put(
+            to, [demo.tracking_table(list(demo.MODES), rows(3))]
+        ),
+        "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes": lambda to: identify.tell(to, dive(), found),
+        "D_r 1235 3704 N m/(rad/s) 14 disagree": lambda to: identify.tell_comparison(
+            to, compare(found, other)
+        ),
+        "yaw, rad/s Steady state 0.123 0.123 0.123 0.123": lambda to: put(
+            to, [validate.error_table(runs, rows(len(runs)))]
+        ),
+        "yaw, rad/s 0.20 -0.1235 -0.1235 -0.1235 -0.1235": lambda to: put(to, [validate.speed_table(errors)]),
+    }
 
 
-def test_demo_shows_tracking_errors_beside_the_papers(printed):
-    show.put(show.results(), demo.tracking_table(list(demo.MODES), rows(3)))
-    out = printed()
-    assert [line.split() for line in out.splitlines() if line.startswith(("motion", "Surge"))] == [
-        ["motion", "phase", "PID", "FF", "both", "paper"],
-        ["Surge", "motion,", "m/s", "Acceleration", "0.1235", "0.1235", "0.1235", "0.0091"],
-    ]
+def put(console, shown):
+    for table in shown:
+        show.put(console, table)
 
 
-def test_identify(printed):
-    identify.tell(show.results(), dive(), identification())
-    out = printed()
-    assert "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes" in cells(out)
+@pytest.mark.parametrize("row", tables())
+def test_tables_of_the_verbs_fit_80_columns_and_none_is_cut(row, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    tables()[row](show.results())
+    lines = capsys.readouterr().out.splitlines()
+    assert "…" not in "".join(lines)
+    assert max(map(len, lines)) <= 80
+    assert row in [" ".join(line.split()) for line in lines]
 
 
-def test_an_error_in_the_table_is_the_one_that_the_reason_names(printed):
+def test_an_error_in_the_table_is_the_one_that_the_reason_names(capsys):
     """Where the likelihood falls slowly on one side, that side decides."""
     low, high = 15.5 * math.exp(-1.96 * 0.3), 15.5 * math.exp(1.96 * 0.74)
     reason = too_little("I_q", "pitch", 0.74, 0.0, 15.5, "")
@@ -260,49 +241,10 @@ def test_an_error_in_the_table_is_the_one_that_the_reason_names(printed):
     found = identification()
     others = tuple(replace(p, identifiable=True, reason="") for p in found.parameters if p.name != "I_q")
     identify.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
-    out = printed()
-    (row,) = [line for line in cells(out) if line.startswith("I_q")]
+    out = capsys.readouterr().out
+    (row,) = [line for line in out.splitlines() if line.startswith("I_q")]
     assert " 74 " in row
     assert "1: the dive says too little of pitch: the relative standard error is 74 %" in out
-
-
-def test_identify_with_a_second_method(printed):
-    other = replace(identification(), method="pinn", parameters=tuple(
-        replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in identification().parameters
-    ))  # fmt: skip
-    identify.tell_comparison(show.results(), compare(identification(), other))
-    assert "D_r 1235 3704 N m/(rad/s) 14 disagree" in cells(printed())
-
-
-def test_validate_of_every_mode(printed):
-    speeds = tuple(SteadyError(speed, -0.1234567, 0.1234567, 9) for speed in (0.2, 0.5))
-    axes = tuple(
-        AxisErrors(axis, "rad/s", *(0.1234567,) * 10, speeds=speeds) for axis in ("surge", "sway", "yaw")
-    )
-    runs = dict.fromkeys(("PID", "shadow", "FF", "both"), TrackingErrors("a", axes))
-    show.put(show.results(), validate.error_table(list(runs), rows(len(runs))))
-    show.put(show.results(), validate._lags(runs))
-    show.put(show.results(), validate.speed_table(runs))
-    out = cells(printed())
-    assert "yaw, rad/s Steady state 0.123 0.123 0.123 0.123" in out
-    assert "yaw, rad/s 0.20 -0.1235 -0.1235 -0.1235 -0.1235" in out
-
-
-def test_doctor(printed):
-    findings = [fail("bottom lock", REASON), fail("thruster 8", REASON)]
-    doctor.tell(argparse.Namespace(json=None), findings)
-    assert " ".join(printed().split()).count(REASON) == 2
-
-
-def test_import(monkeypatch, printed, tmp_path):
-    time_s = np.arange(0.0, 10000.0, 0.01)
-    held = dive(velocity=Signal(time_s, np.full((len(time_s), 3), np.nan)))
-    held = replace(held, notes=(REASON,))
-    monkeypatch.setattr("tui.commands.import_.read_dive", lambda *_: held)
-    line = argparse.Namespace(file=str(tmp_path), out=None, vehicle=None, columns=None, json=None)
-    import_.run(line)
-    out = printed()
-    assert "velocity 1000000 100 0 0 100" in cells(out)
 
 
 def test_demo_leaves_in_its_folder_what_was_identified_uploaded_and_received(monkeypatch, tmp_path):
@@ -325,14 +267,9 @@ FOLDER = Path("dives/2026-11-20T0912Z-lake")
     ("count", "words"),
     [
         (Count(1, 12, 12, 960, 0), f"12 frames, 960 bytes, 0 lost here: {FOLDER}"),
-        (Count(1, 12, 10, 800, 2), f"10 frames, 800 bytes, 2 lost here: {FOLDER}"),
         (
-            Count(1, 12, 12, 960, 0, missed=5),
-            f"12 frames, 960 bytes, 0 lost here, 5 lost on the way: {FOLDER}",
-        ),
-        (
-            Count(1, 12, 12, 960, 0, unheard_s=58.25),
-            f"12 frames, 960 bytes, 0 lost here, 58 s unheard at a stretch: {FOLDER}",
+            Count(1, 12, 10, 800, 2, missed=5, unheard_s=58.25),
+            f"10 frames, 800 bytes, 2 lost here, 5 lost on the way, 58 s unheard at a stretch: {FOLDER}",
         ),
     ],
 )

@@ -1,6 +1,7 @@
 """`simulate` and `bridge`: dives by the simulated vehicle, and the vehicle's side on a link."""
 
 import json
+import shutil
 import threading
 from pathlib import Path
 
@@ -11,7 +12,6 @@ from bridge.clock import SystemClock
 from bridge.links.memory import memory_pair
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
-from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
@@ -37,20 +37,8 @@ def mission(tmp_path):
 
 
 def simulate(tmp_path, mission, *more):
-    line = [
-        "simulate",
-        "--vehicle",
-        "ruvifist:hovering",
-        "--mission",
-        mission,
-        "--out",
-        str(tmp_path / "dives"),
-    ]
-    return cli.main([*line, *more])
-
-
-def frames(folder):
-    return [frame.raw for _, frame in read_tlog(Path(folder) / "telemetry.tlog")]
+    out = str(tmp_path / "dives")
+    return cli.main(["simulate", "--vehicle", "ruvifist:hovering", "--mission", mission, "--out", out, *more])
 
 
 def test_a_mission_of_ones_own_becomes_a_dive_folder(tmp_path, mission, capsys):
@@ -98,18 +86,8 @@ def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, m
         vehicle.join()
 
     monkeypatch.setattr("bridge.command_line.until_stopped", until_the_ground_is_done)
-    line = [
-        "simulate",
-        "--vehicle",
-        "ruvifist:hovering",
-        "--mission",
-        "idle",
-        "--link",
-        "any",
-        "--speed",
-        "20",
-    ]
-    assert cli.main([*line, "--parameters", store]) == exit_codes.DONE
+    idle = ("--link", "any", "--speed", "20", "--parameters", store)
+    assert simulate(tmp_path, "idle", *idle) == exit_codes.DONE
     assert [receipt.good for receipt in receipts] == [True]
     assert (
         simulate(tmp_path, mission, "--mode", "both", "--parameters", store, "--json", "-") == exit_codes.DONE
@@ -125,11 +103,6 @@ def upload_to(link, tmp_path):
     return client.apply(Order(plan, tmp_path / "before.param"))
 
 
-def test_an_idle_vehicle_without_a_link_says_what_it_waits_for(capsys):
-    assert cli.main(["simulate", "--vehicle", "ruvifist:survey", "--mission", "idle"]) == exit_codes.BAD_INPUT
-    assert "--link" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -137,28 +110,20 @@ def test_an_idle_vehicle_without_a_link_says_what_it_waits_for(capsys):
         (("--vehicle", "ruvifist:survey", "--mission", "hovering"), "moves sideways"),
         (("--vehicle", "ruvifist:survey", "--mission", "nowhere"), "no mission 'nowhere'"),
         (("--vehicle", "ruvifist:survey", "--mission", "survey", "--speed", "0"), "--speed"),
+        (("--vehicle", "ruvifist:survey", "--mission", "idle"), "--link"),
+        (("--vehicle", "own.yaml:survey", "--mission", "survey"), "truth"),
+        (
+            ("--vehicle", "bluerov2_heavy", "--mission", "survey"),
+            "names no sensors, so a dive would record no",
+        ),
     ],
 )
-def test_a_dive_that_can_not_be_says_why(tmp_path, words, sentence, capsys):
-    assert cli.main(["simulate", *words, "--out", str(tmp_path / "dives")]) == exit_codes.BAD_INPUT
+def test_a_dive_that_can_not_be_says_why(tmp_path, monkeypatch, words, sentence, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(CONFIGS / "vehicles" / "ruvifist.yaml", "own.yaml")
+    assert cli.main(["simulate", *words]) == exit_codes.BAD_INPUT
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "dives").exists()
-
-
-def test_a_vehicle_without_a_truth_is_not_dived(tmp_path, mission, capsys):
-    file = tmp_path / "own.yaml"
-    file.write_text((CONFIGS / "vehicles" / "ruvifist.yaml").read_text(encoding="utf-8"), encoding="utf-8")
-    words = ["--vehicle", f"{file}:survey", "--mission", str(mission), "--out", str(tmp_path / "dives")]
-    assert cli.main(["simulate", *words]) == exit_codes.BAD_INPUT
-    assert "truth" in capsys.readouterr().err
-    assert not (tmp_path / "dives").exists()
-
-
-def test_a_vehicle_that_names_no_sensors_is_not_dived(tmp_path, mission, capsys):
-    words = ["--vehicle", "bluerov2_heavy", "--mission", str(mission), "--out", str(tmp_path / "dives")]
-    assert cli.main(["simulate", *words]) == exit_codes.BAD_INPUT
-    assert "names no sensors, so a dive would record no reading" in capsys.readouterr().err
-    assert not list((tmp_path / "dives").glob("*"))
 
 
 def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mission, monkeypatch, capsys):
@@ -174,9 +139,8 @@ def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mis
     assert event.text == "cut short: 5 s of 7 s were dived"
 
 
-def bridge(tmp_path, monkeypatch, sensors, seconds="1.5"):
-    near, _ = memory_pair()
-    monkeypatch.setattr("bridge.onboard.program.lasting", lambda *_: near)
+def bridge(tmp_path, monkeypatch, sensors, seconds="1.5", link=None):
+    monkeypatch.setattr("bridge.onboard.program.lasting", lambda *_: link or memory_pair()[0])
     vehicle = tmp_path / "some.yaml"
     vehicle.write_text(
         f"name: some\nsensors: {sensors}\nconfigurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
@@ -235,23 +199,7 @@ def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monke
 
 def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkeypatch):
     near, far = memory_pair()
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: near)
-    vehicle = tmp_path / "bare.yaml"
-    vehicle.write_text(
-        "name: bare\nconfigurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
-        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
-        encoding="utf-8",
-    )
-    line = [
-        "bridge",
-        "--vehicle",
-        str(vehicle),
-        "--link",
-        "any",
-        "--parameters",
-        str(tmp_path / "memory.json"),
-    ]
-    assert cli.main([*line, "--seconds", "0.5"]) == exit_codes.DONE
+    assert bridge(tmp_path, monkeypatch, "{}", seconds="0.5", link=near) == exit_codes.DONE
     framer = Framer()
     heard = [frame for data in far._inbox for frame in framer.feed(data)]
     assert any(frame.message_id == 0 and frame.system == 1 for frame in heard)

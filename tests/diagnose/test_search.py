@@ -242,9 +242,9 @@ def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log
     weighing = SimpleNamespace(
         now=SimpleNamespace(log_posterior=0.0),
         fitted=lambda causes: SimpleNamespace(causes=causes),
-        candidates_beside=lambda others: None,
+        candidates_beside=lambda _: None,
     )
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(9.0, 9.0, strong), (8.0, 8.0, weaker)])
-    monkeypatch.setattr(search, "_settled", lambda nominal, weighing, fit, at: (instead, fit))
+    monkeypatch.setattr(search, "_settled", lambda *given: (instead, given[2]))
     _, fit = search._with_usual_values(None, weighing, weighing.fitted((strong,)), None)
     assert [cause.effect.number for cause in fit.causes] == [named]

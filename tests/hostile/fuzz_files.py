@@ -31,7 +31,7 @@ from tui.app.keys import load_keymap
 from tui.app.screens.table import PLACES
 from tui.commands.merge import merge
 from tui.commands.params import targets_of_identification
-from tui.commands.prior import doubted_of, priors_of
+from tui.commands.prior import accepted_in
 from tui.parameter_files import Leave
 
 UNIX_US = 1_790_000_000_000_000
@@ -229,7 +229,7 @@ def receipts(folder: Path) -> Any:
 def identification(folder: Path) -> Any:
     """All that an upload and a prior take from it, and the sidecar that is written of it."""
     path, leave = folder / "i.json", Leave(any_vehicle=True, doubts=True)
-    told = doubted_of(path), priors_of(path, None, leave)
+    told = accepted_in(path, None, leave)
     targets = targets_of_identification(path, "ruvifist:hovering", leave)
     assert targets.sidecar is not None
     write_sidecar(folder / "i.param", targets.sidecar)

@@ -44,7 +44,7 @@ from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan
-from tui.commands.prior import priors_of
+from tui.commands.prior import accepted_in
 from tui.dive_list import row_of
 from tui.job import work
 from tui.parameter_files import Leave, read_identification
@@ -359,9 +359,9 @@ def put_answer(folder: Path, place: tuple[str | int, ...], value: Any) -> Path:
 
 def test_the_one_that_all_are_made_of_is_taken(tmp_path: Path) -> None:
     (tmp_path / "i.json").write_bytes(IDENTIFIED)
-    (_, (configuration, priors)), targets = fuzz_files_identification(tmp_path)
-    assert configuration == "hovering"
-    assert list(priors) == ["M_u"]
+    accepted, targets = fuzz_files_identification(tmp_path)
+    assert accepted.configuration == "hovering"
+    assert list(accepted.priors) == ["M_u"]
     assert list(targets.values.values()) == [150.5]
 
 
@@ -385,5 +385,5 @@ def test_one_with_something_else_in_a_place_is_refused(
         targets_of_identification(path, "ruvifist:hovering", ANY)
     assert str(refused.value) == sentence
     with pytest.raises(UsageError) as refused:
-        priors_of(path, None, ANY)
+        accepted_in(path, None, ANY)
     assert str(refused.value) == sentence

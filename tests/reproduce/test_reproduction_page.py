@@ -15,7 +15,7 @@ from direct_dive import dive
 from bench.reproduce import page
 from bench.reproduce.comparisons import validation
 from bench.reproduce.dives import TURN_RAD, carrying, identified, legs, without_inertia
-from bench.reproduce.paper import PaperOptions
+from bench.reproduce.paper import PaperOptions, sized
 from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
 from bridge import exit_codes
@@ -147,6 +147,12 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
     assert data["campaigns"]["hovering"]["published"]["X_udot"]["value"] == 39.6
     misfits = len(data["does_not_fit"])
     assert f"On {misfits} points the paper's text and numbers do not fit" in page.verdict(done)
+
+
+def test_the_network_is_small_unless_another_is_asked_for():
+    small, own = sized(None), sized([1024, 5, 100])
+    assert small.hidden < own.hidden == 1024
+    assert (own.depth, own.epochs) == (5, 100)
 
 
 @pytest.mark.soak

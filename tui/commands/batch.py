@@ -9,7 +9,6 @@ from pathlib import Path
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
-from bridge.command_line import check_folder
 from bridge.links.addresses import of_link
 from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
@@ -25,7 +24,7 @@ from identify.ingest.open import utc
 from identify.ingest.table import map_file
 from identify.report.page import Read, with_provenance, write_report
 from tui import pages, show
-from tui.files import Files, check_files
+from tui.files import Files
 from tui.show import STANDARD_OUTPUT, Table, Tell
 
 PAGE, KEPT = "trends.html", "results.jsonl"
@@ -62,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def check(arguments: argparse.Namespace) -> None:
-    """Raise UsageError for contradicting options, and for outputs that can't be written."""
+    """Raise UsageError for contradicting options."""
     if arguments.method not in (*METHODS, "paper"):
         raise exit_codes.UsageError(
             f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}, paper"
@@ -71,8 +70,6 @@ def check(arguments: argparse.Namespace) -> None:
         raise exit_codes.UsageError("--processes is for this computer; leave it out with --scheduler")
     if arguments.json == STANDARD_OUTPUT == arguments.csv:
         raise exit_codes.UsageError("--json - and --csv - would mix on standard output; give one a file")
-    check_files({"--json": arguments.json, "--csv": arguments.csv})
-    check_folder("--out", arguments.out)
 
 
 def engine(arguments: argparse.Namespace) -> Engine:
@@ -162,8 +159,7 @@ def tell(
         if drift.trends:
             show.put(console, trend_table(drift, configuration))
         show.say(console, f"{configuration}: {drift.sentence}")
-    for twin in recordings.twins:
-        show.say(console, f"counted once: {twin.path} {twin.why} {twin.counted}")
+    show.say(console, *(f"counted once: {twin.path} {twin.why} {twin.counted}" for twin in recordings.twins))
 
 
 def dive_table(rows: Sequence[Row]) -> Table:

@@ -12,7 +12,6 @@ from identify.challenge.case import left_out
 from identify.challenge.score import Answer, Rate, Score, read_answer, score
 from identify.challenge.seal import hash_path, key_path, seal, unsealed
 from tui import show
-from tui.files import check_file, check_new_folder
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -20,8 +19,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _seal(arguments: argparse.Namespace) -> int:
-    check_new_folder("--out", arguments.out)
-    check_file("--json", arguments.json)
     console = show.results(arguments.json)
     without = left_out(arguments.without) if arguments.without else ()
     with show.progress("sealing") as tell:
@@ -64,7 +61,6 @@ def _answer(path: Path) -> Answer | None:
 
 
 def _score(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     folder = Path(arguments.answers)
     if not folder.is_dir():
         raise LogError(f"{folder}: is no folder; give the one that holds case_001.json and so on")

@@ -9,12 +9,10 @@ from bridge.errors import ConfigError
 from gcs_plugin.dives.conditions import NOTHING_SAID, mistakes, of_texts, texts_of
 from gcs_plugin.dives.folder import About, DiveFolder, find_folder, last_conditions, list_folders
 from tui import links, show
-from tui.files import check_file
 from tui.verbs import CONDITIONS
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     folder = _folder(arguments.dive)
     given = {name: getattr(arguments, name) for name in CONDITIONS if getattr(arguments, name) is not None}
     if wrong := mistakes(given):

@@ -11,7 +11,6 @@ from typing import Any
 from bench.reproduce.published import TABLE_5
 from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import check_folder
 from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
@@ -35,7 +34,6 @@ from identify.report.validation import Reference, tracking_section
 from identify.run.identify import identify
 from identify.validate import METHOD, Row, compare, tracking_errors
 from tui import show
-from tui.files import check_file
 from tui.show import Table
 
 MOTIONS = {"surge": "Surge motion", "sway": "Sway motion", "yaw": "Yaw motion"}
@@ -72,8 +70,6 @@ class Demo:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
     clock = clocks.SystemClock()
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("demo") as tell:

@@ -16,11 +16,7 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import (
-    Interval,
-    Sidecar,
-    sidecar_path,
-)
+from gcs_plugin.params.files import Interval, Sidecar
 from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
 from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
@@ -38,8 +34,8 @@ from identify.run.diagnose import Before, diagnose
 from identify.run.identify import compiles_first
 from identify.run.recordings import read, stray_bytes
 from tui import pages, show
-from tui.commands.prior import doubted_of, effects_of, priors_of
-from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.commands.prior import accepted_in
+from tui.files import Files
 from tui.parameter_files import Leave
 from tui.recordings import column_map_for, recording_at, ruled_out
 
@@ -49,13 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
         return run_against(arguments)
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
-    targets = {"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict}
-    targets["--accept"] = arguments.accept
-    if arguments.accept:
-        targets["the sidecar of --accept"] = str(sidecar_path(Path(arguments.accept)))
-    check_files(targets)
-    pages.check(arguments)
-    check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     places = [Path(path) for path in (arguments.dive, arguments.check) if path]
     columns = column_map_for(arguments.columns, [*map(str, places)])
@@ -98,8 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
             files.attempt(lambda: files.written.extend(accepted()))
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
-        for sentence in files.written:
-            show.say(console, sentence)
+        show.say(console, *files.written)
     return files.code(exit_codes.DONE)
 
 
@@ -170,8 +158,6 @@ def run_against(arguments: argparse.Namespace) -> int:
             raise exit_codes.UsageError(
                 f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
             )
-    check_files({"--json": arguments.json, "--report": arguments.report})
-    pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, (arguments.dive, arguments.against))
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
@@ -184,8 +170,7 @@ def run_against(arguments: argparse.Namespace) -> int:
         pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)
-        for line in files.written:
-            show.say(console, line)
+        show.say(console, *files.written)
     return files.code(exit_codes.DONE)
 
 
@@ -230,8 +215,7 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
         *wording.next_lines(diagnosis),
         *diagnosis.notes,
     )
-    for line in lines:
-        show.say(console, f"  {line}")
+    show.say(console, *(f"  {line}" for line in lines))
 
 
 def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -248,25 +232,24 @@ def accepted_before(path: Path, file: VehicleFile, configuration: str) -> Before
     A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
     Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
     """
-    of, known = priors_of(path, 0.0, Leave())
+    read = accepted_in(path, 0.0, Leave())
     # A diagnosis looks for changes of the hull's own model.
     hull = coefficients_of_hull(file.vehicle.configurations[configuration])
-    priors = {name: prior for name, prior in known.items() if name in hull}
-    if of != configuration:
+    priors = {name: prior for name, prior in read.priors.items() if name in hull}
+    if read.configuration != configuration:
         raise UsageError(
-            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
-            "that one"
+            f"--accepted {path}: is of configuration '{read.configuration}', the dive of '{configuration}'; give what "
+            "was accepted for that one"
         )
-    doubted = doubted_of(path)
-    lines = doubt_lines(doubted, priors)
-    taken = {name: prior for name, prior in priors.items() if name not in doubted}
+    lines = doubt_lines(read.doubted, priors)
+    taken = {name: prior for name, prior in priors.items() if name not in read.doubted}
     if not taken:
         raise UsageError(
             f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
             "that of another dive"
         )
     notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
-    return Before(taken, effects_of(path), notes)
+    return Before(taken, read.effects, notes)
 
 
 def write_accepted(

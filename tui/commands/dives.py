@@ -8,10 +8,10 @@ from typing import Any
 
 from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
+from identify.ingest.messages import clock
 from identify.ingest.open import utc
 from tui import show
 from tui.dive_list import FAIR, DiveRow, letters, rows_of
-from tui.files import check_file
 
 LEGEND = (
     "mass, damping: what each dive could identify by itself of u v w p q r: a capital letter to 10 %, a small one to "
@@ -20,7 +20,6 @@ LEGEND = (
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     if arguments.otherwise:
         load_vehicle(arguments.otherwise)
@@ -30,8 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     if rows:
         show.put(console, table_of(rows))
         for row in rows:
-            for sentence in said_of(row):
-                show.say(console, f"{row.name}: {sentence}")
+            show.say(console, *(f"{row.name}: {sentence}" for sentence in said_of(row)))
         if any(row.glance.relative_std for row in rows):
             show.say(console, LEGEND)
     else:
@@ -52,7 +50,7 @@ def table_of(rows: list[DiveRow]) -> Any:
         [
             (
                 utc(row.glance.began_unix_s),
-                clock_text(row.glance.duration_s),
+                clock(round(row.glance.duration_s)) if math.isfinite(row.glance.duration_s) else "-",
                 f"{row.size_bytes / 1e6:.1f}",
                 f"{100 * row.glance.loss:.1f}" if math.isfinite(row.glance.loss) else "-",
                 f"{row.glance.unheard_s:.0f} s" if row.glance.unheard_s else "-",
@@ -89,44 +87,15 @@ def said_of(row: DiveRow) -> Iterator[str]:
         yield f"noted at {' '.join(event.split())}"
 
 
-def clock_text(seconds: float) -> str:
-    """Format a duration: `13:27`, `1:02:03`."""
-    if not math.isfinite(seconds):
-        return "-"
-    minutes, seconds_left = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{seconds_left:02d}" if hours else f"{minutes}:{seconds_left:02d}"
-
-
 def to_json(row: DiveRow) -> dict[str, Any]:
     """A row as plain data."""
-    glance = row.glance
-    return {
-        "folder": row.folder,
-        "name": row.name,
-        "began_unix_s": glance.began_unix_s,
-        "duration_s": glance.duration_s,
-        "size_bytes": row.size_bytes,
-        "loss": glance.loss,
-        "excitation": None
-        if glance.relative_std is None
-        else [
-            {"name": name, "relative_std": std, "identifiable": std <= FAIR}
-            for name, std in glance.relative_std.items()
-        ],
-        "axes": [vars(span) for span in glance.spans],
-        "why_not": glance.why_not,
-        "error": glance.error,
-        "stray": glance.stray,
-        "restarts": glance.restarts,
-        "lacking": glance.lacking,
-        "unheard_s": glance.unheard_s,
-        "unheard": glance.unheard,
-        "damaged": row.damaged,
-        "underway": row.underway,
-        "notes": row.notes,
-        "conditions": row.conditions,
-        "events": list(row.events),
-        "learnt": list(row.learnt),
-        "worked_on": list(row.worked_on),
-    }
+    data = vars(row) | vars(row.glance)
+    for nested in ("glance", "relative_std", "spans"):
+        del data[nested]
+    std = row.glance.relative_std
+    excitation = (
+        None
+        if std is None
+        else [{"name": name, "relative_std": std[name], "identifiable": std[name] <= FAIR} for name in std]
+    )
+    return data | {"excitation": excitation, "axes": [vars(span) for span in row.glance.spans]}

@@ -9,7 +9,6 @@ from pathlib import Path
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
-from bridge.command_line import check_folder
 from bridge.errors import ConfigError, LinkError
 from bridge.links import secured
 from bridge.links.link import Link, Wrapper
@@ -38,16 +37,14 @@ from gcs_plugin.doctor.observe import Observed, observe
 from gcs_plugin.doctor.pulses import arm, confirm, disarm, duration_s, pulses, run_pulses
 from gcs_plugin.params.client import ParameterClient
 from tui import links, show
-from tui.files import check_file
 from tui.show import harmless
 
 Progress = Callable[[int, int], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
-    linked = arguments.link is not None or links.serving_now()
+    holding = links.usable_now() if arguments.link is None else None
+    linked = arguments.link is not None or bool(holding and holding.hub)
     if not (arguments.vehicle or linked):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
     if arguments.wet and not (arguments.vehicle and linked):

@@ -5,15 +5,14 @@ import sys
 from pathlib import Path
 
 from bridge import exit_codes
-from bridge.plain import is_number
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.params.identified import doubt_lines, doubted_in
+from gcs_plugin.params.identified import doubt_lines, doubted_in, estimates_in
 from identify.effects.library import library
 from identify.export.model import Model, model_of
 from identify.export.targets import TARGETS, export, is_held, with_effects
 from tui import show
-from tui.files import Files, check_files
+from tui.files import Files
 from tui.parameter_files import Leave, accepted_model, check_outcome, check_vehicle, read_identification
 from tui.show import STANDARD_OUTPUT
 
@@ -27,7 +26,6 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out = None
     if arguments.json == STANDARD_OUTPUT and arguments.out is None:
         raise exit_codes.UsageError("--json -: standard output takes the file itself; add --out FILE")
-    check_files({"--out": arguments.out, "--json": arguments.json})
     leave = Leave(doubts=arguments.despite_doubts)
     model, doubted = _model(arguments.file, arguments.vehicle, leave)
     exported = export(model, arguments.to)
@@ -37,14 +35,11 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(show.harmless(exported.text))
         else:
             files.text(Path(arguments.out), exported.text)
-        for line in doubt_lines(doubted, tuple(doubted)):
-            show.say(console, f"warning: {line}")
+        show.say(console, *(f"warning: {line}" for line in doubt_lines(doubted, tuple(doubted))))
         if exported.left_out:
             show.say(console, f"what did not fit into {arguments.to} as it is:")
-        for part in exported.left_out:
-            show.say(console, f"{part.what}: {part.reason}")
-        for note in exported.notes:
-            show.say(console, f"note: {note}")
+        show.say(console, *(f"{part.what}: {part.reason}" for part in exported.left_out))
+        show.say(console, *(f"note: {note}" for note in exported.notes))
         files.json(
             {
                 "target": arguments.to,
@@ -84,34 +79,35 @@ def _identified(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dic
     check_outcome(path, data["outcome"], leave, "written")
     check_vehicle(path, data["vehicle"]["name"], data["configuration"], file)
     known = {
-        parameter["name"]: parameter
-        for parameter in data["parameters"]
-        if isinstance(parameter, dict)
-        and parameter.get("name") in OF_HULL
-        and parameter.get("identifiable") is True
-        and is_number(parameter.get("value"))
+        estimate.name: estimate
+        for estimate in estimates_in(data)
+        if estimate.name in OF_HULL and estimate.identifiable and estimate.value is not None
     }
     if not known:
         raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
     intervals = {
-        name: (float(parameter["low95"]), float(parameter["high95"]))
-        for name, parameter in known.items()
-        if is_number(parameter.get("low95")) and is_number(parameter.get("high95"))
+        name: (estimate.low95, estimate.high95)
+        for name, estimate in known.items()
+        if estimate.low95 is not None and estimate.high95 is not None
     }
-    values = {name: float(parameter["value"]) for name, parameter in known.items()}
+    values = {name: estimate.value for name, estimate in known.items() if estimate.value is not None}
     doubted = {name: why for name, why in doubted_in(data).items() if name in known}
     return model_of(values, file, data["configuration"], intervals), doubted
 
 
 def _accepted(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
-    accepted = accepted_model(path, file, leave)
+    accepted, sidecar = accepted_model(path, file, leave)
     # Accepted effects enter the model as effects; identified values enter as plain coefficients. A zero takes an
     # earlier effect back, and is no value.
-    hull = OF_HULL.keys() - {name for effect in accepted.effects for name in effect.parameters}
-    values = {name: value for name, value in accepted.values.items() if name in hull and value}
-    intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
-    model = model_of(values, file, accepted.configuration, intervals)
-    doubted = {name: why for name, why in accepted.doubted.items() if name in values}
-    shape = file.vehicle.configurations[accepted.configuration]
+    hull = OF_HULL.keys() - {name for effect in sidecar.effects for name in effect.parameters}
+    values = {name: value for name, value in accepted.items() if name in hull and value}
+    intervals = {
+        interval.coefficient: (interval.low95, interval.high95)
+        for interval in sidecar.intervals.values()
+        if is_held(interval.coefficient)
+    }
+    model = model_of(values, file, sidecar.configuration, intervals)
+    doubted = {name: why for name, why in sidecar.doubted.items() if name in values}
+    shape = file.vehicle.configurations[sidecar.configuration]
     effects = library(shape, file.vehicle.thrust_curve.lag_s)
-    return with_effects(model, accepted.effects, effects), doubted
+    return with_effects(model, sidecar.effects, effects), doubted

@@ -2,13 +2,13 @@
 
 import argparse
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
-from bridge.command_line import check_folder
 from bridge.errors import LinkError, LogError, NotOfThisDive
 from bridge.exit_codes import UsageError
 from bridge.links import secured
@@ -30,8 +30,6 @@ from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders
 from tui import links, show
 from tui.commands.merge import beyond_words, guessed_words, lacking_words
-from tui.files import check_file
-from tui.show import Tell
 
 FIND_S = 10.0
 
@@ -48,8 +46,6 @@ FETCH_SHARE = 0.9
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
     if arguments.new and arguments.dive:
         raise UsageError(f"{arguments.dive}: --new makes a folder of its own; leave one of both out")
     if arguments.minutes and not arguments.new:
@@ -77,13 +73,11 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         link.close()
     show.say(show.results(arguments.json), done.words)
-    outcome: dict[str, object] = {
-        "recording": str(done.path),
-        "frames": done.frames,
-        "missing": done.missing,
-    }
-    outcome |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
-    outcome |= {"holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond}
+    outcome = {
+        "recording": str(done.path), "frames": done.frames, "missing": done.missing,
+        "fetched_bytes": done.fetched_bytes, "damaged": done.damaged,
+        "holes": [vars(hole) for hole in done.holes], "lost": done.lost, "beyond": done.beyond,
+    }  # fmt: skip
     show.write_json(outcome, arguments.json)
     return exit_codes.DONE if done.is_whole else exit_codes.NO
 
@@ -151,31 +145,21 @@ class Fetched:
     @property
     def words(self) -> str:
         """`1200 of 96000 frames had not been heard; the dive is whole in dives/.../telemetry.whole.tlog`."""
+        missing = f"{self.missing} of {self.frames} frames had not been heard"
         if self.damaged:
-            subject, complete = (
-                "all that can be read is",
-                f"all {self.frames} frames that can be read are there",
-            )
-        elif self.is_whole:
-            subject, complete = "the dive is whole", f"nothing is missing, all {self.frames} frames are there"
+            subject = "all that can be read is"
         else:
-            subject, complete = (
-                "what there is of the dive is",
-                f"all {self.frames} frames that anybody has are there",
-            )
-        if self.missing:
-            summary = f"{self.missing} of {self.frames} frames had not been heard; {subject} in {self.path}"
-        else:
-            summary = f"{complete}: {self.path}"
+            subject = "the dive is whole" if self.is_whole else "what there is of the dive is"
         lacking = lacking_words(self.holes, self.lost)
-        more = [
+        sentences = (
+            f"{missing if self.missing else f'all {self.frames} frames had been heard'}; {subject} in {self.path}",
             f"{lacking}, the vehicle neither: {LET_GO}" if lacking else "",
             HURT.format(count=self.damaged) if self.damaged else "",
             HURT_BEYOND.format(count=self.damaged_beyond) if self.damaged_beyond else "",
             guessed_words(self.guessed),
             beyond_words(self.beyond),
-        ]
-        return ". ".join((summary, *filter(None, more)))
+        )
+        return ". ".join(filter(None, sentences))
 
 
 @dataclass(frozen=True)
@@ -185,7 +169,7 @@ class Fetcher:
     link: Link
     clock: Clock
     patience_s: float
-    tell: Tell
+    tell: Callable[[float, str], None]
 
     def whole(self, folder: DiveFolder) -> Fetched:
         """Complete a dive. Raises LogError if the ring has nothing of it, another fetch is running or the dive is

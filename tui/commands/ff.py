@@ -24,7 +24,6 @@ from gcs_plugin.params.plan import make_plan
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from gcs_plugin.watch.hearing import StatusTexts
 from tui import links, show
-from tui.files import check_file
 
 PATIENCE_S = 15.0
 LACKING_S = 10.0
@@ -41,7 +40,6 @@ Tell = Callable[[str], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     mode = ORDERS[arguments.mode]
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)

@@ -10,7 +10,6 @@ from rich.console import Console
 
 from bridge import exit_codes
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.params.files import sidecar_path
 from gcs_plugin.params.identified import write_identified
 from identify.comparison import Comparison
 from identify.dive import Dive
@@ -22,7 +21,7 @@ from identify.report.tables import standard_error
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read
 from tui import pages, show
-from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.files import Files
 from tui.recordings import column_map_for, recording_at
 
 if TYPE_CHECKING:
@@ -40,12 +39,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
     if arguments.network and "paper" not in methods:
         raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
-    targets = {"--json": arguments.json, "--param": arguments.param, "--report": arguments.report}
-    if arguments.param:
-        targets["the sidecar of --param"] = str(sidecar_path(Path(arguments.param)))
-    check_files(targets)
-    pages.check(arguments)
-    check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     readings = [read(recording_at(Path(path)), file, columns) for path in arguments.dives]
@@ -67,8 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
             files.attempt(param, f"parameters: {arguments.param}")
         # The page comes last because drawing takes long. It is written even if the reader of the table has left.
         try:
-            for sentence in (remark for reading in readings for remark in reading.remarks):
-                show.say(console, sentence)
+            show.say(console, *(remark for reading in readings for remark in reading.remarks))
             for each in result:
                 tell(console, each.dive, each.answer)
                 for comparison in each.comparisons:
@@ -76,8 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
         finally:
             page = partial(identification_report, result, curves)
             pages.publish(files, arguments, page, [each.dive for each in result], file)
-        for sentence in files.written:
-            show.say(console, sentence)
+        show.say(console, *files.written)
     converged = all(each.answer.outcome is Outcome.CONVERGED for each in result)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
 
@@ -105,15 +96,13 @@ def estimator_of(
 
 def paper(network: Sequence[int] | None, curves: "dict[str, TrainingCurves]") -> Estimator:
     """Return the paper's method with a network of the given size; it stores its training curves in `curves` by dive."""
-    from bench.reproduce.paper import SMALL, PaperOptions, estimate_with_curves
-
-    options = (
-        SMALL if network is None else PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])
-    )
+    from bench.reproduce.paper import estimate_with_curves, sized
 
     def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
         refuse_damping("paper", file, configuration)
-        answer, curves[dive.sha256] = estimate_with_curves(dive, file, configuration, progress, options)
+        answer, curves[dive.sha256] = estimate_with_curves(
+            dive, file, configuration, progress, sized(network)
+        )
         return answer
 
     return estimate
@@ -140,8 +129,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")
     doubts = [doubt.sentence for doubt in answer.doubts]
-    for doubt in dict.fromkeys(doubts):
-        show.say(console, f"warning: {doubt}")
+    show.say(console, *(f"warning: {doubt}" for doubt in dict.fromkeys(doubts)))
     for note in dict.fromkeys((*answer.sentences, *dive.notes)):
         if note not in doubts:
             show.say(console, f"note: {note}")
@@ -169,10 +157,8 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
         columns = ("name", *methods, "unit", "apart, std", "beyond intervals")
         show.put(console, show.Table(title, columns, rows, (*methods, "apart, std")))
     if not compared.disagreements:
-        for sentence in compared.sentences:
-            show.say(console, f"note: {sentence}")
-    for sentence in further_remarks(compared):
-        show.say(console, f"note: {sentence}")
+        show.say(console, *(f"note: {sentence}" for sentence in compared.sentences))
+    show.say(console, *(f"note: {sentence}" for sentence in further_remarks(compared)))
 
 
 def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import read_dive
 from tui import show
-from tui.files import Files, check_file, check_new_folder
+from tui.files import Files
 from tui.recordings import column_map_for
 
 GAP_PERIODS = 5.0
@@ -27,9 +27,6 @@ DAMAGE_OUT = "What is damaged in it is left out."
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    if arguments.out:
-        check_new_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     columns = column_map_for(arguments.columns, (arguments.file,))
     dive = read_dive(Path(arguments.file), columns, file)
@@ -48,8 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
             numbers=("samples", "rate Hz", "gaps", "longest s", "unknown %"),
         ),
     )  # fmt: skip
-    for note in dive.notes:
-        show.say(console, f"note: {note}")
+    show.say(console, *(f"note: {note}" for note in dive.notes))
     fixes = check_fixes(dive)
     if fixes is not None:
         show.say(console, fixes.sentence)

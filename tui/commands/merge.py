@@ -24,7 +24,7 @@ from identify.ingest.messages import clock
 from identify.ingest.tlog import read_tlog as read_fields
 from identify.words import listed
 from tui import show
-from tui.files import check_file
+from tui.cli import complain
 
 TOLD: Final = 3
 """Number of entries that are named individually if there are many."""
@@ -38,14 +38,13 @@ AGAIN = "merge again"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     folder = load_folder(Path(arguments.dive))
     came: list[Merged] = []
     try:
         for merged in merge_all(folder, [Path(name) for name in arguments.files]):
             came.append(merged)
             if merged.into is None:
-                show.complain(merged.words)
+                complain(merged.words)
             else:
                 show.say(show.results(arguments.json), merged.words)
         done, refused = ([one.file.name for one in came if (one.into is None) == no] for no in (False, True))
@@ -74,8 +73,7 @@ def beyond_words(beyond: int) -> str:
     """Number of frames left out because of their time; "" for none."""
     if not beyond:
         return ""
-    were = "frame of it was" if beyond == 1 else "frames of it were"
-    are = "is" if beyond == 1 else "are"
+    were, are = ("frame of it was", "is") if beyond == 1 else ("frames of it were", "are")
     return f"{beyond} {were} sent before the dive's first frame or after its last and {are} left out"
 
 

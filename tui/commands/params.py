@@ -43,18 +43,9 @@ from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 from tui import links, show
-from tui.files import PARAMETER_SUFFIXES, Files, check_file, check_files
+from tui.files import Files
 from tui.parameter_files import Leave, check_outcome, read_identification
 from tui.show import Tell
-
-
-def check_outputs(arguments: argparse.Namespace) -> None:
-    """Raise UsageError if an output file could not be written."""
-    output = getattr(arguments, "out", None)
-    check_files({"--json": arguments.json, "--out": output})
-    check_file("--out", output, PARAMETER_SUFFIXES)
-    if arguments.action in ("upload", "rollback"):
-        check_folder("--receipts", arguments.receipts)
 
 
 def targets_for(arguments: argparse.Namespace) -> Wanted:
@@ -97,7 +88,8 @@ class Watch:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_outputs(arguments)
+    if arguments.action in ("upload", "rollback"):
+        check_folder("--receipts", arguments.receipts)
     targets = targets_for(arguments)
     clock, watch = clocks.SystemClock(), Watch()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
@@ -112,8 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
             read_at = newest(receipts, system)
             present = client.read_all()
         if arguments.action == "show":
-            for note in left_behind(receipts, system, present):
-                show.say(show.words(), note)
+            show.say(show.words(), *left_behind(receipts, system, present))
             return show_values(arguments, present, client.vehicle)
         try:
             if arguments.file is None:
@@ -131,8 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
                 plan = planned(file, targets, present, arguments.only, receipts, system, accepts)
         except ParamError as error:
             raise exit_codes.UsageError(str(error)) from None
-        for note in plan.notes:
-            show.say(show.results(arguments.json), note)
+        show.say(show.results(arguments.json), *plan.notes)
         if arguments.action == "diff" or arguments.dry_run:
             return show_difference(arguments, plan, client)
         return apply(arguments, client, watch, plan, clock.unix_s(), read_at)

@@ -29,7 +29,7 @@ from identify.run.plan import plan
 from identify.statistics import Z95
 from tui import show
 from tui.commands.prior import AGEING
-from tui.files import Files, check_file, check_files
+from tui.files import Files
 from tui.parameter_files import read_json
 from tui.show import Table
 from tui.verbs import AXES
@@ -38,8 +38,6 @@ JSON_SUFFIX = ".json"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_files({"--out": arguments.out, "--json": arguments.json})
-    check_file("--out", arguments.out, (".yaml", ".yml"))
     check_plan(arguments.out)
     file = load_vehicle(arguments.vehicle)
     known = _known(file, arguments.after, arguments.columns)
@@ -66,13 +64,11 @@ def run(arguments: argparse.Namespace) -> int:
         show.put(console, manoeuvre_table(f"plan for {title}", proposal))
         show.put(console, interval_table(proposal, knowledge))
         marked = legend(proposal, knowledge)
-        for sentence in marked:
-            show.say(console, sentence)
+        show.say(console, *marked)
         remarks = tuple(
             dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge)))
         )
-        for sentence in remarks[len(marked) :]:
-            show.say(console, f"note: {sentence}")
+        show.say(console, *(f"note: {sentence}" for sentence in remarks[len(marked) :]))
         if kept:
             show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
         mission = arguments.out if kept else None

@@ -3,8 +3,8 @@
 import argparse
 import json
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,15 +14,15 @@ import yaml
 from bridge import exit_codes, schema
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
+from bridge.plain import is_number
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import CONFIGS, Prior, Vehicle, VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from gcs_plugin.params.files import replace_text
-from gcs_plugin.params.identified import doubt_lines, doubted_in
+from gcs_plugin.params.files import Sidecar, replace_text
+from gcs_plugin.params.identified import doubt_lines, sidecar_of
 from identify.identification import Outcome
 from identify.statistics import Z95
 from tui import show
-from tui.files import check_file
 from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_beside
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
@@ -31,19 +31,15 @@ weeks."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
     widen = None if arguments.widen is None else arguments.widen / 100
     leave = Leave(doubts=arguments.despite_doubts)
-    configuration, accepted = priors_of(Path(arguments.file), widen, leave)
+    read = accepted_in(Path(arguments.file), widen, leave)
+    configuration, accepted = read.configuration, read.priors
     file.vehicle.configuration_named(configuration)
     present = file.vehicle.configurations[configuration].priors
     weighed = {name for name, prior in present.items() if prior.rests_on == "weight"}
-    doubted = {
-        name: why
-        for name, why in doubted_of(Path(arguments.file)).items()
-        if name in accepted.keys() - weighed
-    }
+    doubted = {name: why for name, why in read.doubted.items() if name in accepted.keys() - weighed}
     if not arguments.despite_doubts:
         accepted = {name: prior for name, prior in accepted.items() if name not in doubted}
     if not accepted:
@@ -69,8 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     columns = ("name", "value", "std", "unit", "rests on", "is")
     show.put(console, show.Table(title, columns, rows, ("value", "std")))
     refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
-    for line in doubt_lines(doubted, tuple(doubted)):
-        show.say(console, f"warning: {line}{refused}")
+    show.say(console, *(f"warning: {line}{refused}" for line in doubt_lines(doubted, tuple(doubted))))
     if lost := left_behind(present, priors):
         show.say(console, f"warning: {_lost(lost, present, file.path)}")
     show.write_json({name: vars(prior) for name, prior in priors.items()}, arguments.json)
@@ -185,29 +180,88 @@ def _says(line: str) -> bool:
     return bool(line.strip()) and not line.lstrip().startswith("#")
 
 
-def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
-    """Configuration and priors from the JSON of `identify`, or a `.param` with its sidecar.
+@dataclass(frozen=True)
+class Accepted:
+    """What a file that was accepted tells of a vehicle: priors, reasons to doubt some of them, and further effects."""
+
+    configuration: str
+    priors: dict[str, Prior]
+    doubted: dict[str, str]
+    effects: tuple[AcceptedEffect, ...]
+
+
+def accepted_in(path: Path, widen: float | None, leave: Leave) -> Accepted:
+    """Read the JSON of `identify`, or a `.param` with its sidecar.
 
     The priors assume the thrust of the vehicle file: a correction of thrust by a weighed prior is taken out, because
     the weighed prior stays in the file and would apply it again. `widen` (relative) is added to every width in
     quadrature; None takes AGEING. Raises UsageError for another kind of file, and for an identification that did not
     converge, unless `leave` lets it pass.
     """
-    return _of_json(path, widen, leave) if path.suffix == ".json" else _of_sidecar(path, widen, leave)
-
-
-def doubted_of(path: Path) -> dict[str, str]:
-    """The reason against each coefficient that the identification doubts, from either file. Raises UsageError."""
     if path.suffix == ".json":
-        return doubted_in(read_identification(path))
-    sidecar = sidecar_beside(path)
-    return {} if sidecar is None else sidecar.doubted
+        data = read_identification(path)
+        sidecar, values = sidecar_of(data, 0), _identified(data)
+    else:
+        of_file = sidecar_beside(path)
+        if of_file is None:
+            raise UsageError(f"{path}: {_why_no_sidecar(path)}")
+        sidecar, values = of_file, _sent(of_file)
+    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
+    if not values:
+        raise UsageError(
+            f"{path}: holds no identifiable parameter with an interval given the thrust; identify anew, or dive again"
+        )
+    dived = f" of {sidecar.dived}" if sidecar.dived else ""
+    prior = partial(
+        Prior,
+        source=f"{sidecar.dive or 'a dive'}{dived}, {sidecar.method or 'identified'}",
+        rests_on="thrust",
+        dive_sha256=sidecar.dive_sha256,
+        earlier_dives=sidecar.prior_dives,
+        dive_opening=sidecar.dive_opening,
+    )
+    priors = {}
+    for name, (value, relative_std) in values.items():
+        share = AGEING[OF_HULL[name].kind] if widen is None else widen
+        priors[name] = prior(value, value * math.hypot(relative_std, share))
+    return Accepted(sidecar.configuration, priors, sidecar.doubted, sidecar.effects)
 
 
-def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:
-    """The effects that `diagnose --accept` wrote into a `.param`'s sidecar; an identification has none."""
-    sidecar = None if path.suffix == ".json" else sidecar_beside(path)
-    return () if sidecar is None else sidecar.effects
+def _identified(data: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Value given the thrust, and its relative standard deviation, of each identifiable coefficient."""
+    return {
+        estimate["name"]: (value, std / value)
+        for estimate in data["parameters"]
+        if estimate["name"] in OF_HULL
+        and estimate.get("identifiable") is True
+        and _positive(value := estimate.get("given_thrust"))
+        and _positive(std := estimate.get("given_thrust_std"))
+    }
+
+
+def _sent(sidecar: Sidecar) -> dict[str, tuple[float, float]]:
+    """As `_identified`, by the intervals of what was sent to a vehicle."""
+    # Next to effects, quadratic drag is itself an effect, of a hull that has none.
+    known = BY_NAME if sidecar.effects else OF_HULL
+    return {
+        interval.coefficient: (
+            math.sqrt(interval.low95 * interval.high95) / (1.0 + sidecar.thrust_shift),
+            math.log(interval.high95 / interval.low95) / (2 * Z95),
+        )
+        for interval in sidecar.intervals.values()
+        if interval.coefficient in known and 0 < interval.low95 < interval.high95
+    }
+
+
+def _why_no_sidecar(path: Path) -> str:
+    if not path.exists():
+        return "no such file; check the name"
+    problem = "is a folder" if path.is_dir() else "has no sidecar that tells its intervals"
+    return f"{problem}; give the JSON of `seatrial identify`, or a .param with its sidecar"
+
+
+def _positive(value: Any) -> bool:
+    return is_number(value) and value > 0
 
 
 def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[str, Prior]:
@@ -225,87 +279,3 @@ def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> lis
         for name, dives in own_dives.items()
         if name in after and dives and not dives.intersection(after[name].dives)
     ]
-
-
-def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
-    data = read_identification(path)
-    check_outcome(path, data["outcome"], leave, "written")
-    dive_data = data.get("dive")
-    dive = dive_data if isinstance(dive_data, dict) else {}
-    source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
-    earlier = data.get("prior_dives")
-    before = tuple(map(str, earlier)) if isinstance(earlier, list) else ()
-    made = partial(
-        Prior,
-        source=source,
-        rests_on="thrust",
-        dive_sha256=str(dive.get("sha256", "")),
-        earlier_dives=before,
-        dive_opening=str(dive.get("opening", "")),
-    )
-    priors = {}
-    for parameter in data["parameters"]:
-        name = parameter.get("name")
-        value, std = parameter.get("given_thrust"), parameter.get("given_thrust_std")
-        if name in OF_HULL and parameter.get("identifiable") is True and _positive(value) and _positive(std):
-            priors[name] = _aged(name, value, std / value, widen, made)
-    return str(data["configuration"]), _some(path, priors)
-
-
-def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
-    sidecar = sidecar_beside(path)
-    if sidecar is None:
-        raise UsageError(f"{path}: {_why_no_sidecar(path)}")
-    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
-    made = partial(
-        Prior,
-        source=_source(sidecar.dive, sidecar.dived, sidecar.method),
-        rests_on="thrust",
-        dive_sha256=sidecar.dive_sha256,
-        earlier_dives=sidecar.prior_dives,
-        dive_opening=sidecar.dive_opening,
-    )
-    # Next to effects, quadratic drag is itself an effect, of a hull that has none.
-    known = BY_NAME if sidecar.effects else OF_HULL
-    priors = {}
-    for interval in sidecar.intervals.values():
-        name, low, high = interval.coefficient, interval.low95, interval.high95
-        if name in known and 0 < low < high:
-            relative = math.log(high / low) / (2 * Z95)
-            value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
-            priors[name] = _aged(name, value, relative, widen, made)
-    return sidecar.configuration, _some(path, priors)
-
-
-def _why_no_sidecar(path: Path) -> str:
-    if not path.exists():
-        return "no such file; check the name"
-    problem = "is a folder" if path.is_dir() else "has no sidecar that tells its intervals"
-    return f"{problem}; give the JSON of `seatrial identify`, or a .param with its sidecar"
-
-
-def _source(dive: str | None, date: str | None, method: str) -> str:
-    """Describe a source: `hovering-7 of 2026-11-20, likelihood`."""
-    return f"{dive or 'a dive'}{f' of {date}' if date else ''}, {method}"
-
-
-def _aged(
-    name: str, value: float, relative_std: float, widen: float | None, made: Callable[[float, float], Prior]
-) -> Prior:
-    """A prior of this value, widened for ageing; `made` knows what it comes from."""
-    share = AGEING[OF_HULL[name].kind] if widen is None else widen
-    return made(value, value * math.hypot(relative_std, share))
-
-
-def _some(path: Path, priors: dict[str, Prior]) -> dict[str, Prior]:
-    if not priors:
-        raise UsageError(
-            f"{path}: holds no identifiable parameter with an interval given the thrust; identify anew, or dive again"
-        )
-    return priors
-
-
-def _positive(value: Any) -> bool:
-    return (
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value > 0
-    )

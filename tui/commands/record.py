@@ -28,14 +28,12 @@ from gcs_plugin.recording.recorder import Notice, Recorded, Recorder
 from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
 from gcs_plugin.watch.hearing import StatusTexts
 from tui import show
-from tui.files import check_file
 from tui.links import refuse_second, words_of
 
 MOST_NOTICES = 5
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     clock = clocks.SystemClock()
     if arguments.next or arguments.end:
         return order(arguments, clock)
@@ -130,8 +128,7 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
         def work(stop: threading.Event) -> None:
             show.say(words, f"recording into {dives.folder.path}; Ctrl-C ends it")
             show.say(words, state.way)
-            for sentence in sockets(arguments.link, hub):
-                show.say(words, sentence)
+            show.say(words, *sockets(arguments.link, hub))
             if opener.way:
                 show.say(words, opener.way)
             recorder.run(stop)

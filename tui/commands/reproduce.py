@@ -1,32 +1,27 @@
 """`seatrial reproduce`: the source paper's campaigns and figures on the simulated vehicle, on one page."""
 
 import argparse
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from bench.reproduce import page
 from bench.reproduce.comparisons import validation
-from bench.reproduce.paper import PaperOptions
+from bench.reproduce.paper import sized
 from bench.reproduce.run import reproduce
 from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.command_line import check_folder
 from gcs_plugin.dives.folder import new_folder
 from tui import pages, show
-from tui.files import Files, check_file
+from tui.files import Files
 
 PAGE, RESULT = "reproduction.html", "result.json"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
-    pages.check(arguments)
     clock = clocks.SystemClock()
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("reproduce") as tell:
-        done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
+        done = reproduce(folder, arguments.seed, clock.unix_s(), sized(arguments.network), tell)
     dives = [*(campaign.dive for campaign in done.campaigns.values()), *done.dives.values()]
     with Files() as files:
         pages.publish(files, arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
@@ -46,20 +41,10 @@ def run(arguments: argparse.Namespace) -> int:
             show.Table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
         )
         show.say(console, page.verdict(done))
-        for sentence in files.written:
-            show.say(console, sentence)
+        show.say(console, *files.written)
         show.say(console, f"recordings and results: {folder}")
         show.say(console, f"took {clock.boot_s():.0f} s")
         outcome = page.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
         files.json(outcome, str(folder / RESULT))
         files.json(outcome, arguments.json)
     return files.code(exit_codes.DONE)
-
-
-def options(network: Sequence[int] | None) -> PaperOptions:
-    """The paper's network in the requested size."""
-    from bench.reproduce.paper import SMALL, PaperOptions
-
-    if network is None:
-        return SMALL
-    return PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])

@@ -30,7 +30,6 @@ from gcs_plugin import simulated
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
 from tui import show
-from tui.files import check_file
 from tui.parameter_files import Leave, accepted_model
 
 IDLE = "idle"
@@ -38,7 +37,6 @@ IDLE_DEPTH_M = 0.2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
         check_no_folder("--parameters", arguments.parameters)
@@ -123,8 +121,7 @@ def dive(
     truth = None
     if arguments.accepted:
         truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
-        for sentence in lost:
-            show.say(show.words(), f"note: {sentence}")
+        show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
     with show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,
@@ -193,22 +190,22 @@ def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[T
     Values that were not identified come from that truth, otherwise from the vehicle file's model. Raises UsageError
     for a file of another vehicle or configuration, ConfigError if a coefficient is found nowhere.
     """
-    accepted = accepted_model(path, file, Leave(doubts=True))
-    if accepted.configuration != configuration:
+    values, sidecar = accepted_model(path, file, Leave(doubts=True))
+    if sidecar.configuration != configuration:
         raise UsageError(
-            f"{path}: is of configuration '{accepted.configuration}', not '{configuration}'; name its own"
+            f"{path}: is of configuration '{sidecar.configuration}', not '{configuration}'; name its own"
         )
-    linear = {name: value for name, value in accepted.values.items() if name in BY_NAME}
+    linear = {name: value for name, value in values.items() if name in BY_NAME}
     shape = file.vehicle.configurations[configuration]
     shapes = file.vehicle.configurations | {configuration: replace(shape, model=shape.model | linear)}
     truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
-    effects = {name: value for name, value in accepted.values.items() if name not in linear}
+    effects = {name: value for name, value in values.items() if name not in linear}
     held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
     effects_held = {
         effect.label
         for effect in library(shape, file.vehicle.thrust_curve.lag_s)
         if effect.feedforward in SIMULATED
     }
-    lost = [effect.label for effect in accepted.effects if effect.label not in effects_held]
+    lost = [effect.label for effect in sidecar.effects if effect.label not in effects_held]
     notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
     return replace(truth, model=truth.model | linear, effects=held), notes

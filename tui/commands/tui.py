@@ -22,7 +22,6 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import newest
-from gcs_plugin.recording import state
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
 from tui.app import recorder, themes
@@ -34,7 +33,6 @@ from tui.app.recorder import end, next_dive, recorded, recording
 from tui.app.screens.table import PLACES
 from tui.app.station import LinkSource, Station
 from tui.app.terminal import AnsweringDriver
-from tui.links import ByWay
 from tui.web.server import PageServer, in_url, warning
 
 MOST_FPS = 30.0
@@ -176,12 +174,9 @@ def _open(
             raise exit_codes.UsageError("--unrecorded looks at one link; give it with --link")
         spec = arguments.link[0]
         return spec, lambda: (open_one or bridge.links.open.open_link)(spec)
-    clock = clocks.SystemClock()
-    holding = state.held(clock.unix_s())
+    begins = bool(arguments.link) and not arguments.view_only
+    holding = links.holding_now() if begins else links.usable_now()
     if holding is None:
-        stuck = state.hung(clock.unix_s())
-        if stuck is not None and (arguments.view_only or not arguments.link):
-            raise LinkError(state.hangs(stuck))
         if arguments.view_only:
             raise exit_codes.UsageError(
                 "no recording runs that could be looked at, and --view-only begins none; start `seatrial record`"
@@ -193,7 +188,7 @@ def _open(
         options = recorder.options(
             arguments.link, arguments.out, arguments.vehicle or "", arguments.sign_key or ""
         )
-        holding = recorder.begin(options, clock, time.sleep)
+        holding = recorder.begin(options, clocks.SystemClock(), time.sleep)
     if not holding.hub:
         raise LinkError(
             f"{links.words_of(holding)} serves nobody; end it first, and start it without --hub none"
@@ -203,4 +198,4 @@ def _open(
         raise exit_codes.UsageError(
             f"{links.words_of(holding)} does not hold {', '.join(not_held)}; end it first, or leave --link out"
         )
-    return OF_RECORDING, lambda: ByWay(bridge.links.open.open_link(recorder.hub()), holding.links)
+    return OF_RECORDING, lambda: links.of_recording(links.holding_now())

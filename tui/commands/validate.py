@@ -14,7 +14,7 @@ from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate
 from identify.validate import METHOD, Row, TrackingErrors
 from tui import pages, show
-from tui.files import Files, check_files
+from tui.files import Files
 from tui.recordings import column_map_for
 from tui.show import Table
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_files({"--json": arguments.json, "--report": arguments.report})
-    pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     done = validate([read_dive(Path(path), columns, file) for path in arguments.dives], file)
@@ -45,13 +43,11 @@ def run(arguments: argparse.Namespace) -> int:
                 if run.dive.frozen or getattr(note, "kind", None) in (Kind.LACKING, Kind.UNHEARD):
                     show.say(console, f"note: {run.label}: {note}")
         for run in done.runs:
-            for line in raising_lines(run.label, run.raising) if run.raising is not None else ():
-                show.say(console, line)
-        for sentence in files.written:
-            show.say(console, sentence)
+            if run.raising is not None:
+                show.say(console, *raising_lines(run.label, run.raising))
+        show.say(console, *files.written)
         nothing = [run.dive for run in done.runs if not run.compared]
-        for dive in nothing:
-            show.say(show.words(), f"{dive.name}: {_why_nothing(dive)}")
+        show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 

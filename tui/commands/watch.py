@@ -33,7 +33,6 @@ from gcs_plugin.watch.picture import (
 )
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
-from tui.files import check_file
 
 POLL_S = 0.1
 EVERY_S = 1.0
@@ -50,7 +49,6 @@ POOR = (Condition.BAD, Condition.MISSING)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_file("--json", arguments.json)
     holding = links.holding_now()
     file = _vehicle(arguments.vehicle, holding)
     clock = clocks.SystemClock()
@@ -68,8 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     picture = looked.picture
     if arguments.once:
         console = show.results(arguments.json)
-        for sentence in header(picture, links.holding_now(), looked.wrong()):
-            show.say(console, sentence)
+        show.say(console, *header(picture, links.holding_now(), looked.wrong()))
         for table in tables(picture):
             show.put(console, table)
     show.write_json(plain(picture), arguments.json)

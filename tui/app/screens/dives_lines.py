@@ -9,6 +9,7 @@ from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from gcs_plugin.dives.folder import began, length_s
+from identify.glance.excitation import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
     SHOWN_IN,
@@ -26,7 +27,7 @@ from tui.app.drawing import (
     width,
 )
 from tui.app.jobs import real
-from tui.dive_list import FAIR, AxisSpan, DiveRow, Glance, dive_folders, kept_glance, letters, short_name
+from tui.dive_list import FAIR, DiveRow, Glance, dive_folders, kept_glance, letters, short_name
 
 OF_GLANCE: Final = ("why_not", "error", "stray", "restarts", "lacking", "unheard_s", "unheard")
 OF_ROW: Final = ("name", "size_bytes", "notes", "conditions", "damaged", "underway")

@@ -1,0 +1,19 @@
+"""What a recording that runs tells of itself, for tests of the verbs that go by way of it."""
+
+import os
+
+from bridge import clock
+from gcs_plugin.recording.state import Holding
+
+LINK = "udpin:127.0.0.1:14550"
+HUB = "tcp:127.0.0.1:4711"
+
+
+def telling(**changed):
+    """The state of a recording of this process, written now; some of it `changed`."""
+    told = {
+        "pid": os.getpid(), "hub": HUB, "links": (LINK,), "folder": "/dives/a", "began_utc": "2026-11-20T09:12:03Z",
+        "frames": 0, "bytes": 0, "lost": 0, "disk_left_s": 1.0, "notices": (),
+        "written_unix_s": clock.SystemClock().unix_s(),
+    }  # fmt: skip
+    return Holding(**told | changed)
