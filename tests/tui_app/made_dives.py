@@ -6,8 +6,7 @@ from pathlib import Path
 
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from tui.app.desk import Desk
-from tui.app.jobs import Jobs
-from tui.job import Done
+from tui.app.jobs import Done, Jobs
 
 BEGAN_UNIX_S = 1_795_236_720.0  # 2026-11-21 04:52 UTC
 OUT = Path("dives")

@@ -13,8 +13,7 @@ from bridge.reports import WRITING, Report, Written
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.watch.picture import Armed
 from tui.app.desk import Desk
-from tui.app.jobs import Jobs
-from tui.job import Done
+from tui.app.jobs import Done, Jobs
 
 PARAM = OUT / "2026-11-21T0352Z-hovering" / "identified.param"
 BEFORE = Path("receipts/2026-11-20T101500Z-before.param")

@@ -15,7 +15,7 @@ from textual.color import Color
 
 from tui.app.app import SeatrialApp
 from tui.app.drawing import ROLES
-from tui.app.screens.frame import LineView
+from tui.app.screens.frame import Drawn
 
 KEPT = Path(__file__).parent / "screens"
 LETTERS = dict(zip(ROLES, ".qSar-sfWBLAFTK", strict=True))
@@ -120,7 +120,7 @@ def looks(app):
 
 def _known(app):
     """The letter of each look that a role has in this theme, under the app's own filters."""
-    widget = next(iter(app.screen.query(LineView)))
+    widget = next(iter(app.screen.query(Drawn)))
     letters, legend = {}, {}
     for role in ROLES:
         segments = [Segment("x", widget.screen.get_component_rich_style(f"line--{role}"))]

@@ -15,9 +15,8 @@ from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Encoder
 from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.desk import Desk, can_check, check_dives
-from tui.app.jobs import Jobs
+from tui.app.jobs import Done, Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
-from tui.job import Done
 from tui.show import plain
 
 HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})

@@ -15,10 +15,9 @@ from screen_text import Lacks, Sees, made, play, run
 from bridge.reports import UNKEPT, Report
 from bridge.wire.framing import Encoder
 from tui.app.drawing import width
-from tui.app.jobs import Jobs
+from tui.app.jobs import Done, Jobs
 from tui.app.screens import diagnose
 from tui.app.screens.diagnose import answer
-from tui.job import Done
 
 NARROW, WIDE = (80, 24), (160, 50)
 TRYING = Report("diagnosing", 0.4, "trying 41 candidates")

@@ -57,7 +57,7 @@ def begins_a_line(head):
 
 def test_the_mark_stands_at_the_dive_that_is_meant_and_moves_by_keys_and_clicks():
     def click(app):
-        app.screen.go_to_line(1, 10)
+        app.screen._go_to_line(2)
 
     keys = (marked("hovering"), "up", marked("deck"), "up", marked("deck"), "end", marked("survey"))
     on_dives(desk(), *keys, click, Sees("deck ───"))

@@ -10,7 +10,7 @@ from bridge import exit_codes
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.params.last_accepted import AcceptedValue
 from tui.app.drawing import width
-from tui.app.jobs import JobState
+from tui.app.jobs import Done, JobState
 from tui.app.screens import identify_lines
 from tui.app.screens.identify_lines import (
     Passes,
@@ -24,7 +24,6 @@ from tui.app.screens.identify_lines import (
     result,
     words_for,
 )
-from tui.job import Done
 
 WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
 RUNNING = JobState(WORDS, 10.0, passes())

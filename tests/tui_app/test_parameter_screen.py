@@ -188,7 +188,7 @@ def test_no_line_chosen_asks_nothing():
 
 def test_a_click_goes_to_a_line_and_a_second_one_chooses_it():
     def click(app):
-        app.screen.click(4, 20)
+        app.screen._press(4)
 
     on_screen(FakeVehicle(), click, starts("FF1_I_R", "▶■"), click, starts("FF1_I_R", "▶□"))
 

@@ -14,10 +14,9 @@ from screen_text import made, pressed, run, text
 from bridge.reports import Report
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
-from tui.app.jobs import Jobs
+from tui.app.jobs import Done, Jobs
 from tui.app.screens import validate
 from tui.app.screens.validate import runs
-from tui.job import Done
 
 NARROW, WIDE = (80, 24), (160, 50)
 

@@ -9,7 +9,7 @@ from made_dives import HOVERING, FakeVerbs, desk
 from made_replay import StillReplay, replayed
 from made_view import SAID, SENSORS, UNIX_S, FixedViews, picture, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import check, looks, made, pressed, run, strips, text
+from screen_text import looks, made, pressed, run, strips, text
 from soak import rest_in_soak
 
 from bridge.wire.framing import Encoder
@@ -17,7 +17,6 @@ from bridge.wire.tlog import TlogWriter
 from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said
 from tui.app.drawing import width
 from tui.app.screens.watch import (
-    SensorTable,
     WatchScreen,
     replay_line,
     sensors,
@@ -63,15 +62,6 @@ def test_what_is_drawn_again_in_part_is_what_would_be_drawn_anew(size):
     assert run(made(views), size, in_part) == run(made(FixedViews(after)), size, anew)
 
 
-def test_help_looks_as_it_was_kept():
-    async def look(app, pilot):
-        await pressed(pilot, "question_mark")
-        assert "Moving about" in text(app)
-        check("help-160x50", app)
-
-    run(made(FixedViews()), (160, 50), look)
-
-
 def test_what_a_vehicle_says_can_neither_steer_the_terminal_nor_push_a_row_out_of_line():
     said = Said(UNIX_S, 4, "\x1b[2J wiped \U0001f480 \u6c34 \u0301 end")
     shown = replace(view(), picture=replace(view().picture, said=(said,)))
@@ -92,7 +82,7 @@ def test_every_cell_that_changed_is_drawn_again_and_few_others():
         return [[(c, role) for text, role in line for c in text] for line in widget._lines]
 
     async def work(app, pilot):
-        widget = app.screen.query_one(SensorTable)
+        widget = app.screen.query_one("#sensors")
         old, drawn = cells(widget), set()
 
         def note(*regions, **_):

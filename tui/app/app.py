@@ -23,7 +23,7 @@ from tui.app import themes
 from tui.app.desk import Desk
 from tui.app.jobs import aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.screens.frame import StationScreen, TopLine
+from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import WRITE, agrees
@@ -301,10 +301,6 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         self._dies = True
         self.panic(Text(keep_trace(error)))
-
-    async def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
-        row = next(row for row in SCREENS if row.title == message.tab.title)
-        await self.action_open(row.id)
 
     def _screen(self, row: Row) -> StationScreen:
         return row.make(row.title, tabs(row.id, self._key_of))

@@ -178,8 +178,7 @@ class IdentifyScreen(StationScreen):
 
     def _draw(self) -> None:
         self._arrange()
-        for widget in self.query(Drawn):
-            widget.again()
+        self.draw()
 
     def _arrange(self) -> None:
         """Show the curves until the result exists or when they are asked for, otherwise the result."""
@@ -191,16 +190,14 @@ class IdentifyScreen(StationScreen):
             self._offered = offered
             self.refresh_bindings()
 
-    def _progress(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _progress(self, cells: int, _: int) -> Lines:
         state = self._state()
         return () if state is None else progress(state, self.desk.jobs.now_s(), cells, self._then)
 
     def _charts(self, cells: int, rows: int) -> Lines:
         return curves(self._reports(), cells, rows)
 
-    def _result(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _result(self, cells: int, _: int) -> Lines:
         state = self._state()
         lines = hanging(self._refused, "bad", cells) if self._refused else ()
         if state is not None:

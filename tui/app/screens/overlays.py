@@ -14,9 +14,8 @@ from textual.widgets import Input, Label
 from bridge.errors import SeatrialError
 from tui.app.drawing import Line, Lines
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
-from tui.app.screens.frame import Drawn, LineView, StationScreen, TopLine
+from tui.app.screens.frame import Drawn, StationScreen, TopLine
 from tui.app.themes import ROLE_CLASSES
-from tui.app.view import View
 
 Answer = TypeVar("Answer")
 LEAST_ABOVE = 3
@@ -210,21 +209,6 @@ class AskLine(Vertical):
         self._line.value = ""
 
 
-class HelpText(LineView):
-    """Lines that depend on no view."""
-
-    def __init__(self, lines: Lines) -> None:
-        super().__init__(id="help-text")
-        self._lines = lines
-
-    def get_content_height(self, *_: object) -> int:
-        return len(self._lines)
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del view, cells, rows
-        return self._lines
-
-
 class HelpScreen(ModalScreen[None]):
     """A box over the screen; the top line stays bright and live."""
 
@@ -236,7 +220,7 @@ class HelpScreen(ModalScreen[None]):
         self._text = lines
 
     def compose(self) -> ComposeResult:
-        box = VerticalScroll(HelpText(self._text), id="help-box")
+        box = VerticalScroll(Drawn(lambda *_: self._text, id="help-text"), id="help-box")
         box.border_title = "Keys"
         box.border_subtitle = "escape closes"
         yield box
