@@ -1,19 +1,17 @@
 """A vehicle beside what was identified of it, verbs that answer with it or wait, and its screen with keys typed."""
 
-import asyncio
 from dataclasses import replace
 from pathlib import Path
 
+from fake_verbs import FakeVerbs
+from fake_verbs import desk as desk_of
 from made_dives import OUT
 from made_view import FixedViews, view
-from screen_text import made, play, pressed, run, text
-from textual.widgets import Input
+from screen_text import played, text
 
 from bridge.reports import WRITING, Report, Written
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.watch.picture import Armed
-from tui.app.desk import Desk
-from tui.app.jobs import Done, Jobs
 
 PARAM = OUT / "2026-11-21T0352Z-hovering" / "identified.param"
 BEFORE = Path("receipts/2026-11-20T101500Z-before.param")
@@ -114,47 +112,33 @@ def staged(changed=(), active_crc=0.0):
     return plan(parameters=told, active_crc=active_crc, staged_crc=8205)
 
 
-class FakeVehicle:
-    """Answers `params diff`, a dry roll back, and writes; `waits` makes a write wait after it told `tells`.
-
-    `silent` makes a reading wait.
+class FakeVehicle(FakeVerbs):
+    """Answers `params diff` with `compared`, a dry roll back with `back`, and writes with `written`, which ends by
+    `code` and `errors`; `waits` makes a write, `silent` a reading wait to be let go.
     """
 
-    def __init__(
-        self, compared=None, back=None, written=None, code=0, said=(), tells=(), waits=False, silent=False
-    ):
+    def __init__(self, compared=None, back=None, written=None, waits=False, silent=False, **how):
+        super().__init__(self._answer, **how)
         self.compared = plan() if compared is None else compared
         self.back = way_back() if back is None else back
         self.written = receipt() if written is None else written
-        self.code, self.said, self.tells, self.waits = code, said, tells, waits
-        self.words, self.go, self.speaks = [], asyncio.Event(), asyncio.Event()
-        if not silent:
-            self.speaks.set()
+        self._held = [is_write for is_write in (True, False) if (waits if is_write else silent)]
 
     @property
     def writes(self):
         return [words for words in self.words if "--yes" in words]
 
-    async def __call__(self, words, hear):
-        self.words.append(words)
-        if "--yes" not in words:
-            await self.speaks.wait()
-            result = self.back if words[1] == "rollback" else self.compared
-            return Done(0 if result else 3, result or None, errors=tuple(self.said))
-        for told in self.tells:
-            hear(told)
-        if self.waits:
-            await self.go.wait()
-        return Done(self.code, self.written or None, errors=tuple(self.said))
+    def _answer(self, words):
+        if "--yes" in words:
+            return self.written or None
+        return (self.back if words[1] == "rollback" else self.compared) or None
+
+    def _waits(self, words):
+        return ("--yes" in words) in self._held
 
 
-def desk(vehicle=None, now_s=lambda: 0.0, **what):
-    jobs = Jobs(vehicle or FakeVehicle(), now_s)
-    return Desk("ruvifist:hovering", OUT, dive=PARAM.parent, param=PARAM, jobs=jobs, **what)
-
-
-SIZES = ((80, 24), (160, 50))
-NARROW = SIZES[0]
+def desk(vehicle=None, **what):
+    return desk_of(vehicle or FakeVehicle(), dive=PARAM.parent, param=PARAM, **what)
 
 
 def views(armed=Armed.DISARMED, ff_mode=1):
@@ -162,30 +146,9 @@ def views(armed=Armed.DISARMED, ff_mode=1):
     return FixedViews(replace(made_view, picture=replace(made_view.picture, armed=armed, ff_mode=ff_mode)))
 
 
-async def done(app, pilot):
-    """Until nothing runs, and it is shown."""
-    while any(app.desk.jobs.runs(verb) for verb in ("params diff", "params upload")):
-        await pilot.pause()
-    app._show()
-    await pilot.pause()
-    while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
-        await pilot.pause()
-
-
-async def typed(app, pilot, *keys):
-    for key in keys:
-        await pressed(pilot, key)
-        await done(app, pilot)
-
-
-def on_screen(vehicle, *steps, size=NARROW, shown=None, **what):
+def on_screen(vehicle, *steps, shown=None, **what):
     """Open the screen of that vehicle, and play the steps."""
-
-    async def begin(app, pilot):
-        await typed(app, pilot, "5")
-        await play(app, pilot, done, *steps)
-
-    run(made(shown or views(), desk=desk(vehicle, **what)), size, begin)
+    return played(desk(vehicle, **what), "5", *steps, views=shown or views())
 
 
 def line_of(app, name):
