@@ -92,24 +92,24 @@ def receipt(outcome="applied", sentence="7 parameters written and read back, set
     return {"outcome": outcome, "sentence": sentence, "parameters": lines, "preimage": kept}
 
 
-def told_lines(count, share):
-    of = WRITING
-    names = [one["name"] for one in rows() if one["verdict"] == "changed"][:count]
-    lines = [
-        Report(of, share, name, written=Written(name, "applied", "111.52 read back equal")) for name in names
-    ]
-    return (*lines, Report(of, share, "staging"))
+def lines_written(count, share):
+    """The reports of an upload that has written so many lines."""
+    names = [line["name"] for line in rows() if line["verdict"] == "changed"][:count]
+    return tuple(
+        Report(WRITING, share, name, "STAGE", written=Written(name, "applied", "111.52 read back equal"))
+        for name in names
+    )
 
 
 def staged(changed=(), active_crc=0.0):
     """The plan where the vehicle holds all lines but some, and does not fly them."""
-    told = [
-        one
-        if one["name"] in changed
-        else {**one, "present": one["target"], "verdict": "staged", "change": 0.0}
-        for one in plan()["parameters"]
+    lines = [
+        line
+        if line["name"] in changed
+        else {**line, "present": line["target"], "verdict": "staged", "change": 0.0}
+        for line in rows()
     ]
-    return plan(parameters=told, active_crc=active_crc, staged_crc=8205)
+    return plan(parameters=lines, active_crc=active_crc, staged_crc=8205)
 
 
 class FakeVehicle(FakeVerbs):

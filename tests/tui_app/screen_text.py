@@ -79,7 +79,7 @@ async def at_rest(app, pilot):
 
 
 async def play(app, pilot, *steps):
-    """Press the keys, hold the screen against `Sees` and `Lacks`, call functions, and let the app come to rest each time."""
+    """Press the keys, hold the screen against `Sees` and `Lacks`, call functions, each until the app rests."""
     for step in steps:
         if isinstance(step, Sees | Lacks):
             assert (step in flat(app)) is isinstance(step, Sees), text(app)

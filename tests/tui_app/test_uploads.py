@@ -10,6 +10,7 @@ from made_parameters import (
     desk,
     has,
     line_of,
+    lines_written,
     on_screen,
     plan,
     receipt,
@@ -115,6 +116,12 @@ def test_where_nothing_changes_nothing_is_asked():
     same = [{**row, "verdict": "same"} for row in plan()["parameters"]]
     vehicle = FakeVehicle(plan(parameters=same, writes=False))
     on_screen(vehicle, "u", Sees("holds all of it already"), Lacks("type"))
+
+
+def test_each_line_is_ticked_as_it_is_written():
+    vehicle = FakeVehicle(tells=lines_written(3, 0.43), waits=True)
+    ticked = (has("FF1_M_V", "✓", "equal"), has("FF1_I_R", "+3.7"))
+    on_screen(vehicle, "u", "7", "enter", Sees("43 %"), *ticked)
 
 
 def test_what_was_refused_is_told_line_by_line():
