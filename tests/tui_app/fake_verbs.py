@@ -35,7 +35,10 @@ class FakeVerbs:
             hear(report)
         if self._waits(words):
             self._waiting += 1
-            await self.go.wait()
+            try:
+                await self.go.wait()
+            finally:
+                self._waiting -= 1
         self.leave(words)
         result = self.results(words) if callable(self.results) else self.results.get(words[0])
         return Done(self.code, result, errors=self.errors, error_names=self.names)

@@ -75,7 +75,7 @@ def test_the_check_dive_is_chosen_by_a_key_and_may_be_none(tmp_path):
 
 
 def test_a_diagnosis_that_is_cancelled_is_ended_and_says_so(tmp_path):
-    stopped = ("x", let_go, Sees("diagnose was cancelled"), Sees("d Diagnose"))
+    stopped = ("x", lambda _: None, Sees("diagnose was cancelled"), Sees("d Diagnose"))
     played(desk_with(tmp_path, jobs=Jobs(verb(tmp_path))), "4", "d", *stopped)
 
 

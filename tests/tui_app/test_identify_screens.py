@@ -47,7 +47,7 @@ def test_two_keys_identify_the_dive_that_one_comes_from(dive):
 
 def test_it_goes_on_while_another_screen_is_looked_at_and_is_cancelled_by_a_key(dive):
     runs = (Sees("IDENTIFYING"), Sees("pass 3"), lambda app: "i Identify" not in key_line(app))
-    stopped = ("x", let_go, lambda app: not app.desk.jobs.runs("identify"), Sees("stopped by you"))
+    stopped = ("x", lambda app: not app.desk.jobs.runs("identify"), Sees("stopped by you"))
     again = (lambda app: "i Identify" in key_line(app),)
     played(desk(WAITING(), dive=dive), "3", "i", "1", "3", *runs, *stopped, *again)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fake_verbs import FakeVerbs, desk, let_go
+from fake_verbs import FakeVerbs, desk
 from made_dives import DECK, DIVES, HOVERING, OUT, dive
 from made_view import FixedViews, recording, view
 from screen_text import NARROW, WIDE, Sees, made, play, played, run, said, shows, text
@@ -262,7 +262,7 @@ def test_a_dive_that_is_worked_on_keeps_its_screens_whatever_ends_meanwhile(scre
         await play(app, pilot, screen, key, lambda _: at.jobs.runs(verb), "ctrl+n" if by_key else go_on)
         await app.workers.wait_for_complete()
         at.jobs.cancel(verb)
-        await play(app, pilot, let_go, lambda _: at.chosen() == first, Sees(first.name))
+        await play(app, pilot, lambda _: at.chosen() == first, Sees(first.name))
         notices = said(app)
         await play(app, pilot, "ctrl+n")
         await app.workers.wait_for_complete()
