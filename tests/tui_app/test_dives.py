@@ -16,9 +16,9 @@ from textual.widgets import Input
 from bridge.wire.framing import Encoder
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
-from tui.app.drawing import width
+from tui.app.drawing import entry_at, width
 from tui.app.screens.dives import DivesScreen
-from tui.app.screens.dives_lines import details, known_to, listed, row_under, table, usual, window
+from tui.app.screens.dives_lines import details, known_to, listed, table, usual
 from tui.app.screens.overlays import AskScreen, FormScreen
 
 
@@ -244,10 +244,9 @@ def test_the_row_at_the_mark_is_always_shown_and_a_click_finds_it():
         lines = plain(table(many, at, None, None, 80, 8))
         assert len(lines) == 8
         (y,) = (n for n, line in enumerate(lines) if line.startswith("▶"))
-        assert row_under(y, 30, at, 8) == at
-    assert window(3, 2, 8) == 0
-    assert row_under(0, 30, 0, 8) is None
-    assert row_under(5, 3, 0, 8) is None
+        assert entry_at(y, 30, at, 8) == at
+    assert entry_at(0, 30, 0, 8) is None
+    assert entry_at(5, 3, 0, 8) is None
 
 
 def test_the_details_tell_axes_notes_and_what_was_made_of_it():

@@ -38,12 +38,6 @@ def _own_folders(tmp_path, monkeypatch):
     monkeypatch.delenv("TEXTUAL_DRIVER", raising=False)
 
 
-@pytest.fixture
-def terminal(monkeypatch):
-    """As if a person sat at it."""
-    monkeypatch.setattr(tui, "_is_terminal", lambda: True)
-
-
 def arguments(*words):
     return cli.verb_parser("tui").parse_args(words)
 
@@ -53,29 +47,30 @@ def test_a_pipe_is_no_terminal(capsys):
     assert "needs a terminal; `seatrial watch` writes lines to a pipe" in capsys.readouterr().err
 
 
-def test_a_mistake_in_the_keymap_is_told_before_anything_is_opened(tmp_path, capsys):
-    keymap = tmp_path / "keys.yaml"
-    keymap.write_text('watch.chart: "x"', encoding="utf-8")
-    assert cli.main(["tui", "--keymap", str(keymap)]) == 2
-    assert "unknown action 'watch.chart'; did you mean 'watch.charts'?" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("terminal")
-def test_no_link_and_no_recording_says_what_to_do(capsys):
-    assert cli.main(["tui"]) == 2
-    assert "give --link SPEC, or start `seatrial record`" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("terminal")
-def test_unrecorded_wants_one_link(capsys):
-    assert cli.main(["tui", "--unrecorded"]) == 2
-    assert "--unrecorded looks at one link" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("words", [["--fps", "0"], ["--theme", "pink"], ["--fps", "often"]])
-def test_options_are_checked(words, capsys):
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ([], "give --link SPEC, or start `seatrial record`"),
+        (["--unrecorded"], "--unrecorded looks at one link"),
+        (["--keymap", "keys.yaml"], "unknown action 'watch.chart'; did you mean 'watch.charts'?"),
+        (["--view-only", "--link", "udpin:127.0.0.1:0"], "--view-only begins none"),
+        (["--fps", "0"], "--help"),
+        (["--theme", "pink"], "--help"),
+        (["--control"], "give --web too"),
+        (["--host=0.0.0.0"], "give --web too"),
+        (["--port=0"], "give --web too"),
+        (["--web", "--unrecorded"], "leave --unrecorded and --view-only out"),
+        (["--web", "--view-only"], "leave --unrecorded and --view-only out"),
+        (["--web", "--port", "70000"], "'70000' is no port"),
+    ],
+    ids=" ".join,
+)
+def test_what_can_t_be_shown_is_refused_before_the_screen_is_taken(words, why, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tui, "_is_terminal", lambda: True)
+    (tmp_path / "keys.yaml").write_text('watch.chart: "x"', encoding="utf-8")
     assert cli.main(["tui", *words]) == 2
-    assert "--help" in capsys.readouterr().err
+    assert why in capsys.readouterr().err
 
 
 def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):

@@ -8,8 +8,6 @@ from aiohttp import ClientSession, WSServerHandshakeError
 
 from bridge.errors import LinkError
 from bridge.links.addresses import is_loopback
-from tui import cli
-from tui.commands import tui
 from tui.web.server import PageServer, in_url, refusal, warning
 
 
@@ -113,27 +111,3 @@ def test_a_port_that_is_taken_is_said():
         server = PageServer(["true"], "127.0.0.1", port)
         with pytest.raises(LinkError, match=f"can't be served on 127.0.0.1 port {port}: .*; give another"):
             asyncio.run(server.run(lambda _: None))
-
-
-@pytest.mark.parametrize("word", ["--control", "--host=0.0.0.0", "--port=0"])
-def test_options_of_the_page_want_a_page(word, capsys):
-    assert cli.main(["tui", word]) == 2
-    assert "give --web too" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("word", ["--unrecorded", "--view-only"])
-def test_the_page_shows_the_recording_and_is_view_only_by_itself(word, capsys):
-    assert cli.main(["tui", "--web", word]) == 2
-    assert "leave --unrecorded and --view-only out" in capsys.readouterr().err
-
-
-def test_a_port_is_a_number_that_a_port_can_have(capsys):
-    assert cli.main(["tui", "--web", "--port", "70000"]) == 2
-    assert "'70000' is no port" in capsys.readouterr().err
-
-
-def test_a_view_only_app_begins_no_recording(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: None)
-    arguments = cli.verb_parser("tui").parse_args(["--view-only", "--link", "udpin:127.0.0.1:0"])
-    with pytest.raises(tui.exit_codes.UsageError, match="--view-only begins none"):
-        tui._open(arguments)

@@ -189,13 +189,12 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         self._warned_of |= at_work
         verbs = " and ".join(sorted(verb for verb, _ in at_work))
-        key = next(self._key_of(action) for action in EVERYWHERE if action.id == "app.quit")
-        self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")
+        leaves = self._key_of_id("app.quit")
+        self.notify(f"{verbs} at work, and lost if you leave now; {leaves} again leaves", severity="warning")
 
     def action_help_quit(self) -> None:
         """Ctrl-C ends nothing here: say which key leaves."""
-        action = next(action for action in EVERYWHERE if action.id == "app.quit")
-        self.notify(f"{self._key_of(action)} leaves; the recording goes on")
+        self.notify(f"{self._key_of_id('app.quit')} leaves; the recording goes on")
 
     def _at_work(self) -> set[tuple[str, float]]:
         """The long verbs that run, each with its start time."""
@@ -309,6 +308,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         keys = self._keys.get(action.id, action.keys)
         return self.get_key_display(Binding(keys.split(",")[0], "", ""))
 
+    def _key_of_id(self, action_id: str) -> str:
+        return next(self._key_of(action) for action in EVERYWHERE if action.id == action_id)
+
     def _refresh_view(self) -> None:
         now_s = self._clock()
         self._watch_over_off()
@@ -347,8 +349,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         """End of a sentence: which key begins a recording; "" if none can."""
         if self.desk.record is None or self.view_only:
             return ""
-        action = next(action for action in EVERYWHERE if action.id == "recording.begin")
-        return f"; {self._key_of(action)} begins one"
+        return f"; {self._key_of_id('recording.begin')} begins one"
 
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())

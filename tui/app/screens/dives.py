@@ -10,7 +10,7 @@ from textual.containers import Horizontal, VerticalScroll
 from bridge.errors import SeatrialError
 from gcs_plugin.dives.conditions import NOTHING_SAID, TITLES, mistakes, of_texts, texts_of
 from gcs_plugin.dives.folder import DiveFolder, last_conditions
-from tui.app.drawing import Line, Lines, hanging, heading
+from tui.app.drawing import Line, Lines, entry_at, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import aside
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
@@ -20,7 +20,6 @@ from tui.app.screens.dives_lines import (
     UNREAD,
     details,
     listed,
-    row_under,
     table,
     usual,
     with_unread,
@@ -119,7 +118,7 @@ class DivesScreen(StationScreen):
     def _go_to_line(self, y: int) -> None:
         """Move the mark to the dive in line `y` of the widget, whose first line is a heading."""
         rows = self.query_one("#dive-table").size.height - 1
-        entry = row_under(y - 1, len(self._dives), self._index(), rows)
+        entry = entry_at(y - 1, len(self._dives), self._index(), rows)
         if entry is not None:
             self._go(entry)
 

@@ -9,7 +9,7 @@ from textual.widgets import Input
 
 from bridge.reports import Written
 from gcs_plugin.watch.picture import Picture
-from tui.app.drawing import Lines, wrapped
+from tui.app.drawing import Lines, entry_at, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
 from tui.app.screens.frame import Drawn, StationScreen
@@ -116,7 +116,7 @@ class ParametersScreen(StationScreen):
     def _press(self, y: int) -> None:
         """Move the mark to line `y` of the table; a click on the marked line chooses it."""
         rows = self.query_one("#parameters-table").size.height
-        entry = lines.entry_at(y, len(self._entries), self._at, rows)
+        entry = entry_at(y, len(self._entries), self._at, rows)
         if entry is None:
             return
         if entry == self._at and self.check_action("choose", ()):
