@@ -80,16 +80,17 @@ def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
     assert tui._open(arguments("--link", HOLDING.links[0]))[0] == tui.OF_RECORDING
 
 
-def test_a_recording_that_serves_nobody_is_no_link(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: replace(HOLDING, hub=""))
-    with pytest.raises(LinkError, match="serves nobody; end it first"):
-        tui._open(arguments())
-
-
-def test_a_link_that_the_recording_does_not_hold_is_refused(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: HOLDING)
-    with pytest.raises(tui.exit_codes.UsageError, match=r"does not hold udpin:127.0.0.1:14999"):
-        tui._open(arguments("--link", "udpin:127.0.0.1:14999"))
+@pytest.mark.parametrize(
+    ("holding", "words", "why"),
+    [
+        (replace(HOLDING, hub=""), (), "serves nobody; end it first"),
+        (HOLDING, ("--link", "udpin:127.0.0.1:14999"), "does not hold udpin:127.0.0.1:14999"),
+    ],
+)
+def test_a_recording_that_serves_nobody_or_has_not_the_link_is_refused(holding, words, why, monkeypatch):
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: holding)
+    with pytest.raises((LinkError, tui.exit_codes.UsageError), match=why):
+        tui._open(arguments(*words))
 
 
 def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch):
@@ -102,10 +103,11 @@ def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch)
 
 
 class FakeProcess:
-    """Ends with `code` after it was looked at a few times; says what a test wants on its standard error."""
+    """Ends with `code` after it was looked at a few times, and says `words` on its standard error."""
 
-    def __init__(self, code=None, words=b""):
-        self.code, self.words, self.looks = code, words, 0
+    code, words, looks = None, b"", 0
+
+    def __init__(self):
         self.waited_for = threading.Event()
 
     def __call__(self, command, *, stderr, start_new_session, **_):
@@ -124,12 +126,8 @@ class FakeProcess:
 
 @pytest.fixture
 def process(monkeypatch):
-    def become(**how):
-        made = FakeProcess(**how)
-        monkeypatch.setattr(subprocess, "Popen", made)
-        return made
-
-    return become
+    monkeypatch.setattr(subprocess, "Popen", made := FakeProcess())
+    return made
 
 
 def begin(found):
@@ -143,23 +141,20 @@ def begin(found):
 
 
 def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
-    started = process()
     assert begin(lambda now_s: HOLDING if now_s > 2.0 else None) == HOLDING
-    assert started.detached
-    assert started.command[1:] == ["-m", "tui", "record", "--link", "x"]
-    assert started.waited_for.wait(10.0), "one that is killed stays among the processes"
+    assert process.detached
+    assert process.command[1:] == ["-m", "tui", "record", "--link", "x"]
+    assert process.waited_for.wait(10.0), "one that is killed stays among the processes"
 
 
-def test_a_recording_that_does_not_start_says_why(process):
-    why = "udpin:127.0.0.1:14550: in use; choose another port"
-    process(code=3, words=f"looking\n{line(Report(ERROR, 1.0, why))}".encode())
-    with pytest.raises(LinkError, match=f"did not start: {why}"):
-        begin(lambda _: None)
-
-
-def test_a_recording_that_says_nothing_is_not_waited_for_for_ever(process):
-    process()
+def test_a_recording_that_does_not_start_says_why_and_one_that_says_nothing_is_not_waited_for_for_ever(
+    process,
+):
     with pytest.raises(LinkError, match="has not reported for 15 s"):
+        begin(lambda _: None)
+    why = "udpin:127.0.0.1:14550: in use; choose another port"
+    process.code, process.words = 3, f"looking\n{line(Report(ERROR, 1.0, why))}".encode()
+    with pytest.raises(LinkError, match=f"did not start: {why}"):
         begin(lambda _: None)
 
 

@@ -10,30 +10,27 @@ from bridge.errors import LinkError
 from bridge.links.addresses import is_loopback
 from tui.web.server import PageServer, in_url, refusal, warning
 
+NAME, SITE = "does not answer to the name", "may not connect here; open http://localhost:8000/"
+
 
 @pytest.mark.parametrize(
-    "host",
-    ["127.0.0.1:8000", "localhost:8000", "[::1]:8000", "192.168.2.2", "boat", "blueos.local:44001", "pi.lan"],
-)
-def test_addresses_and_local_names_are_answered(host):
-    assert refusal(host, None, "127.0.0.1") == ""
-    assert refusal(host, f"http://{host}", "127.0.0.1") == ""
-
-
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "", "[::1", "localhost.evil.example"])
-def test_a_name_that_could_be_bought_is_not(host):
-    assert "does not answer to the name" in refusal(host, f"http://{host}", "127.0.0.1")
-
-
-def test_the_name_that_the_page_was_told_is_its_own():
-    assert refusal("boat.example.org:8000", None, "boat.example.org") == ""
-
-
-@pytest.mark.parametrize("origin", ["https://evil.example", "http://localhost:9", "null", ""])
-def test_the_page_of_another_site_may_not_connect(origin):
-    assert "may not connect here; open http://localhost:8000/" in refusal(
-        "localhost:8000", origin, "127.0.0.1"
-    )
+    ("host", "origins", "why"),
+    [
+        *((host, (None, f"http://{host}"), "") for host in
+          ("127.0.0.1:8000", "localhost:8000", "[::1]:8000", "192.168.2.2", "boat", "blueos.local:44001", "pi.lan")),
+        ("boat.example.org:8000", (None,), ""),
+        *((host, (None, f"http://{host}"), NAME) for host in
+          ("evil.example", "evil.example:8000", "", "[::1", "localhost.evil.example")),
+        ("localhost:8000", ("https://evil.example", "http://localhost:9", "null", ""), SITE),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_addresses_local_names_and_its_own_are_answered_and_neither_a_bought_name_nor_another_site(
+    host, origins, why
+):
+    for origin in origins:
+        refused = refusal(host, origin, "boat.example.org")
+        assert (why in refused) if why else refused == ""
 
 
 def test_only_loopback_needs_no_warning():
