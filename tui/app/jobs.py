@@ -128,6 +128,14 @@ class JobState:
         return next((report.result for report in self.reports if report.of == UNKEPT), None)
 
     @property
+    def failure(self) -> str:
+        """Why it ended without a result in its file; "" while it runs."""
+        if self.done is None:
+            return ""
+        why = self.done.why or f"{self.words[0]} ended with exit code {self.done.code} and said nothing"
+        return why if self.unkept is None else f"{why}; {NOT_KEPT}"
+
+    @property
     def answered(self) -> bool:
         """Whether it has ended, or only has its page left to draw."""
         return not self.runs or self.draws
@@ -148,6 +156,11 @@ class Jobs:
     def state(self, verb: str) -> JobState | None:
         """State of the verb's running or last job; None if there was none."""
         return self._states.get(verb)
+
+    def about(self, verb: str, dive: object) -> JobState | None:
+        """State of the verb's running job, whatever its dive, or of its last one if that was of this dive."""
+        state = self.state(verb)
+        return state if state is not None and (state.runs or state.words[1] == str(dive)) else None
 
     def unkept(self, verb: str, dive: object) -> Any:
         """Result of the verb's last run on a dive, if it could not be written next to the dive; otherwise None."""
@@ -278,8 +291,5 @@ def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Li
     if state.cancelled:
         return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:
-        why = state.done.why
-        if state.unkept is not None:
-            why += f"; {NOT_KEPT}"
-        return wrapped(why or f"{verb} ended with exit code {state.done.code} and said nothing", "bad", cells)
+        return wrapped(state.failure, "bad", cells)
     return ()

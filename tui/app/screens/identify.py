@@ -156,11 +156,7 @@ class IdentifyScreen(StationScreen):
             self._shown = load_identified(self._dive, self.desk.receipts, unkept)
 
     def _state(self) -> JobState | None:
-        """The running identification, or the last one if it was of the chosen dive."""
-        state = self.desk.jobs.state(VERB)
-        if state is None or state.runs or state.words[1] == str(self._dive):
-            return state
-        return None
+        return self.desk.jobs.about(VERB, self._dive)
 
     @property
     def _has_values(self) -> bool:

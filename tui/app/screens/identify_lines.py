@@ -352,10 +352,7 @@ def ended(state: JobState, cells: int) -> Lines:
         return hanging(
             f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
         )
-    why = done.why
-    if state.unkept is not None:
-        why += f"; {NOT_KEPT}"
-    return hanging(why or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
+    return hanging(state.failure, "bad", cells)
 
 
 def result(shown: Identified, cells: int) -> Lines:

@@ -139,13 +139,10 @@ class DiveScreen(StationScreen):
         self.draw()
 
     def _top(self, cells: int, _: int) -> Lines:
-        jobs = self.desk.jobs
-        state = jobs.state(self.VERB)
         if self.dive is None:
             return wrapped(self.desk.no_dive, "plain", cells)
-        if state is not None and not state.runs and state.words[1] != str(self.dive):
-            state = None
-        job = job_lines(self.VERB, state, jobs.now_s(), cells)
+        state = self.desk.jobs.about(self.VERB, self.dive)
+        job = job_lines(self.VERB, state, self.desk.jobs.now_s(), cells)
         if state is not None and state.runs:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
         has_result = bool(self.result())
