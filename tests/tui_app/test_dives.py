@@ -19,7 +19,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from tui.app.drawing import entry_at, width
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.dives_lines import details, known_to, listed, table, usual
-from tui.app.screens.overlays import AskScreen, FormScreen
+from tui.app.screens.overlays import FormScreen
 
 
 def marked(name):
@@ -67,14 +67,12 @@ def dives_on_disk(tmp_path):
     return made
 
 
-@pytest.mark.parametrize(
-    ("key", "name", "screen"), [("n", "note", AskScreen), ("c", "conditions", FormScreen)]
-)
+@pytest.mark.parametrize(("key", "name"), [("n", "note"), ("c", "conditions")])
 def test_what_is_asked_for_while_the_list_is_read_opens_with_it_and_its_letters_begin_nothing(
-    key, name, screen, dives_on_disk
+    key, name, dives_on_disk
 ):
     _, at = dives_on_disk(held=("dives",))
-    opened = (let_go, shows(screen), lambda _: not at.jobs.runs("identify"))
+    opened = (let_go, shows(FormScreen), lambda _: not at.jobs.runs("identify"))
     played(at, "2", key, *"tide", Sees(f"then {name}"), *opened)
 
 
@@ -96,18 +94,18 @@ def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(dives_on_disk):
     assert notices == ["nothing was begun: Dives was left before it was read"]
 
 
-def test_a_note_is_written_into_the_dive_and_offered_again_where_it_could_not_be(tmp_path):
+def test_a_note_is_written_into_the_dive_and_stays_in_its_line_where_it_could_not_be(tmp_path):
     folder = tmp_path / "2026-11-21T0352Z-hovering"
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
 
     def make_folder(_):
         folder.mkdir()
 
-    failed = ("2", "n", shows(AskScreen), "!", "enter", Sees("can't be written"))
-    kept = (make_folder, "n", "enter", Lacks("can't be written"))
+    failed = ("2", "n", shows(FormScreen), "!", "enter", Sees("can't be written"))
+    kept = (make_folder, "enter", shows(DivesScreen))
     played(desk(verbs), *failed, *kept, "n", "x", "escape", shows(DivesScreen))
     assert DiveFolder(folder).about().notes == "new propellers at the quay!"
-    assert len(verbs.words) == 4  # read again each time, so that the list has the note
+    assert len(verbs.words) == 3  # read again each time, so that the list has the note
 
 
 def lines_of_form(app):

@@ -244,7 +244,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
                 self.notify(f"'{typed}' is not {END}: the recording goes on", severity="warning")
 
         title = f"Type {END} to end the recording of {recorded.name}"
-        self.push_screen(AskScreen(title, does="ends it, and the link with it"), answered)
+        self.push_screen(AskScreen(title, "ends it, and the link with it"), answered)
 
     async def _order(self, order: Callable[[], Path], after: str) -> None:
         desk, worked, chosen = self.desk, bool(self._at_work()), self.desk.dive

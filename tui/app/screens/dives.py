@@ -25,7 +25,7 @@ from tui.app.screens.dives_lines import (
     with_unread,
 )
 from tui.app.screens.frame import Drawn, StationScreen
-from tui.app.screens.overlays import AskScreen, FormScreen
+from tui.app.screens.overlays import FormScreen
 from tui.app.view import View, open_replay
 from tui.dive_list import DiveRow
 
@@ -71,7 +71,6 @@ class DivesScreen(StationScreen):
         self._stale = False
         self._then = ""
         self._trouble = self._unkept = ""
-        self._unwritten: dict[Path, str] = {}
 
     def body(self) -> ComposeResult:
         with Horizontal(id="dives"):
@@ -139,9 +138,13 @@ class DivesScreen(StationScreen):
         if dive is None:
             self._wait("note")
         else:
-            note = self._unwritten.get(dive.folder, " ".join(dive.notes.split()))
-            ask = AskScreen(f"Note of {dive.name}", note, "what later explains the dive")
-            self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
+            folder, texts = DiveFolder(dive.folder), {"note": " ".join(dive.notes.split())}
+
+            def keep(texts: Mapping[str, str]) -> None:
+                folder.note(texts["note"])
+
+            # The list is read again when this screen returns.
+            self.app.push_screen(FormScreen(f"Note of {dive.name}", {"note": ""}, texts, lambda _: {}, keep))
 
     def action_replay(self) -> None:
         dive = self._dive()
@@ -184,17 +187,6 @@ class DivesScreen(StationScreen):
 
         # The list is read again when this screen returns.
         self.app.push_screen(FormScreen(title, TITLES, texts_of(known), mistakes, keep))
-
-    def _note(self, folder: Path, text: str | None) -> None:
-        """Save a note, or on failure keep its text for the next try. The list is reloaded when this screen returns."""
-        if text is None:
-            return
-        self._unkept = ""
-        self._unwritten.pop(folder, None)
-        try:
-            DiveFolder(folder).note(text)
-        except SeatrialError as error:
-            self._unkept, self._unwritten[folder] = str(error), text
 
     def _take_list(self) -> None:
         """Take the verb's list once it is complete."""
