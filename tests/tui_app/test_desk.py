@@ -65,13 +65,15 @@ def test_one_verb_runs_once_and_another_beside_it():
     ran(FakeVerbs({}), start, lambda jobs: jobs.start("diagnose", ["diagnose"]), start_again)
 
 
-def test_a_job_that_is_cancelled_is_over_only_when_it_has_ended():
+def test_a_job_that_is_cancelled_is_over_only_when_it_has_ended_and_then_of_its_own_dive_alone():
     def cancel(jobs):
         assert jobs.cancel("identify")
         assert jobs.state("identify").cancelled
-        assert jobs.runs("identify")
+        assert jobs.about("identify", "another dive").runs
 
     def is_over(jobs):
+        assert jobs.about("identify", "another dive") is None
+        assert jobs.about("identify", "dive").cancelled
         assert jobs.state("identify").done.code == exit_codes.INTERRUPTED
         assert not jobs.cancel("identify")
 
