@@ -49,7 +49,7 @@ def row(name, present, target, half, accepted, doubted, verdict=None, reason="")
 
 
 def rows():
-    return [row(name, *told) for name, told in VALUES.items()]
+    return [row(name, *values) for name, values in VALUES.items()]
 
 
 def plan(**what):
@@ -71,22 +71,26 @@ def plan(**what):
 
 
 def way_back():
-    values = [(name, told[1], told[0], told[2], told[0], "") for name, told in VALUES.items()]
-    rows = [{**row(*told), "low95": None, "high95": None, "change": None} for told in values]
+    values = [
+        (name, target, present, half, present, "") for name, (present, target, half, *_) in VALUES.items()
+    ]
+    rows = [{**row(*line), "low95": None, "high95": None, "change": None} for line in values]
     return plan(file=str(BEFORE), of="", outcome="", notes=[], parameters=rows)
 
 
 def receipt(outcome="applied", sentence="7 parameters written and read back, set 13247 is active", failed=()):
     lines = [
         {
-            "name": one["name"],
-            "before": one["present"],
-            "target": one["target"],
-            "after": one["present"] if one["name"] in failed else one["target"],
-            "outcome": "refused" if one["name"] in failed else "applied",
-            "sentence": f"{one['name']} refused: the vehicle permits it not" if one["name"] in failed else "",
+            "name": line["name"],
+            "before": line["present"],
+            "target": line["target"],
+            "after": line["present"] if line["name"] in failed else line["target"],
+            "outcome": "refused" if line["name"] in failed else "applied",
+            "sentence": f"{line['name']} refused: the vehicle permits it not"
+            if line["name"] in failed
+            else "",
         }
-        for one in rows()
+        for line in rows()
     ]
     kept = "receipts/2026-11-21T085300Z-before.param"
     return {"outcome": outcome, "sentence": sentence, "parameters": lines, "preimage": kept}

@@ -48,7 +48,7 @@ def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what
     verbs, folder = verb(tmp_path), tmp_path / DIVE
     runs = (Sees(f"diagnose {DIVE}"), Sees("40 % trying 41 candidates"), Sees("x Cancel"))
     offered = Sees(f"[d] diagnoses {DIVE}, checked on {CHECK}.")
-    desk = desk_with(tmp_path, found=False, jobs=Jobs(verbs))
+    desk = desk_with(tmp_path, diagnosed=False, jobs=Jobs(verbs))
     # It goes on while another screen is looked at.
     played(desk, "4", offered, "d", *runs, "1", let_go, "4", Sees("AMBIGUOUS"))
     (words,) = verbs.words
@@ -61,7 +61,7 @@ def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what
 
 
 def test_a_dive_of_two_seconds_is_never_what_it_is_checked_on(tmp_path):
-    desk = desk_with(tmp_path, found=False)
+    desk = desk_with(tmp_path, diagnosed=False)
     frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
     stamps = (1_795_165_923_000_000, 1_795_165_925_000_000)
     records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
@@ -86,16 +86,16 @@ def test_a_diagnosis_that_fails_says_why_beside_what_was_known(tmp_path):
 
 
 def test_without_a_vehicle_file_it_says_what_lacks_and_starts_nothing(tmp_path):
-    desk = desk_with(tmp_path, found=False, vehicle="")
+    desk = desk_with(tmp_path, diagnosed=False, vehicle="")
     played(desk, "4", "d", Sees("No vehicle file is known"), lambda _: not desk.jobs.runs("diagnose"))
 
 
 def test_what_an_earlier_diagnosis_accepted_is_not_offered_for_upload(tmp_path):
     desk = desk_with(tmp_path)
-    param, found = tmp_path / DIVE / "diagnosed.param", tmp_path / DIVE / "diagnosis.json"
+    param, result = tmp_path / DIVE / "diagnosed.param", tmp_path / DIVE / "diagnosis.json"
     played(desk, "4", Lacks("p Parameters"), size=WIDE)
     param.write_text("", encoding="utf-8")
-    written_ns = found.stat().st_mtime_ns
+    written_ns = result.stat().st_mtime_ns
     for offset_ns, step in ((-1_000_000_000, Lacks), (1_000_000, Sees)):
         os.utime(param, ns=(written_ns + offset_ns, written_ns + offset_ns))
         played(desk, "4", step("p Parameters"), size=WIDE)
@@ -130,7 +130,7 @@ KEPT = sorted((Path(__file__).parents[1] / "data" / "sealed_answers").glob("*.js
 PARTS = (diagnose.verdict_lines, diagnose.where, diagnose.which, diagnose.how_far, diagnose.what_next)
 
 
-def found(**change):
+def diagnosed(**change):
     return answer(diagnosis() | change)
 
 
@@ -138,13 +138,13 @@ def found(**change):
 @pytest.mark.parametrize("part", PARTS)
 def test_no_line_is_wider_than_there_is_room(part, cells):
     kept = (answer(json.loads(path.read_text(encoding="utf-8"))) for path in KEPT)
-    answers = [found(), *filter(None, kept)]
+    answers = [diagnosed(), *filter(None, kept)]
     assert len(answers) > 5
-    assert all(width(line) <= cells for one in answers for line in part(one, cells))
+    assert all(width(line) <= cells for shown in answers for line in part(shown, cells))
 
 
 def test_the_map_has_a_row_a_degree_of_freedom_and_its_cells_their_share_in_numbers():
-    head, *rows, foot = plain(diagnose.where(found(), 80))
+    head, *rows, foot = plain(diagnose.where(diagnosed(), 80))
     assert head.split("  ")[-1].strip() == "all"
     assert [row.split()[0] for row in rows] == ["surge", "sway", "heave", "roll", "pitch", "yaw"]
     assert " ".join(rows[1].split()) == "sway <1 % · · ▓▓▓▓ 19 % ▒▒▒▒ 8 % <1 % 28 %"
@@ -153,14 +153,14 @@ def test_the_map_has_a_row_a_degree_of_freedom_and_its_cells_their_share_in_numb
 
 
 def test_the_missing_force_stands_beside_the_map_where_there_is_room():
-    head, *rows, _ = plain(diagnose.where(found(), 110))
+    head, *rows, _ = plain(diagnose.where(diagnosed(), 110))
     assert head.endswith("missing force")
     assert rows[1].endswith("2.43 N")
     assert rows[4].endswith("-- N m")
 
 
 def test_causes_are_ranked_with_evidence_probability_and_what_they_are_mistaken_for():
-    lines = plain(diagnose.which(found(), 80))
+    lines = plain(diagnose.which(diagnosed(), 80))
     assert lines[1].startswith("1 quadratic drag")
     assert lines[1].endswith("483 nats      98 %")
     assert lines[2] == "  N_rr 9.84 N m s²/rad² (95 %: 9.05 to 10.62)"
@@ -174,8 +174,8 @@ def test_causes_are_ranked_with_evidence_probability_and_what_they_are_mistaken_
 
 
 def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
-    one, other = diagnosis()["effects"]
-    lines = plain(diagnose.which(found(effects=[one, other | {"probability": 0.42}]), 80))
+    first, second = diagnosis()["effects"]
+    lines = plain(diagnose.which(diagnosed(effects=[first, second | {"probability": 0.42}]), 80))
     heads = [n for n, line in enumerate(lines) if line.startswith(("cause ", "possible", "tried as well"))]
     accepted, possible = lines[heads[0] : heads[1]], lines[heads[1] : heads[2]]
     assert possible[0].startswith("possible, not accepted ")
@@ -185,7 +185,7 @@ def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
 
 
 def test_the_drift_falls_from_before_to_the_floor_in_numbers_and_bars():
-    lines = plain(diagnose.how_far(found(), 80))
+    lines = plain(diagnose.how_far(diagnosed(), 80))
     assert lines[1] == "this dive"
     assert [line.split()[:2] for line in lines[2:5]] == [
         ["before", "3.57"],
@@ -205,7 +205,7 @@ def test_what_is_no_diagnosis_is_none(data):
 
 
 def test_no_cause_and_nothing_next_is_said():
-    none = found(
+    none = diagnosed(
         effects=[],
         verdict="no_gap",
         told=diagnosis()["told"] | {"causes": [], "tried": [], "next": [], "notes": []},
@@ -216,7 +216,9 @@ def test_no_cause_and_nothing_next_is_said():
 
 
 def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():
-    partly = found(verdict="partly", told=diagnosis()["told"] | {"disturbance": ["In surge it takes 3.1 N."]})
+    partly = diagnosed(
+        verdict="partly", told=diagnosis()["told"] | {"disturbance": ["In surge it takes 3.1 N."]}
+    )
     assert plain(diagnose.verdict_lines(partly, 80))[0].split()[:2] == ["◑", "PARTLY"]
     assert plain(diagnose.where(partly, 80))[-1] == "In surge it takes 3.1 N."
 
@@ -228,11 +230,11 @@ def test_the_check_dive_is_told_by_degree_of_freedom_first_in_absolute_terms():
     }  # fmt: skip
     yaw = surge | {"before": 0.02, "nrmse_baseline": None}
     shrink = diagnosis()["shrink"]
-    one = found(shrink=shrink | {"check": shrink["check"] | {"by_axis": {"surge": surge, "yaw": yaw}}})
-    lines = plain(diagnose.how_far(one, 80))
+    shown = diagnosed(shrink=shrink | {"check": shrink["check"] | {"by_axis": {"surge": surge, "yaw": yaw}}})
+    lines = plain(diagnose.how_far(shown, 80))
     assert lines[0] == "check dive 2026-11-20T1015Z-validation: drift over 5 s by degree of freedom"
     assert lines[2].split() == ["surge", "34", "16", "9.0", "mm/s", "0.61", "to", "0.28", "0.33"]
     assert lines[3].split()[:2] == ["yaw", "1.1"]
     assert lines[3].endswith("--")
     assert lines[5].startswith("drift of the model over 5 s, in floors")
-    assert all(width(line) <= 78 for line in diagnose.how_far(one, 78))
+    assert all(width(line) <= 78 for line in diagnose.how_far(shown, 78))

@@ -35,7 +35,7 @@ def at_work(*reports, began_s=0.0, **what):
 
 
 @pytest.fixture
-def found(tmp_path):
+def beside_dive(tmp_path):
     """What is read of an identification beside a dive's folder."""
 
     def made(**what):
@@ -116,8 +116,8 @@ def test_all_curves_fit_into_their_room(cells, rows):
     assert all(name in "\n".join(plain(lines)) for name in BY_NAME)
 
 
-def test_parameters_of_an_earlier_identification_are_not_offered(found, tmp_path):
-    assert found().param == tmp_path / "identified.param"
+def test_parameters_of_an_earlier_identification_are_not_offered(beside_dive, tmp_path):
+    assert beside_dive().param == tmp_path / "identified.param"
     os.utime(tmp_path / "identified.param", (1.0, 1.0))
     assert load_identified(tmp_path, tmp_path).param is None
 
@@ -129,8 +129,8 @@ def test_a_file_that_is_no_identification_is_none(text, tmp_path):
     assert load_identified(tmp_path, tmp_path) is None
 
 
-def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(found):
-    lines = plain(result(found(), 80))
+def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(beside_dive):
+    lines = plain(result(beside_dive(), 80))
     assert lines[1] == "Converged: 11 of 12 coefficients identified by likelihood; pinn beside it:"
     assert "Likelihood and pinn agree in all 11 parameters that both identify." in lines
     rows = {line.split()[0]: line.split()[1:] for line in lines if line.strip()}
@@ -140,20 +140,20 @@ def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and
     assert "The DVL had no bottom lock in 1 % of its samples." in lines
 
 
-def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(found, monkeypatch):
+def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(beside_dive, monkeypatch):
     accepted = {
         BY_NAME[name].parameter_id(0): AcceptedValue(value, None, "")
         for name, value in {"M_u": 110.0, "D_u": 80.0}.items()
     }
     monkeypatch.setattr(identify_lines, "last_accepted", lambda _: accepted)
-    rows = {line[0][0].strip(): line for line in result(found(), 80) if line}
+    rows = {line[0][0].strip(): line for line in result(beside_dive(), 80) if line}
     assert rows["M_u"][-2:] == (("     110.0", "plain"), ("    +1.5 %", "plain"))
     assert rows["D_u"][-2:] == (("     80.00", "plain"), ("   -29.5 %", "warn"))
 
 
-def test_doubts_are_told_in_full_before_the_values(found):
+def test_doubts_are_told_in_full_before_the_values(beside_dive):
     doubted = {"sentence": DOUBT, "about": ["D_u"], "outcome": "converged", "culprit": "recording"}
-    lines = result(found(doubts=[doubted]), 80)
+    lines = result(beside_dive(doubts=[doubted]), 80)
     words = plain(lines)
     at = next(n for n, line in enumerate(words) if line.startswith("▲"))
     assert " ".join(line.strip() for line in words[at : at + 2]) == f"▲ {DOUBT}"
@@ -161,8 +161,8 @@ def test_doubts_are_told_in_full_before_the_values(found):
     assert lines[1][0][1] == "warn"
 
 
-def test_one_that_told_nothing_has_no_table(found):
-    nothing = found(parameters=parameters(tuple(BY_NAME)), outcome="not identifiable", comparison=None)
+def test_one_that_told_nothing_has_no_table(beside_dive):
+    nothing = beside_dive(parameters=parameters(tuple(BY_NAME)), outcome="not identifiable", comparison=None)
     lines = plain(result(nothing, 80))
     assert lines[1] == "Not identifiable: 0 of 12 coefficients identified by likelihood."
     assert not any(line.startswith("M_u") for line in lines)

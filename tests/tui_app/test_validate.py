@@ -33,7 +33,7 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
     aims = ("by itself", f"beside {CHECK}", f"beside {CHECK}, {OLDER}", "by itself")
     chosen = [step for aim in aims for step in (Sees(f"validates {DIVE}, {aim}. "), "c")]
     verbs = FakeVerbs({"validate": validation()}, held=("validate",), leave=leave)
-    desk = validated_desk(tmp_path, found=False, jobs=Jobs(verbs))
+    desk = validated_desk(tmp_path, validated=False, jobs=Jobs(verbs))
     played(desk, "6", *chosen, "v", Sees(f"validate {DIVE}"), let_go, lambda _: None, Sees("● GO"), size=WIDE)
     (words,) = verbs.words
     vehicle = words[4]
@@ -50,22 +50,22 @@ def roles(line):
 
 @pytest.mark.parametrize("cells", [60, 77])
 def test_no_line_is_wider_than_there_is_room(cells):
-    found = runs(validation())
+    shown = runs(validation())
     lines = [
-        *validate.verdict_lines(found[0], cells),
-        *validate.criteria_lines(found[0], cells),
-        *validate.error_lines(found, DIVE, cells),
+        *validate.verdict_lines(shown[0], cells),
+        *validate.criteria_lines(shown[0], cells),
+        *validate.error_lines(shown, DIVE, cells),
         *(
             line
-            for axis in validate.axes_of(found)
-            for line in validate.curve_lines(found[0], axis, cells, 15)
+            for axis in validate.axes_of(shown)
+            for line in validate.curve_lines(shown[0], axis, cells, 15)
         ),
     ]
     assert all(width(line) <= cells for line in lines)
 
 
 @pytest.mark.parametrize(
-    "told",
+    "change",
     [
         {"unit": "furlongs"},
         {"wrench_unit": "N m"},
@@ -79,9 +79,9 @@ def test_no_line_is_wider_than_there_is_room(cells):
     ],
     ids=str,
 )
-def test_curves_that_are_of_no_dive_are_no_validation(told):
+def test_curves_that_are_of_no_dive_are_no_validation(change):
     data = validation()
-    data[0]["curves"][0] |= told
+    data[0]["curves"][0] |= change
     assert runs(data) is None
 
 
@@ -99,9 +99,9 @@ def test_the_verdict_is_a_mark_a_word_and_a_sentence(go, mark):
 
 
 def test_a_dive_that_tells_no_mode_has_no_verdict():
-    found = runs(validation())[2]
-    assert plain(validate.verdict_lines(found, 80))[0].startswith("No verdict")
-    assert validate.criteria_lines(found, 80) == ()
+    shown = runs(validation())[2]
+    assert plain(validate.verdict_lines(shown, 80))[0].startswith("No verdict")
+    assert validate.criteria_lines(shown, 80) == ()
 
 
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
@@ -130,7 +130,7 @@ def test_a_yaw_rate_is_told_in_degrees():
 
 def test_two_dives_of_one_mode_are_told_apart_by_their_hours():
     data = [run_of(f"{name} shadow", name, 1.0, 1.0, None) for name in (DIVE, CHECK)]
-    assert [one.label for one in runs(data)] == ["0912Z shadow", "1015Z shadow"]
+    assert [run.label for run in runs(data)] == ["0912Z shadow", "1015Z shadow"]
 
 
 def test_curves_show_the_part_in_which_the_axis_moves():
@@ -147,8 +147,8 @@ def test_curves_show_the_part_in_which_the_axis_moves():
 def test_an_axis_that_a_dive_lacks_is_said():
     surge_only = validation()[:1]
     surge_only[0]["curves"] = surge_only[0]["curves"][:1]
-    (found,) = runs(surge_only)
-    assert "its reference does not move there" in " ".join(plain(validate.curve_lines(found, "yaw", 80, 15)))
+    (shown,) = runs(surge_only)
+    assert "its reference does not move there" in " ".join(plain(validate.curve_lines(shown, "yaw", 80, 15)))
 
 
 def test_a_plot_runs_from_the_lowest_to_the_highest_value_and_leaves_gaps_empty():

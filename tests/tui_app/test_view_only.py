@@ -105,7 +105,7 @@ def test_a_refused_key_is_answered_by_a_sentence_and_the_mark_is_on_top(view_onl
     ],
 )
 def test_no_sentence_offers_what_a_view_can_t_begin(key, sentence, tmp_path):
-    played(desk_with(tmp_path, found=False), key, Sees(sentence), view_only=True)
+    played(desk_with(tmp_path, diagnosed=False), key, Sees(sentence), view_only=True)
 
 
 def test_the_palette_is_no_way_around():
