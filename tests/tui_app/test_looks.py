@@ -6,9 +6,8 @@ from made_diagnosis import desk_with
 from made_identified import beside, dive_in, passes
 from made_parameters import desk as with_vehicle
 from made_parameters import views
-from made_replay import StillReplay
 from made_validation import validated_desk
-from made_view import FixedViews
+from made_view import FixedViews, StillReplay
 from screen_text import NARROW, WIDE, check, made, play, run
 from soak import rest_in_soak
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 from fake_verbs import FakeVerbs, desk
-from made_replay import StillReplay
-from made_view import FixedViews, view
+from made_view import FixedViews, StillReplay, view
 from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, pressed, run, said, shows, text
 from textual.containers import VerticalScroll
 from textual.widget import Widget

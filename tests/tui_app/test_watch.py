@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from fake_verbs import FakeVerbs, desk
 from made_dives import HOVERING
-from made_replay import StillReplay, replayed
-from made_view import SAID, SENSORS, UNIX_S, FixedViews, picture, view
+from made_view import SAID, SENSORS, UNIX_S, FixedViews, StillReplay, picture, replayed, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import (
     NARROW,
