@@ -18,7 +18,7 @@ from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 from identify.report.page import Report
 from tui import cli
-from tui.job import work
+from tui.app.jobs import work
 
 CASE = draw_case(300_001, kind="none", seconds=30.0)
 EACH = ("a.json", "okp.param", "okp.html")

@@ -13,7 +13,7 @@ from bridge.reports import FORM, VARIABLE, Report, Written, line, read
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from tui import show
-from tui.job import Done, work
+from tui.app.jobs import Done, work
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_an_identification_tells_its_values_as_they_converge(dive: tuple[str, ..
         assert abs(value - final[name]) < half
 
 
-def test_a_verb_that_fails_says_why_and_has_no_result(tmp_path: Path) -> None:
+def test_a_verb_that_fails_says_why_and_has_no_json(tmp_path: Path) -> None:
     done, heard = ran("identify", str(tmp_path / "none.tlog"), "--vehicle", "ruvifist:survey")
     assert done.code == exit_codes.BAD_INPUT
     assert done.result is None
@@ -127,7 +127,7 @@ def test_cancelling_ends_the_process_and_leaves_no_file(
 
 
 def test_a_result_that_was_cut_off_is_none(tmp_path: Path) -> None:
-    from tui.job import _result
+    from tui.app.jobs import _json
 
     (tmp_path / "r.json").write_text(json.dumps({"a": 1})[:-1], encoding="utf-8")
-    assert _result(tmp_path / "r.json") is None
+    assert _json(tmp_path / "r.json") is None

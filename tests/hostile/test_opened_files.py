@@ -38,7 +38,7 @@ from identify.batch.run import Cache
 from identify.challenge.seal import read_key
 from identify.report.page import Report, write_report
 from tui.app import themes
-from tui.app.jobs import Kept
+from tui.app.jobs import Kept, work
 from tui.app.keys import load_keymap
 from tui.app.screens.identify_lines import load_identified, places
 from tui.commands.challenge import _answer
@@ -46,7 +46,6 @@ from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan
 from tui.commands.prior import accepted_in
 from tui.dive_list import row_of
-from tui.job import work
 from tui.parameter_files import Leave, read_identification
 from tui.recordings import vehicle_named
 

@@ -1,7 +1,6 @@
 """A headless Chromium by its DevTools protocol; its terminal is read as a person would, selected and copied."""
 
 import asyncio
-import base64
 import contextlib
 import shutil
 import time
@@ -83,10 +82,6 @@ class Browser:
             assert time.monotonic() < until_s, f"{expression} is not true within {PATIENCE_S:.0f} s"
             await asyncio.sleep(0.1)
 
-    async def screenshot(self, file):
-        answer = await self.call("Page.captureScreenshot", format="png")
-        file.write_bytes(base64.b64decode(answer["data"]))
-
 
 @contextlib.asynccontextmanager
 async def opened(address, folder, width=1280, height=800):
@@ -109,7 +104,7 @@ async def opened(address, folder, width=1280, height=800):
         port = await _port(folder / "DevToolsActivePort", process)
         async with ClientSession() as session:
             async with session.get(f"http://127.0.0.1:{port}/json/list") as answer:
-                (page,) = [one for one in await answer.json() if one["type"] == "page"]
+                (page,) = [target for target in await answer.json() if target["type"] == "page"]
             async with session.ws_connect(page["webSocketDebuggerUrl"], max_msg_size=0) as socket:
                 browser = Browser(socket, width, height)
                 for domain in ("Page", "Network", "Runtime"):

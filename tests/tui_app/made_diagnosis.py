@@ -101,13 +101,13 @@ def diagnosis() -> dict:
     }
 
 
-def desk_with(root: Path, *, found: bool = True, vehicle: str = "ruvifist", **options) -> Desk:
-    """Three dives, the first of them chosen; beside it what was found."""
+def desk_with(root: Path, *, diagnosed: bool = True, vehicle: str = "ruvifist", **options) -> Desk:
+    """Three dives, the first of them chosen; beside it its diagnosis."""
     for name in (DIVE, CHECK, OLDER):
         folder = DiveFolder(root / name)
         folder.path.mkdir(parents=True)
         (folder.path / "telemetry.tlog").write_bytes(b"")
         folder.describe(About("ruvifist.yaml" if vehicle else "", "", "hovering" if vehicle else ""))
-    if found:
+    if diagnosed:
         (root / DIVE / "diagnosis.json").write_text(json.dumps(diagnosis()), encoding="utf-8")
     return Desk(vehicle, root, dive=root / DIVE, **options)

@@ -1,23 +1,19 @@
-"""A made list of dives as `seatrial dives --json` gives it, and a desk whose verbs answer at once."""
+"""A made list of dives as `seatrial dives --json` gives it."""
 
-import asyncio
 import math
 from pathlib import Path
 
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from tui.app.desk import Desk
-from tui.app.jobs import Jobs
-from tui.job import Done
 
 BEGAN_UNIX_S = 1_795_236_720.0  # 2026-11-21 04:52 UTC
 OUT = Path("dives")
 
 
 def excitation(**std):
-    told = {c.name: std.get(c.name, 0.007) for c in COEFFICIENTS}
+    known = {c.name: std.get(c.name, 0.007) for c in COEFFICIENTS}
     return [
-        {"name": name, "relative_std": one if math.isfinite(one) else None, "identifiable": one <= 0.3}
-        for name, one in told.items()
+        {"name": name, "relative_std": value if math.isfinite(value) else None, "identifiable": value <= 0.3}
+        for name, value in known.items()
     ]
 
 
@@ -75,29 +71,3 @@ DAMAGED = dive(
     error="dives/2026-11-20T0252Z-survey/telemetry.tlog: holds no MAVLink frame; check that it is the right file",
 )
 DIVES = [DAMAGED, HOVERING, DECK]
-
-
-class FakeVerbs:
-    """Answers each verb with what `results` holds of it; one that is not in it tells `tells` and waits for its end.
-
-    `leave(words)` is called as a verb ends, as one that writes files does.
-    """
-
-    def __init__(self, results=None, code=0, said=(), tells=(), leave=lambda _: None):
-        self.results = {"dives": DIVES} if results is None else results
-        self.code, self.said, self.tells, self.leave = code, said, tells, leave
-        self.words = []
-
-    async def __call__(self, words, hear):
-        self.words.append(words)
-        if words[0] != "dives":
-            for told in self.tells:
-                hear(told)
-        if words[0] not in self.results:
-            await asyncio.Event().wait()
-        self.leave(words)
-        return Done(self.code, self.results[words[0]], errors=tuple(self.said))
-
-
-def desk(verbs=None, **what):
-    return Desk("ruvifist:hovering", OUT, jobs=Jobs(verbs or FakeVerbs(), lambda: 0.0), **what)

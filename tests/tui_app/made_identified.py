@@ -1,11 +1,15 @@
 """A made identification as `seatrial identify --json` writes it, and what was told on the way."""
 
 import json
+import os
 from pathlib import Path
+
+from made_view import UNIX_S
 
 from bridge.reports import Report
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.files import write_parameters
+from tui.app.screens.identify_lines import places, words_for
 
 VALUES = dict(
     zip(
@@ -22,9 +26,9 @@ def parameters(missing=("I_q",)):
     made = []
     for c in COEFFICIENTS:
         value = VALUES[c.name]
-        one = {"name": c.name, "unit": c.unit, "value": value, "low95": 0.97 * value, "high95": 1.03 * value}
-        one["identifiable"] = c.name not in missing
-        made.append(one | ({"reason": REASON} if c.name in missing else {}))
+        known = {"name": c.name, "unit": c.unit, "value": value, "identifiable": c.name not in missing}
+        interval = {"low95": 0.97 * value, "high95": 1.03 * value}
+        made.append(known | interval | ({"reason": REASON} if c.name in missing else {}))
     return made
 
 
@@ -73,3 +77,20 @@ def leave(words, result=None):
         at["--json"].write_text(json.dumps(result or identified()), encoding="utf-8")
         ids = {c.parameter_id(0): VALUES[c.name] for c in COEFFICIENTS}
         write_parameters(at["--param"], ids, ("made",))
+
+
+def dive_in(folder):
+    """A dive's folder, with a recording in which is nothing."""
+    dive = folder / "dives" / "2026-11-21T0352Z-hovering"
+    dive.mkdir(parents=True)
+    (dive / "telemetry.tlog").write_bytes(b"")
+    return dive
+
+
+def beside(dive):
+    """The dive, with an identification of a fixed time beside it."""
+    leave(words_for(str(dive), "", places(dive)))
+    for path in places(dive).values():
+        if path.exists():
+            os.utime(path, (UNIX_S, UNIX_S))
+    return dive

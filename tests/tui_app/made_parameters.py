@@ -1,20 +1,17 @@
 """A vehicle beside what was identified of it, verbs that answer with it or wait, and its screen with keys typed."""
 
-import asyncio
 from dataclasses import replace
 from pathlib import Path
 
+from fake_verbs import FakeVerbs
+from fake_verbs import desk as desk_of
 from made_dives import OUT
 from made_view import FixedViews, view
-from screen_text import made, play, pressed, run, text
-from textual.widgets import Input
+from screen_text import played, text
 
 from bridge.reports import WRITING, Report, Written
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.watch.picture import Armed
-from tui.app.desk import Desk
-from tui.app.jobs import Jobs
-from tui.job import Done
 
 PARAM = OUT / "2026-11-21T0352Z-hovering" / "identified.param"
 BEFORE = Path("receipts/2026-11-20T101500Z-before.param")
@@ -52,7 +49,7 @@ def row(name, present, target, half, accepted, doubted, verdict=None, reason="")
 
 
 def rows():
-    return [row(name, *told) for name, told in VALUES.items()]
+    return [row(name, *values) for name, values in VALUES.items()]
 
 
 def plan(**what):
@@ -74,88 +71,78 @@ def plan(**what):
 
 
 def way_back():
-    values = [(name, told[1], told[0], told[2], told[0], "") for name, told in VALUES.items()]
-    rows = [{**row(*told), "low95": None, "high95": None, "change": None} for told in values]
+    values = [
+        (name, target, present, half, present, "") for name, (present, target, half, *_) in VALUES.items()
+    ]
+    rows = [{**row(*line), "low95": None, "high95": None, "change": None} for line in values]
     return plan(file=str(BEFORE), of="", outcome="", notes=[], parameters=rows)
 
 
 def receipt(outcome="applied", sentence="7 parameters written and read back, set 13247 is active", failed=()):
     lines = [
         {
-            "name": one["name"],
-            "before": one["present"],
-            "target": one["target"],
-            "after": one["present"] if one["name"] in failed else one["target"],
-            "outcome": "refused" if one["name"] in failed else "applied",
-            "sentence": f"{one['name']} refused: the vehicle permits it not" if one["name"] in failed else "",
+            "name": line["name"],
+            "before": line["present"],
+            "target": line["target"],
+            "after": line["present"] if line["name"] in failed else line["target"],
+            "outcome": "refused" if line["name"] in failed else "applied",
+            "sentence": f"{line['name']} refused: the vehicle permits it not"
+            if line["name"] in failed
+            else "",
         }
-        for one in rows()
+        for line in rows()
     ]
     kept = "receipts/2026-11-21T085300Z-before.param"
     return {"outcome": outcome, "sentence": sentence, "parameters": lines, "preimage": kept}
 
 
-def told_lines(count, share):
-    of = WRITING
-    names = [one["name"] for one in rows() if one["verdict"] == "changed"][:count]
-    lines = [
-        Report(of, share, name, written=Written(name, "applied", "111.52 read back equal")) for name in names
-    ]
-    return (*lines, Report(of, share, "staging"))
+def lines_written(count, share):
+    """The reports of an upload that has written so many lines."""
+    names = [line["name"] for line in rows() if line["verdict"] == "changed"][:count]
+    return tuple(
+        Report(WRITING, share, name, "STAGE", written=Written(name, "applied", "111.52 read back equal"))
+        for name in names
+    )
 
 
 def staged(changed=(), active_crc=0.0):
     """The plan where the vehicle holds all lines but some, and does not fly them."""
-    told = [
-        one
-        if one["name"] in changed
-        else {**one, "present": one["target"], "verdict": "staged", "change": 0.0}
-        for one in plan()["parameters"]
+    lines = [
+        line
+        if line["name"] in changed
+        else {**line, "present": line["target"], "verdict": "staged", "change": 0.0}
+        for line in rows()
     ]
-    return plan(parameters=told, active_crc=active_crc, staged_crc=8205)
+    return plan(parameters=lines, active_crc=active_crc, staged_crc=8205)
 
 
-class FakeVehicle:
-    """Answers `params diff`, a dry roll back, and writes; `waits` makes a write wait after it told `tells`.
-
-    `silent` makes a reading wait.
+class FakeVehicle(FakeVerbs):
+    """Answers `params diff` with `compared`, a dry roll back with `back`, and writes with `written`, which ends by
+    `code` and `errors`; `waits` makes a write, `silent` a reading wait to be let go.
     """
 
-    def __init__(
-        self, compared=None, back=None, written=None, code=0, said=(), tells=(), waits=False, silent=False
-    ):
+    def __init__(self, compared=None, back=None, written=None, waits=False, silent=False, **how):
+        super().__init__(self._answer, **how)
         self.compared = plan() if compared is None else compared
         self.back = way_back() if back is None else back
         self.written = receipt() if written is None else written
-        self.code, self.said, self.tells, self.waits = code, said, tells, waits
-        self.words, self.go, self.speaks = [], asyncio.Event(), asyncio.Event()
-        if not silent:
-            self.speaks.set()
+        self._held = [is_write for is_write in (True, False) if (waits if is_write else silent)]
 
     @property
     def writes(self):
         return [words for words in self.words if "--yes" in words]
 
-    async def __call__(self, words, hear):
-        self.words.append(words)
-        if "--yes" not in words:
-            await self.speaks.wait()
-            result = self.back if words[1] == "rollback" else self.compared
-            return Done(0 if result else 3, result or None, errors=tuple(self.said))
-        for told in self.tells:
-            hear(told)
-        if self.waits:
-            await self.go.wait()
-        return Done(self.code, self.written or None, errors=tuple(self.said))
+    def _answer(self, words):
+        if "--yes" in words:
+            return self.written or None
+        return (self.back if words[1] == "rollback" else self.compared) or None
+
+    def _waits(self, words):
+        return ("--yes" in words) in self._held
 
 
-def desk(vehicle=None, now_s=lambda: 0.0, **what):
-    jobs = Jobs(vehicle or FakeVehicle(), now_s)
-    return Desk("ruvifist:hovering", OUT, dive=PARAM.parent, param=PARAM, jobs=jobs, **what)
-
-
-SIZES = ((80, 24), (160, 50))
-NARROW = SIZES[0]
+def desk(vehicle=None, **what):
+    return desk_of(vehicle or FakeVehicle(), dive=PARAM.parent, param=PARAM, **what)
 
 
 def views(armed=Armed.DISARMED, ff_mode=1):
@@ -163,30 +150,9 @@ def views(armed=Armed.DISARMED, ff_mode=1):
     return FixedViews(replace(made_view, picture=replace(made_view.picture, armed=armed, ff_mode=ff_mode)))
 
 
-async def done(app, pilot):
-    """Until nothing runs, and it is shown."""
-    while any(app.desk.jobs.runs(verb) for verb in ("params diff", "params upload")):
-        await pilot.pause()
-    app._show()
-    await pilot.pause()
-    while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
-        await pilot.pause()
-
-
-async def typed(app, pilot, *keys):
-    for key in keys:
-        await pressed(pilot, key)
-        await done(app, pilot)
-
-
-def on_screen(vehicle, *steps, size=NARROW, shown=None, **what):
+def on_screen(vehicle, *steps, shown=None, **what):
     """Open the screen of that vehicle, and play the steps."""
-
-    async def begin(app, pilot):
-        await typed(app, pilot, "5")
-        await play(app, pilot, done, *steps)
-
-    run(made(shown or views(), desk=desk(vehicle, **what)), size, begin)
+    return played(desk(vehicle, **what), "5", *steps, views=shown or views())
 
 
 def line_of(app, name):

@@ -98,10 +98,10 @@ def validation(go=True):
     ]
 
 
-def validated_desk(root: Path, *, go=True, found=True, **options) -> Desk:
-    """Three dives, the one in shadow chosen; beside it what was found."""
-    desk = desk_with(root, found=False, **options)
-    if found:
+def validated_desk(root: Path, *, go=True, validated=True, **options) -> Desk:
+    """Three dives, the one in shadow chosen; beside it its validation."""
+    desk = desk_with(root, diagnosed=False, **options)
+    if validated:
         (root / DIVE / "validation.json").write_text(json.dumps(validation(go)), encoding="utf-8")
     return desk
 

@@ -1,4 +1,7 @@
-"""A made view: a vehicle that surges ahead of nothing real, with a sensor of each condition, at a fixed time."""
+"""A made view: a vehicle that surges ahead of nothing real, with a sensor of each condition, at a fixed time.
+
+And a replay that stands still.
+"""
 
 import math
 from dataclasses import replace
@@ -18,7 +21,7 @@ from gcs_plugin.watch.picture import (
     ThrusterRow,
     Trace,
 )
-from tui.app.view import View
+from tui.app.view import Replayed, View
 
 NOW_S = 812.4
 UNIX_S = 1_795_251_151.0  # 2026-11-21 08:52:31 UTC
@@ -143,3 +146,27 @@ class FixedViews:
 
     def force_off(self):
         self.forced += 1
+
+
+def replayed(**what):
+    return replace(Replayed("2026-11-21T0352Z-hovering", picture(), 192.0, 807.0, 4.0, False), **what)
+
+
+class StillReplay:
+    """A replay that stands still, and counts what it is told."""
+
+    def __init__(self, shown=None):
+        quiet = replace(picture(), said=(), armed_age_s=0.2)
+        self.now, self.told = shown or replayed(picture=quiet), []
+
+    def shown(self):
+        return self.now
+
+    def toggle(self):
+        self.told.append("toggle")
+
+    def seek(self, by_s):
+        self.told.append(by_s)
+
+    def faster(self, steps):
+        self.told.append(f"{steps:+d}")

@@ -9,14 +9,17 @@ import os
 from functools import partial
 from pathlib import Path
 
+from made_view import FixedViews
 from rich.segment import Segment
 from textual._context import visible_screen_stack
 from textual.color import Color
+from textual.widgets import Input
 
 from tui.app.app import SeatrialApp
 from tui.app.drawing import ROLES
-from tui.app.screens.frame import LineView
+from tui.app.screens.frame import Drawn
 
+NARROW, WIDE = (80, 24), (160, 50)
 KEPT = Path(__file__).parent / "screens"
 LETTERS = dict(zip(ROLES, ".qSar-sfWBLAFTK", strict=True))
 OTHERS = "123456789"
@@ -63,28 +66,59 @@ class Lacks(str):
     """Words that do not."""
 
 
-class Now(str):
-    """A key whose work is not waited for."""
+async def at_rest(app, pilot):
+    """Until every verb has ended that does not wait to be let go, and what it left is shown."""
+    jobs = app.desk.jobs
+    while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
+        await pilot.pause()
+    for _ in range(2):
+        app._show()
+        await pilot.pause()
+    while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
+        await pilot.pause()
 
 
-async def play(app, pilot, settle, *steps):
-    """Press the keys, wait for each with `settle`, hold the screen against `Sees` and `Lacks`, and call functions."""
+async def play(app, pilot, *steps):
+    """Press the keys, hold the screen against `Sees` and `Lacks`, call functions, each until the app rests."""
     for step in steps:
-        if isinstance(step, Sees):
-            assert step in flat(app), text(app)
-        elif isinstance(step, Lacks):
-            assert step not in flat(app), text(app)
-        elif callable(step):
+        if isinstance(step, Sees | Lacks):
+            assert (step in flat(app)) is isinstance(step, Sees), text(app)
+            continue
+        if callable(step):
             assert step(app) is not False, text(app)
         else:
             await pressed(pilot, step)
-        if not isinstance(step, Now):
-            await settle(app, pilot)
+        await at_rest(app, pilot)
+
+
+def played(desk, *steps, size=NARROW, views=None, **options):
+    """Play the steps in an app with this desk: what it said."""
+
+    async def work(app, pilot):
+        await play(app, pilot, *steps)
+        return said(app)
+
+    return run(made(views or FixedViews(), desk=desk, **options), size, work)
+
+
+def said(app):
+    """The notices that the app shows, or showed."""
+    return [notice.message for notice in app._notifications]
+
+
+def shows(screen):
+    """A step that sees which screen is on top."""
+    return lambda app: isinstance(app.screen, screen)
 
 
 def strips(app):
     visible_screen_stack.set(app._background_screens)
     return app.screen._compositor.render_strips()
+
+
+def plain(lines):
+    """The text of lines, without their roles."""
+    return ["".join(text for text, _ in line).rstrip() for line in lines]
 
 
 def text(app):
@@ -120,7 +154,7 @@ def looks(app):
 
 def _known(app):
     """The letter of each look that a role has in this theme, under the app's own filters."""
-    widget = next(iter(app.screen.query(LineView)))
+    widget = next(iter(app.screen.query(Drawn)))
     letters, legend = {}, {}
     for role in ROLES:
         segments = [Segment("x", widget.screen.get_component_rich_style(f"line--{role}"))]

@@ -4,7 +4,8 @@ import asyncio
 
 import pytest
 import yaml
-from made_dives import DIVES, FakeVerbs, desk
+from fake_verbs import FakeVerbs, desk
+from made_dives import DIVES
 from made_view import FixedViews
 from screen_text import made, run, text
 from textual import events
@@ -34,59 +35,40 @@ def test_the_shipped_example_lists_every_action_with_its_default():
     assert load_keymap(CONFIGS / "keymap.yaml", PLACES) == example
 
 
-def test_keys_are_given_by_action(keymap_of):
-    assert keymap_of('ff.off: "f9, ctrl+o"\nscreen.watch: 9\n') == {
-        "ff.off": "f9,ctrl+o",
-        "screen.watch": "9",
-    }
-
-
-def test_an_unknown_action_names_the_nearest(keymap_of):
-    with pytest.raises(ConfigError, match=r"keymap\.yaml: unknown action 'ff\.of'; did you mean 'ff\.off'\?"):
-        keymap_of('ff.of: "f9"')
+@pytest.mark.parametrize(
+    ("text", "keymap"),
+    [
+        ('ff.off: "f9, ctrl+o"\nscreen.watch: 9\n', {"ff.off": "f9,ctrl+o", "screen.watch": "9"}),
+        ('watch.words: "c"\nwatch.charts: "w"', {"watch.words": "c", "watch.charts": "w"}),
+        *((f'theme.next: "{key}"', {"theme.next": key}) for key in
+          ("f20", "shift+tab", "alt+x", "pagedown", "full_stop", "ä", "ctrl+underscore")),
+    ],
+)  # fmt: skip
+def test_keys_are_given_by_action_by_any_name_that_a_terminal_sends_and_may_change_places(
+    text, keymap, keymap_of
+):
+    assert keymap_of(text) == keymap
 
 
 @pytest.mark.parametrize(
-    ("text", "both"),
+    ("text", "why"),
     [
+        ('ff.of: "f9"', r"keymap\.yaml: unknown action 'ff\.of'; did you mean 'ff\.off'\?"),
         ('watch.words: "c"', "the key 'c' belongs to both watch.charts and watch.words"),
         ('theme.next: "c"', "the key 'c' belongs to both theme.next and watch.charts"),
         ('theme.next: "?"', "the key 'question_mark' belongs to both app.help and theme.next"),
         ('ff.off: "escape"', "the key 'escape' belongs to both ff.off and app.close"),
+        ('theme.next: "-"\napp.help: "minus"', "the key 'minus' belongs to both"),
+        *((f"theme.next: {keys}", r"theme\.next: give its keys in quotes") for keys in
+          ("no", '""', "[c]", "{c: d}", "1.5")),
+        *((f'theme.next: "{key}"', r"theme\.next: '.*' is no key") for key in
+          ("ctrl+", "controll+c", "f99", "nokey", "c,,d")),
+        ("- c\n- d\n", "it is none"),
     ],
-)
-def test_two_actions_on_one_key_are_refused(keymap_of, text, both):
-    with pytest.raises(ConfigError, match=both):
+)  # fmt: skip
+def test_a_mistake_in_a_keymap_is_named(text, why, keymap_of):
+    with pytest.raises(ConfigError, match=why):
         keymap_of(text)
-
-
-def test_two_actions_may_change_places(keymap_of):
-    swapped = {"watch.words": "c", "watch.charts": "w"}
-    assert keymap_of('watch.words: "c"\nwatch.charts: "w"') == swapped
-
-
-@pytest.mark.parametrize("keys", ["no", '""', "[c]", "{c: d}", "1.5"])
-def test_what_is_not_text_is_asked_for_in_quotes(keymap_of, keys):
-    with pytest.raises(ConfigError, match=r"theme\.next: give its keys in quotes"):
-        keymap_of(f"theme.next: {keys}")
-
-
-@pytest.mark.parametrize("key", ["ctrl+", "controll+c", "f99", "nokey", "c,,d"])
-def test_what_is_no_key_is_named(keymap_of, key):
-    with pytest.raises(ConfigError, match=r"theme\.next: '.*' is no key"):
-        keymap_of(f'theme.next: "{key}"')
-
-
-@pytest.mark.parametrize(
-    "key", ["f20", "ctrl+o", "shift+tab", "alt+x", "pagedown", "full_stop", "ä", "ctrl+underscore"]
-)
-def test_what_terminals_send_is_a_key(keymap_of, key):
-    assert keymap_of(f'theme.next: "{key}"') == {"theme.next": key}
-
-
-def test_a_file_that_is_no_keymap_is_refused(keymap_of):
-    with pytest.raises(ConfigError, match="it is none"):
-        keymap_of("- c\n- d\n")
 
 
 def test_the_users_own_file_is_taken_where_none_is_named(tmp_path, monkeypatch):
@@ -97,12 +79,6 @@ def test_the_users_own_file_is_taken_where_none_is_named(tmp_path, monkeypatch):
     assert load_keymap(None, PLACES) == {"theme.next": "f5"}
 
 
-@pytest.mark.parametrize(("sign", "name"), [("-", "minus"), ("_", "underscore"), ("/", "slash")])
-def test_a_sign_and_its_name_are_one_key(keymap_of, sign, name):
-    with pytest.raises(ConfigError, match=f"the key '{name}' belongs to both"):
-        keymap_of(f'theme.next: "{sign}"\napp.help: "{name}"')
-
-
 KEYS = (
     LiveKey("i", "i", "Identify", "identify"),
     LiveKey("ctrl+x", "^x", "FF off", "app.force_off"),
@@ -111,24 +87,17 @@ KEYS = (
 )
 
 
-def written(keys):
-    return "".join(text for key in keys for text, _ in key.spans)
-
-
-def test_all_keys_are_told_where_they_fit_to_the_cell():
-    line = " i Identify  ^x FF off  ? Help  ^q Quit "
-    assert written(fitting(KEYS, len(line))) == line
-
-
-def test_one_cell_less_leaves_out_the_last_and_counts_it_beside_the_help():
-    line = " i Identify  ^x FF off  ? Help, 1 more "
-    assert written(fitting(KEYS, 39)) == line
-    assert len(line) == 39
-
-
-@pytest.mark.parametrize("cells", [0, 1, 26])
-def test_the_key_that_ends_the_feed_forward_and_the_help_stay_however_little_room_there_is(cells):
-    assert written(fitting(KEYS, cells)) == " ^x FF off  ? Help, 2 more "
+@pytest.mark.parametrize(
+    ("cells", "line"),
+    [
+        (40, " i Identify  ^x FF off  ? Help  ^q Quit "),
+        (39, " i Identify  ^x FF off  ? Help, 1 more "),
+        (26, " ^x FF off  ? Help, 2 more "),
+        (0, " ^x FF off  ? Help, 2 more "),
+    ],
+)
+def test_keys_without_room_are_counted_beside_the_help_and_the_off_key_always_stays(cells, line):
+    assert "".join(text for key in fitting(KEYS, cells) for text, _ in key.spans) == line
 
 
 def test_a_click_on_a_key_is_the_key():

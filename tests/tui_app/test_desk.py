@@ -6,6 +6,7 @@ import math
 from dataclasses import asdict
 
 import pytest
+from fake_verbs import FakeVerbs
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
@@ -17,106 +18,78 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.desk import Desk, can_check, check_dives
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
-from tui.job import Done
 from tui.show import plain
 
 HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})
+WORDS = ("identify", "dive")
 
 
-class FakeWork:
-    """A verb that tells `tells`, then waits for `go` where it is to; `fault` is raised in place of a start."""
+def ran(verbs, *steps, **how):
+    """Jobs of these verbs after the steps, between which they come to rest."""
+    jobs = Jobs(verbs, **how)
 
-    def __init__(self, tells=(HALF,), waits=False, fault=None):
-        self.tells, self.waits, self.fault = tells, waits, fault
-        self.words, self.ended = [], False
+    async def work():
+        for step in steps:
+            step(jobs)
+            await asyncio.sleep(0)
+            while sum(state.runs for state in jobs._states.values()) > verbs.waiting:
+                await asyncio.sleep(0)
 
-    async def __call__(self, words, hear):
-        if self.fault:
-            raise self.fault
-        self.words.append(words)
-        try:
-            for told in self.tells:
-                hear(told)
-            if self.waits:
-                await asyncio.Event().wait()
-        finally:
-            self.ended = True
-        return Done(0, {"outcome": "converged"}, ("said",))
+    asyncio.run(work())
+    return jobs
 
 
-def ran(steps):
-    asyncio.run(steps())
-
-
-async def ended(jobs):
-    while jobs.runs("identify"):
-        await asyncio.sleep(0)
+def start(jobs):
+    jobs.start("identify", WORDS)
 
 
 def test_a_job_is_told_while_it_runs_and_as_it_ended():
     times = iter([10.0, 14.0])
-    work = FakeWork()
-    jobs = Jobs(work, lambda: next(times))
-
-    async def steps():
-        assert jobs.state("identify") is None
-        jobs.start("identify", ["identify", "dive"])
-        assert jobs.runs("identify")
-        assert jobs.state("identify").words == ("identify", "dive")
-        await ended(jobs)
-
-    ran(steps)
+    jobs = ran(
+        FakeVerbs({"identify": {"outcome": "converged"}}, tells=[HALF]), start, clock=lambda: next(times)
+    )
     state = jobs.state("identify")
-    assert (state.began_s, state.ended_s, state.reports, state.cancelled) == (10.0, 14.0, (HALF,), False)
+    assert (state.words, state.began_s, state.ended_s) == (WORDS, 10.0, 14.0)
+    assert (state.reports, state.cancelled, state.runs) == ((HALF,), False, False)
     assert state.done.result == {"outcome": "converged"}
-    assert not jobs.runs("identify")
-    assert work.words == [("identify", "dive")]
+    assert jobs.state("diagnose") is None
 
 
 def test_one_verb_runs_once_and_another_beside_it():
-    jobs = Jobs(FakeWork(waits=True))
-
-    async def steps():
-        jobs.start("identify", ["identify"])
-        jobs.start("diagnose", ["diagnose"])
+    def start_again(jobs):
         with pytest.raises(ConfigError, match="identify runs already; wait for it, or cancel it"):
-            jobs.start("identify", ["identify"])
+            start(jobs)
         assert jobs.runs("identify")
         assert jobs.runs("diagnose")
 
-    ran(steps)
+    ran(FakeVerbs({}), start, lambda jobs: jobs.start("diagnose", ["diagnose"]), start_again)
 
 
-def test_a_job_that_is_cancelled_is_over_only_when_it_has_ended():
-    work = FakeWork(waits=True)
-    jobs = Jobs(work)
-
-    async def steps():
-        jobs.start("identify", ["identify"])
-        await asyncio.sleep(0)
+def test_a_job_that_is_cancelled_is_over_only_when_it_has_ended_and_then_of_its_own_dive_alone():
+    def cancel(jobs):
         assert jobs.cancel("identify")
         assert jobs.state("identify").cancelled
-        assert jobs.runs("identify")
-        await ended(jobs)
-        assert work.ended
-        assert not jobs.runs("identify")
+        assert jobs.about("identify", "another dive").runs
+
+    def is_over(jobs):
+        assert jobs.about("identify", "another dive") is None
+        assert jobs.about("identify", "dive").cancelled
         assert jobs.state("identify").done.code == exit_codes.INTERRUPTED
         assert not jobs.cancel("identify")
-        jobs.start("identify", ["identify", "again"])
+
+    def runs_again(jobs):
         assert not jobs.state("identify").cancelled
 
-    ran(steps)
+    verbs = FakeVerbs({})
+    ran(verbs, start, cancel, is_over, start, runs_again)
+    assert len(verbs.words) == 2
 
 
 def test_a_verb_that_can_t_be_started_says_so():
-    jobs = Jobs(FakeWork(fault=OSError(12, "Cannot allocate memory")))
+    def fault(_):
+        raise OSError(12, "Cannot allocate memory")
 
-    async def steps():
-        jobs.start("identify", ["identify"])
-        await ended(jobs)
-
-    ran(steps)
-    done = jobs.state("identify").done
+    done = ran(FakeVerbs(fault), start).state("identify").done
     assert done.said == ("identify could not be started (Cannot allocate memory)",)
     assert done.code == exit_codes.BAD_INPUT
 

@@ -6,18 +6,12 @@ The dive tells ten lines or more, as most do, so that the number has two digits.
 
 import asyncio
 import contextlib
-import re
-import signal
-import subprocess
-import sys
 import time
 
 import pytest
-from replayed_vehicle import free_port
-from screen_text import made, settled, text
-from waiting import until
+from screen_text import made
 
-from bench.station import VEHICLE, by_the_recording
+from bench.station import VEHICLE, _afloat, _flown, by_the_recording
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.open import open_link
@@ -38,71 +32,6 @@ legs:
   - {name: yaw, duration_s: 3, push_yaw_nm: 6, alternate: 6}
 """
 MOST_KEYS = 6
-PATIENCE_S = 120.0
-
-pytestmark = pytest.mark.soak
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Where everything lies, a finished dive among it."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "legs.yaml").write_text(LEGS, encoding="utf-8")
-    words = ["simulate", "--vehicle", VEHICLE, "--mission", "legs.yaml", "--seed", "100001", "--out", "dives"]
-    assert cli.main(words) == exit_codes.DONE
-    return tmp_path
-
-
-@pytest.fixture
-def recording(folder):
-    """The vehicle afloat, and a recording of it that runs."""
-    link = f"udpout:127.0.0.1:{free_port()}"
-    words = [
-        sys.executable,
-        "-P",
-        "-m",
-        "tui",
-        "simulate",
-        "--vehicle",
-        VEHICLE,
-        "--mission",
-        "idle",
-        "--link",
-        link,
-    ]
-    with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as vehicle:
-        try:
-            assert "afloat" in vehicle.stderr.readline()
-            options = ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", "dives"]
-            with subprocess.Popen(recorder.record_command(options), stderr=subprocess.DEVNULL) as records:
-                until(lambda: held(time.time()) is not None)
-                yield
-                records.send_signal(signal.SIGINT)
-        finally:
-            vehicle.terminate()
-            vehicle.stderr.close()
-
-
-class Hand:
-    """Presses keys and counts them."""
-
-    def __init__(self, app, pilot):
-        self.app, self.pilot, self.keys = app, pilot, []
-
-    async def press(self, *keys):
-        self.keys += keys
-        await self.pilot.press(*keys)
-
-    async def until(self, pattern):
-        """The screen once it holds `pattern`: the match."""
-        until_s = time.monotonic() + PATIENCE_S
-        while time.monotonic() < until_s:
-            await self.pilot.pause(0.2)
-            if found := re.search(pattern, " ".join(text(self.app).split())):
-                return found
-        pytest.fail(f"'{pattern}' not seen within {PATIENCE_S:.0f} s:\n{text(self.app)}")
 
 
 def vehicle_holds():
@@ -113,46 +42,37 @@ def vehicle_holds():
         return client.read_all()
 
 
-async def fly(hand):
-    """From Watch to the receipt."""
-    await hand.until("LINK 0")
-    await hand.press("i")
-    await hand.until("converged")
-    await hand.press("p", "u")
-    lines = (await hand.until(r"type (\d+) and Enter"))[1]
-    await hand.press(*lines, "enter")
-    await hand.until(r"✓ applied: \d+ parameters written and read back, set \d+ is active")
-    return int(lines)
+@pytest.fixture
+def dives(tmp_path, monkeypatch):
+    """The folder of the dives, one of them finished; the vehicle is afloat and recorded."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "legs.yaml").write_text(LEGS, encoding="utf-8")
+    words = ["simulate", "--vehicle", VEHICLE, "--mission", "legs.yaml", "--seed", "100001", "--out", "dives"]
+    with _afloat(tmp_path) as dives:
+        assert cli.main(words) == exit_codes.DONE
+        yield dives
 
 
-@pytest.mark.usefixtures("recording")
-def test_from_a_finished_dive_to_a_verified_upload_in_six_keys(folder):
+@pytest.mark.soak
+def test_from_a_finished_dive_to_a_verified_upload_in_six_keys(dives, tmp_path):
     station = by_the_recording()
-    desk = Desk(VEHICLE, folder / "dives", folder / "receipts", recorded=recorder.recorded)
-    app = made(station, desk=desk)
+    desk = Desk(VEHICLE, dives, tmp_path / "receipts", recorded=recorder.recorded)
     before = vehicle_holds()
-
-    async def work():
-        async with app.run_test(size=(80, 24)) as pilot:
-            await settled(app, pilot)
-            hand = Hand(app, pilot)
-            return await fly(hand), hand.keys
-
     station.start()
     try:
-        lines, keys = asyncio.run(work())
+        flown = asyncio.run(_flown(made(station, desk=desk)))
     finally:
         station.stop()
-    (identified,) = (folder / "dives").glob("*/identified.param")
-    wanted = read_parameters(identified)
-    now = vehicle_holds()
-    assert lines >= 10
-    assert len(keys) <= MOST_KEYS
-    assert len(wanted) == lines
+    (identified,) = dives.glob("*/identified.param")
+    wanted, now = read_parameters(identified), vehicle_holds()
+    assert len(wanted) == flown["lines"] >= 10
+    assert flown["keys"] <= MOST_KEYS
     assert {name: now[name] for name in wanted} == wanted
     assert now["FF_ACTIVE"] not in (before["FF_ACTIVE"], 0.0)
     unchanged = {name for name in now if not name.startswith(("FF_ACTIVE", "FF_COMMIT"))} - set(wanted)
     assert {name: now[name] for name in unchanged} == {name: before[name] for name in unchanged}
-    (accepted,) = (folder / "receipts").glob("*-accepted.param")
+    (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
     assert read_parameters(accepted) == wanted
     assert held(time.time()) is not None, "the recording went on all along"

@@ -42,7 +42,7 @@ def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line(verdict, told):
 
 
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
-    vehicle = FakeVehicle({}, said=("no vehicle's HEARTBEAT within 5 s",))
+    vehicle = FakeVehicle({}, errors=["no vehicle's HEARTBEAT within 5 s"])
 
     def change_key(app):
         app.set_keymap({"parameters.read": "f7"})
@@ -188,7 +188,7 @@ def test_no_line_chosen_asks_nothing():
 
 def test_a_click_goes_to_a_line_and_a_second_one_chooses_it():
     def click(app):
-        app.screen.click(4, 20)
+        app.screen._press(4)
 
     on_screen(FakeVehicle(), click, starts("FF1_I_R", "▶■"), click, starts("FF1_I_R", "▶□"))
 

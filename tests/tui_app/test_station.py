@@ -1,16 +1,17 @@
 """The engine: the newest picture, an off switch that does not give up, a recording that is looked for."""
 
-import time
+from dataclasses import replace
 
 import pytest
 from fakes.vehicle import FakeLink
-from made_view import SENSORS, picture, recording
+from made_view import recording
 from pymavlink.dialects.v20 import ardupilotmega as mav
+from waiting import until
 
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost
 from bridge.wire.framing import Encoder, Framer, decode
-from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers, ground_heartbeat
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.station import LinkSource, Station
 
@@ -22,11 +23,10 @@ VEHICLE_BEAT = Framer().feed(Encoder(1, 1).encode(SUBMARINE))[0]
 class FakeSource:
     """Frames that a test puts in; keeps what is sent."""
 
+    trouble, closed = "", False
+
     def __init__(self):
-        self.trouble = ""
-        self.coming = []
-        self.sent = []
-        self.closed = False
+        self.coming, self.sent = [], []
 
     def frames(self):
         coming, self.coming = self.coming, []
@@ -39,44 +39,20 @@ class FakeSource:
         self.closed = True
 
 
-class FakeWatcher:
-    """Pictures that say when they were made, and of how many frames."""
-
-    def __init__(self):
-        self.fed = []
-        self.twins = ""
-        self.peers = Peers()
-
-    def feed(self, frame, arrived_s, link):
-        self.fed.append((frame.message_id, arrived_s, link))
-        self.peers.on_frame(frame, link, arrived_s)
-
-    def picture(self, now_s):
-        from dataclasses import replace
-
-        return replace(picture(), now_s=now_s, sensors=SENSORS[: len(self.fed)], twins=self.twins)
-
-
 class FakeSwitch:
     """Sends a heartbeat at every tick; done when a test says so."""
 
-    def __init__(self):
-        self.twins = ""
-        self.done = False
-        self.sent = 0
-        self.waits_for = (1,)
-        self.heard = []
-        self.asked_again = 0
+    def __init__(self, known=()):
+        self.known, self.twins, self.done, self.waits_for = known, "", False, (1,)
+        self.sent, self.heard, self.asked_again = 0, [], 0
 
     @property
     def words(self):
         return f"sent {self.sent} times"
 
     def tick(self, _):
-        if self.done:
-            return []
-        self.sent += 1
-        return [ground_heartbeat()]
+        self.sent += not self.done
+        return [] if self.done else [ground_heartbeat()]
 
     def again(self):
         self.asked_again += 1
@@ -86,22 +62,25 @@ class FakeSwitch:
 
 
 class Rig:
+    """A station in simulated time; `hear` puts in frames, `turn` lets it work once."""
+
     def __init__(self):
-        self.clock = SimulatedClock(100.0)
-        self.source, self.watcher, self.switches = FakeSource(), FakeWatcher(), []
-        self.recording, self.looked = None, 0
+        self.clock, self.source, self.switches = SimulatedClock(100.0), FakeSource(), []
+        self.watcher, self.recording, self.looked = Watcher(None), None, 0
         self.station = Station(
-            self.source, self.watcher, self.clock, self.look, self.make_switch, period_s=0.25
+            self.source, self.watcher, self.clock, self._look, self._make_switch, period_s=0.25
         )
 
-    def look(self, _):
+    def _look(self, _):
         self.looked += 1
         return self.recording
 
-    def make_switch(self, known):
-        self.known = known
-        self.switches.append(FakeSwitch())
+    def _make_switch(self, known):
+        self.switches.append(FakeSwitch(known))
         return self.switches[-1]
+
+    def hear(self, *frames):
+        self.source.coming = [(self.clock.now_s, "link", frame) for frame in frames]
 
     def turn(self, after_s=0.05):
         self.clock.advance_to(self.clock.now_s + after_s)
@@ -114,19 +93,16 @@ def rig():
     return Rig()
 
 
-def test_one_picture_is_made_a_period_however_many_frames_come(rig):
+def test_one_picture_is_made_a_period_however_many_frames_come_and_it_says_its_age(rig):
     times = []
     for _ in range(20):
-        rig.source.coming = [(rig.clock.now_s, "link", HEARTBEAT)] * 10
+        rig.hear(*[VEHICLE_BEAT] * 10)
         times.append(rig.turn().picture.now_s)
-    assert len(rig.watcher.fed) == 200
     assert len(set(times)) == 4
-
-
-def test_a_view_says_how_old_its_picture_is(rig):
-    rig.turn()
+    (link,) = rig.station.view().picture.links
+    assert (link.system, link.component) == (1, 1)
     rig.clock.advance_to(107.0)
-    assert rig.station.view().behind_s == pytest.approx(7.0, abs=0.1)
+    assert rig.station.view().behind_s == pytest.approx(107.0 - times[-1])
 
 
 def test_the_recording_is_looked_for_once_a_second(rig):
@@ -137,19 +113,19 @@ def test_the_recording_is_looked_for_once_a_second(rig):
     assert rig.station.view().recording == rig.recording
 
 
-def test_nothing_is_sent_before_the_switch_is_thrown(rig):
+def test_nothing_is_sent_before_the_switch_is_thrown_then_it_is_ticked_until_it_is_done_and_told_for_a_while(
+    rig,
+):
     for _ in range(10):
         assert rig.turn().forcing is None
     assert rig.source.sent == []
-
-
-def test_the_switch_is_ticked_until_it_is_done_and_told_for_a_while(rig):
     rig.station.force_off()
     for _ in range(30):
         shown = rig.turn()
-    assert shown.forcing.words == "sent 30 times"
-    assert not shown.forcing.done
+    assert (shown.forcing.words, shown.forcing.done) == ("sent 30 times", False)
     assert len(rig.source.sent) == 30
+    (frame,) = Framer().feed(rig.source.sent[0])
+    assert ((frame.system, frame.component), decode(frame).get_type()) == (GROUND_STATION, "HEARTBEAT")
     rig.switches[0].done = True
     assert rig.turn().forcing.done
     assert rig.turn(after_s=9.0).forcing.done
@@ -157,42 +133,34 @@ def test_the_switch_is_ticked_until_it_is_done_and_told_for_a_while(rig):
     assert len(rig.source.sent) == 30
 
 
-def test_a_switch_is_made_with_those_who_were_heard_before_the_key(rig):
-    rig.source.coming = [(100.04, "link", VEHICLE_BEAT)]
+def test_a_switch_is_made_with_those_who_were_heard_before_the_key_and_hears_every_frame(rig):
+    rig.hear(VEHICLE_BEAT)
     rig.turn()
     rig.station.force_off()
     rig.turn()
-    assert rig.known == (KnownVehicle((1, 1), False, 100.04),)
+    (switch,) = rig.switches
+    assert switch.known == (KnownVehicle((1, 1), False, 100.0),)
+    rig.hear(HEARTBEAT)
+    rig.turn()
+    assert switch.heard == [(0, 100.1)]
 
 
-def test_what_is_sent_comes_from_the_ground_station(rig):
+def test_the_switch_is_told_of_twins(rig, monkeypatch):
+    twins = replace(rig.watcher.picture(100.0), twins="two vehicles")
+    monkeypatch.setattr(rig.watcher, "picture", lambda _: twins)
     rig.station.force_off()
-    rig.turn()
-    (frame,) = Framer().feed(rig.source.sent[0])
-    assert (frame.system, frame.component) == GROUND_STATION
-    assert decode(frame).get_type() == "HEARTBEAT"
-
-
-def test_the_switch_hears_every_frame_and_of_twins(rig):
-    rig.station.force_off()
-    rig.turn()
-    rig.watcher.twins = "two vehicles"
-    rig.source.coming = [(100.06, "link", HEARTBEAT)]
-    rig.turn(after_s=0.3)
-    rig.turn()
-    assert rig.switches[0].heard == [(0, 100.06)]
+    for _ in range(3):
+        rig.turn(after_s=0.3)
     assert rig.switches[0].twins == "two vehicles"
 
 
 def test_pressing_again_orders_off_once_more_and_begins_anew_only_where_it_was_done(rig):
-    rig.station.force_off()
-    rig.turn()
-    assert rig.switches[0].asked_again == 0
-    rig.station.force_off()
-    rig.turn()
-    assert len(rig.switches) == 1
-    assert rig.switches[0].asked_again == 1
-    rig.switches[0].done = True
+    for _ in range(2):
+        rig.station.force_off()
+        rig.turn()
+    (switch,) = rig.switches
+    assert switch.asked_again == 1
+    switch.done = True
     rig.turn()
     rig.station.force_off()
     rig.turn()
@@ -200,17 +168,12 @@ def test_pressing_again_orders_off_once_more_and_begins_anew_only_where_it_was_d
 
 
 def test_the_thread_reads_until_it_is_stopped_and_closes_the_link():
-    from bridge.clock import SystemClock
-
-    source, watcher, clock = FakeSource(), FakeWatcher(), SystemClock()
-    source.coming = [(0.0, "link", HEARTBEAT)]
-    station = Station(source, watcher, clock, lambda _: None, FakeSwitch)
+    source, watcher = FakeSource(), Watcher(None)
+    source.coming = [(0.0, "link", VEHICLE_BEAT)]
+    station = Station(source, watcher, SystemClock(), lambda _: None, FakeSwitch)
     station.start()
-    until_s = time.monotonic() + 10
-    while not watcher.fed and time.monotonic() < until_s:
-        pass
+    until(lambda: watcher.picture(0.0).links)
     station.stop()
-    assert watcher.fed
     assert source.closed
 
 
@@ -256,14 +219,7 @@ def test_a_source_sends_and_loses_what_is_sent_while_its_link_is_away_and_a_sile
 
 def test_a_recording_begun_anew_leaves_no_lost_link_behind_and_the_age_told_is_its_own():
     clock, encoder = SimulatedClock(), Encoder(1, 1)
-    beats = [
-        encoder.encode(
-            mav.MAVLink_heartbeat_message(
-                mav.MAV_TYPE_SUBMARINE, mav.MAV_AUTOPILOT_GENERIC, 0, 0, mav.MAV_STATE_ACTIVE, 3
-            )
-        )
-        for _ in range(3)
-    ]
+    beats = [encoder.encode(SUBMARINE) for _ in range(3)]
     hubs = [FakeLink(f"tcp:127.0.0.1:{port}", [beat, GONE]) for port, beat in enumerate(beats, 40001)]
     source, watcher = LinkSource(lambda: hubs.pop(0), "the recording", clock), Watcher(None)
     for _ in beats:

@@ -35,30 +35,20 @@ def test_each_dot_has_its_place_in_the_cell():
     assert bits([[1, 1], [1, 1], [1, 1], [1, 1]]) == "⣿"
 
 
-def test_a_line_is_drawn_between_its_readings():
+def test_a_line_is_drawn_between_its_readings_and_a_short_peak_between_two_edges_is_not_lost():
     time_s = np.arange(0.0, 11.0, 1.0)
     low, high = extremes(time_s, time_s, EDGES)
     assert low == pytest.approx(EDGES[:-1])
     assert high == pytest.approx(EDGES[1:])
-
-
-def test_a_short_peak_between_two_edges_is_not_lost():
     time_s = np.linspace(0, 10, 101)
-    value = np.where(np.arange(101) == 42, 5.0, 0.0)
-    _, high = extremes(time_s, value, EDGES)
-    assert high.max() == 5.0
+    assert extremes(time_s, np.where(np.arange(101) == 42, 5.0, 0.0), EDGES)[1].max() == 5.0
 
 
-def test_a_reading_that_is_no_number_is_a_gap():
+def test_what_is_no_number_and_a_silence_of_over_three_intervals_are_gaps_and_a_shorter_one_is_none():
     time_s = np.arange(0.0, 10.01, 0.25)
-    value = np.where((time_s > 3.9) & (time_s < 6.1), np.nan, 1.0)
-    low, _ = extremes(time_s, value, EDGES)
+    low, _ = extremes(time_s, np.where((time_s > 3.9) & (time_s < 6.1), np.nan, 1.0), EDGES)
     assert np.isnan(low[8:12]).all()
-    assert np.isfinite(low[:7]).all()
-    assert np.isfinite(low[13:]).all()
-
-
-def test_a_silence_of_over_three_intervals_is_a_gap_and_a_shorter_one_is_none():
+    assert np.isfinite([*low[:7], *low[13:]]).all()
     time_s = np.concatenate([np.arange(0, 4, 0.25), np.arange(4.25, 6, 0.25), np.arange(7.5, 10.1, 0.25)])
     low, _ = extremes(time_s, np.ones_like(time_s), EDGES)
     assert np.isnan(low[12:14]).all()
@@ -103,42 +93,35 @@ def test_a_scale_holds_its_values_and_spans_enough(values, least, with_zero):
         assert end / scale.step == pytest.approx(round(end / scale.step), abs=1e-6)
 
 
-def test_the_head_tells_value_unit_and_reference():
-    head = lines_of("u")[0]
-    assert joined(head).split() == ["surge", "u", "0.349", "m/s", "ref", "0.400"]
-    assert ("  0.349", "strong") in head
+NEVER = {
+    "time_s": np.array([]),
+    "value": np.array([]),
+    "reference": None,
+    "age_s": math.inf,
+    "freshness": GONE,
+}
+NO_NUMBER = {"value": np.append(traces()["u"].value[:-1], math.nan)}
 
 
-def test_rates_are_shown_in_degrees():
-    assert "deg/s" in joined(lines_of("r")[0])
+@pytest.mark.parametrize(
+    ("key", "changes", "words"),
+    [
+        ("u", {}, "surge u 0.349 m/s ref 0.400"),
+        ("r", {}, "yaw r -9.0 deg/s ref -8.1"),
+        ("voltage", {}, "battery 15.90 V 4.2 s ago"),
+        ("current", {}, "current -- A 14 s ago"),
+        ("u", NEVER, "surge u -- m/s never"),
+        ("u", NO_NUMBER, "surge u -- m/s ref 0.400"),
+    ],
+    ids=["fresh", "in degrees", "stale", "gone", "never heard", "no number"],
+)
+def test_the_head_tells_value_unit_and_reference_or_age(key, changes, words):
+    assert " ".join(joined(lines_of(key, **changes)[0]).split()) == words
 
 
-def test_a_stale_value_is_dimmed_and_dated():
-    head, *body = lines_of("voltage")
-    assert joined(head).split() == ["battery", "15.90", "V", "4.2", "s", "ago"]
-    roles = {role for line in (head, *body) for _, role in line}
-    assert "strong" not in roles
-    assert "accent" not in roles
-
-
-def test_a_value_that_is_gone_is_no_number():
-    assert joined(lines_of("current")[0]).split() == ["current", "--", "A", "14", "s", "ago"]
-    never = replace(
-        traces()["u"], time_s=np.array([]), value=np.array([]), reference=None, age_s=math.inf, freshness=GONE
-    )
-    assert joined(chart(QUANTITIES["u"], never, NOW_S, 46, 6)[0]).split() == [
-        "surge",
-        "u",
-        "--",
-        "m/s",
-        "never",
-    ]
-
-
-def test_a_reading_now_that_is_no_number_is_dashes_though_it_is_fresh():
-    value = traces()["u"].value.copy()
-    value[-1] = math.nan
-    assert joined(lines_of("u", value=value)[0]).split()[:3] == ["surge", "u", "--"]
+def test_a_stale_value_and_its_curve_are_dimmed():
+    assert ("  0.349", "strong") in lines_of("u")[0]
+    assert {role for line in lines_of("voltage") for _, role in line}.isdisjoint({"strong", "accent"})
 
 
 def test_a_gap_is_marked_at_the_bottom_and_the_last_moment_is_none():
@@ -165,9 +148,9 @@ def test_headings_run_from_0_to_360_without_a_line_across():
     assert joined(rows[0]).split()[1] == f"{math.degrees(trace.value[-1]) % 360:.1f}"
 
 
-@pytest.mark.parametrize("rows", [1, 2, 3, 6, 9, 14])
-@pytest.mark.parametrize("cells", [12, 30, 46, 100])
-@pytest.mark.parametrize("key", QUANTITIES)
+@pytest.mark.parametrize("rows", [1, 2, 3, 9])
+@pytest.mark.parametrize("cells", [12, 46])
+@pytest.mark.parametrize("key", ["u", "heading", "depth", "voltage"])
 def test_a_chart_is_as_many_rows_as_it_has_and_no_curve_is_wider(key, rows, cells):
     lines = lines_of(key, cells, rows)
     assert len(lines) == rows

@@ -9,10 +9,9 @@ import threading
 import time
 
 import pytest
-from made_dives import DIVES, FakeVerbs, desk
-from made_view import FixedViews
+from fake_verbs import desk
 from replayed_vehicle import free_port
-from screen_text import made, pressed, run
+from screen_text import played
 from tmux import NEEDS_TMUX, Tmux, alone
 
 from bridge.errors import LinkError
@@ -23,60 +22,38 @@ from tui.app.jobs import aside
 from tui.app.terminal import Pace, keep_trace, trace_file
 
 
-def test_a_terminal_that_keeps_up_is_drawn_as_often_as_asked():
+def paced(*asked_and_answered):
+    """The pace after queries and their answers, at these times in turn."""
     pace = Pace(4.0)
-    for n in range(20):
-        now_s = n * 0.25
-        assert pace.may_draw(now_s)
-        assert pace.may_ask()
-        pace.on_asked(now_s)
-        pace.on_answered(now_s + 0.05)
-        assert pace.period_s(now_s) == 0.25
+    for n, now_s in enumerate(asked_and_answered):
+        (pace.on_answered if n % 2 else pace.on_asked)(now_s)
+    return pace
 
 
-def test_a_terminal_that_lags_is_drawn_once_a_second_and_often_again_when_it_has_caught_up():
-    pace = Pace(4.0)
-    pace.on_asked(0.0)
-    pace.on_answered(0.9)
-    assert pace.period_s(1.0) == 1.0
-    pace.on_asked(1.0)
-    pace.on_answered(1.1)
-    assert pace.period_s(5.0) == 1.0
-    assert pace.period_s(6.0) == 0.25
+@pytest.mark.parametrize(
+    ("times", "now_s", "may_draw", "may_ask", "period_s"),
+    [
+        ((0.0, 0.05, 0.25, 0.3), 0.5, True, True, 0.25),
+        ((0.0, 0.9), 1.0, True, True, 1.0),
+        ((0.0, 0.9, 1.0, 1.1), 5.0, True, True, 1.0),
+        ((0.0, 0.9, 1.0, 1.1), 6.0, True, True, 0.25),
+        ((0.0, 0.1, 0.25), 0.5, True, False, 0.25),
+        ((0.0, 0.1, 0.25), 4.0, False, False, 1.0),
+        ((0.0, 0.1, 0.25, 4.5), 4.6, True, True, 1.0),
+        ((0.0, 0.1, 0.25), 5.5, True, True, 1.0),
+        ((0.0,), 99.0, True, False, 0.25),
+    ],
+    ids=["keeps up", "lags", "has just caught up", "has caught up", "is a little behind", "is far behind", "came back",
+         "is given up on", "never answers"],
+)  # fmt: skip
+def test_a_terminal_is_drawn_on_as_fast_as_it_keeps_up(times, now_s, may_draw, may_ask, period_s):
+    pace = paced(*times)
+    assert (pace.may_draw(now_s), pace.may_ask(), pace.period_s(now_s)) == (may_draw, may_ask, period_s)
 
 
-def test_nothing_is_drawn_while_the_terminal_is_far_behind():
-    pace = Pace(4.0)
-    pace.on_asked(0.0)
-    pace.on_answered(0.1)
-    pace.on_asked(0.25)
-    assert pace.may_draw(0.5)
-    assert not pace.may_ask()
-    assert not pace.may_draw(1.0)
-    assert not pace.may_draw(4.0)
-    assert pace.period_s(4.0) == 1.0
-    pace.on_answered(4.5)
-    assert pace.may_draw(4.6)
-
-
-def test_an_answer_that_never_comes_stops_nothing_for_long():
-    pace = Pace(4.0)
-    pace.on_asked(0.0)
-    pace.on_answered(0.1)
-    pace.on_asked(0.25)
-    assert pace.may_draw(5.5)
-    assert pace.may_ask()
-
-
-def test_a_terminal_that_never_answers_is_taken_to_keep_up():
-    pace = Pace(4.0)
-    pace.on_asked(0.0)
-    assert all(pace.may_draw(float(n)) for n in range(100))
-    assert pace.period_s(100.0) == 0.25
-
-
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def state(tmp_path, monkeypatch):
+    """The file of the theme, in a folder of its own."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     return tmp_path / "seatrial" / "tui.json"
 
@@ -88,7 +65,7 @@ def test_the_theme_is_kept_for_next_time(state):
     assert json.loads(state.read_text(encoding="utf-8")) == {"theme": "sunlight"}
 
 
-@pytest.mark.parametrize("kept", ["", "[]", '{"theme": "pink"}', '{"theme": ["dark"]}', '"dark"'])
+@pytest.mark.parametrize("kept", ["", "[]", '{"theme": "pink"}', '{"theme": ["dark"]}'])
 def test_a_kept_theme_that_is_none_is_the_first(state, kept):
     state.parent.mkdir()
     state.write_text(kept, encoding="utf-8")
@@ -99,13 +76,7 @@ def test_a_disk_that_takes_nothing_is_no_reason_to_stop(state):
     state.parent.write_text("a file where a folder should be", encoding="utf-8")
     themes.keep_theme("light")
     assert themes.load_theme() == "dark"
-
-
-def test_every_role_has_a_look_in_every_theme():
-    for name in themes.ORDER:
-        assert set(themes.variables(name)) == {
-            f"{role}-{part}" for role in ROLES for part in ("fg", "bg", "style")
-        }
+    assert "no more is known" in keep_trace(ValueError("x"))
 
 
 def test_sunlight_has_no_tint():
@@ -114,15 +85,7 @@ def test_sunlight_has_no_tint():
             assert len({colour[n : n + 2] for n in (1, 3, 5)}) == 1
 
 
-@pytest.mark.parametrize("name", themes.ORDER)
-def test_states_that_must_be_told_apart_look_different(name):
-    looks = themes.variables(name)
-    told = [tuple(looks[f"{role}-{part}"] for part in ("fg", "bg", "style")) for role in
-            ("plain", "strong", "stale", "warn", "bad", "failsafe")]  # fmt: skip
-    assert len(set(told)) == len(told)
-
-
-def _contrast(one, other):
+def _contrast(colour, ground):
     """WCAG 2.1's contrast ratio."""
 
     def luminance(colour):
@@ -130,17 +93,20 @@ def _contrast(one, other):
         linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
         return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
-    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
+    light, dark = sorted((luminance(colour), luminance(ground)), reverse=True)
     return (light + 0.05) / (dark + 0.05)
 
 
 @pytest.mark.parametrize("name", themes.ORDER)
-@pytest.mark.parametrize(
-    "role", ["plain", "quiet", "strong", "accent", "warn", "bad", "lost", "armed", "failsafe", "tab", "key"]
-)
-def test_what_is_to_be_read_has_contrast(name, role):
+def test_what_is_to_be_read_has_contrast_and_states_that_must_be_told_apart_look_different(name):
     looks = themes.variables(name)
-    assert _contrast(looks[f"{role}-fg"], looks[f"{role}-bg"]) >= 4.5
+    unread = ("reference", "rule", "stale", "faded")
+    for role in (role for role in ROLES if role not in unread):
+        assert _contrast(looks[f"{role}-fg"], looks[f"{role}-bg"]) >= 4.5, role
+    states = ("plain", "strong", "stale", "warn", "bad", "failsafe")
+    assert len({tuple(looks[f"{role}-{part}"] for part in ("fg", "bg", "style")) for role in states}) == len(
+        states
+    )
 
 
 APP = """
@@ -156,11 +122,6 @@ sys.exit(command())
 """
 
 
-@pytest.fixture(autouse=True)
-def _own_state(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-
-
 def test_the_trace_is_kept_and_a_sentence_says_where():
     try:
         raise ValueError("two\nlines")
@@ -173,22 +134,16 @@ def test_the_trace_is_kept_and_a_sentence_says_where():
     assert "in test_the_trace_is_kept_and_a_sentence_says_where" in trace_file().read_text()
 
 
-def test_a_trace_that_can_not_be_written_is_told_too(tmp_path):
-    (tmp_path / "seatrial").write_text("a file where a folder should be")
-    assert "no more is known" in keep_trace(ValueError("x"))
-
-
 def test_work_aside_answers_and_raises():
+    def fail():
+        raise LinkError("no link")
+
     async def both():
         assert await aside(lambda: 7) == 7
-        await aside(lambda: _raise(LinkError("no link")))
+        await aside(fail)
 
     with pytest.raises(LinkError, match="no link"):
         asyncio.run(both())
-
-
-def _raise(error):
-    raise error
 
 
 def test_nobody_waits_for_work_aside_at_the_end():
@@ -201,7 +156,7 @@ def test_nobody_waits_for_work_aside_at_the_end():
         await asyncio.gather(waiting, return_exceptions=True)
 
     asyncio.run(leave())
-    (thread,) = [one for one in threading.enumerate() if one.name == "aside"]
+    (thread,) = [thread for thread in threading.enumerate() if thread.name == "aside"]
     assert thread.daemon
     never.set()
     thread.join()
@@ -230,39 +185,20 @@ def test_in_tmux_the_prompt_is_back_and_the_recording_goes_on(tmp_path):
             os.kill(holding.pid, signal.SIGTERM)
 
 
-def left(verb, *keys, restart=False):
-    """Whether the app was left by the keys, and what it said, while `verb` runs; it may run anew after the first."""
+def test_long_work_is_told_of_before_the_app_is_left_and_again_where_it_was_begun_anew():
+    now_s = [0.0]
+    at = desk(now_s=lambda: now_s[0])
 
-    async def work(app, pilot):
-        app.desk.jobs.start(verb, (verb, "dives/a"))
-        await pressed(pilot, keys[0])
-        if restart:
-            app.desk.jobs.cancel(verb)
-            await pilot.pause()
-            app.desk.jobs._clock = lambda: 1.0
-            app.desk.jobs.start(verb, (verb, "dives/a"))
-        await pressed(pilot, *keys[1:])
-        said = [notice.message for notice in app._notifications]
-        return app._exit, said
+    def begin(_):
+        now_s[0] += 1.0
+        at.jobs.start("diagnose", ("diagnose", "dives/a"))
 
-    verbs = FakeVerbs({"dives": DIVES})
-    return run(made(FixedViews(), desk=desk(verbs)), (80, 24), work)
+    def cancel(_):
+        at.jobs.cancel("diagnose")
 
+    def stays(app):
+        return not app._exit
 
-def test_an_identification_at_work_is_told_of_first():
-    assert left("identify", "ctrl+q") == (
-        False,
-        ["identify at work, and lost if you leave now; ^q again leaves"],
-    )
-
-
-def test_the_key_pressed_again_leaves():
-    gone, said = left("identify", "ctrl+q", "ctrl+q")
-    assert gone
-    assert len(said) == 1
-
-
-def test_one_that_was_begun_since_is_told_of_too():
-    gone, said = left("diagnose", "ctrl+q", "ctrl+q", restart=True)
-    assert not gone
-    assert len(said) == 2
+    anew = (cancel, begin, "ctrl+q", stays, "ctrl+q", lambda app: app._exit)
+    warning = "diagnose at work, and lost if you leave now; ^q again leaves"
+    assert played(at, begin, "ctrl+q", stays, *anew) == [warning] * 2

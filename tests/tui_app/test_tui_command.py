@@ -38,12 +38,6 @@ def _own_folders(tmp_path, monkeypatch):
     monkeypatch.delenv("TEXTUAL_DRIVER", raising=False)
 
 
-@pytest.fixture
-def terminal(monkeypatch):
-    """As if a person sat at it."""
-    monkeypatch.setattr(tui, "_is_terminal", lambda: True)
-
-
 def arguments(*words):
     return cli.verb_parser("tui").parse_args(words)
 
@@ -53,29 +47,30 @@ def test_a_pipe_is_no_terminal(capsys):
     assert "needs a terminal; `seatrial watch` writes lines to a pipe" in capsys.readouterr().err
 
 
-def test_a_mistake_in_the_keymap_is_told_before_anything_is_opened(tmp_path, capsys):
-    keymap = tmp_path / "keys.yaml"
-    keymap.write_text('watch.chart: "x"', encoding="utf-8")
-    assert cli.main(["tui", "--keymap", str(keymap)]) == 2
-    assert "unknown action 'watch.chart'; did you mean 'watch.charts'?" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("terminal")
-def test_no_link_and_no_recording_says_what_to_do(capsys):
-    assert cli.main(["tui"]) == 2
-    assert "give --link SPEC, or start `seatrial record`" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("terminal")
-def test_unrecorded_wants_one_link(capsys):
-    assert cli.main(["tui", "--unrecorded"]) == 2
-    assert "--unrecorded looks at one link" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("words", [["--fps", "0"], ["--theme", "pink"], ["--fps", "often"]])
-def test_options_are_checked(words, capsys):
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ([], "give --link SPEC, or start `seatrial record`"),
+        (["--unrecorded"], "--unrecorded looks at one link"),
+        (["--keymap", "keys.yaml"], "unknown action 'watch.chart'; did you mean 'watch.charts'?"),
+        (["--view-only", "--link", "udpin:127.0.0.1:0"], "--view-only begins none"),
+        (["--fps", "0"], "--help"),
+        (["--theme", "pink"], "--help"),
+        (["--control"], "give --web too"),
+        (["--host=0.0.0.0"], "give --web too"),
+        (["--port=0"], "give --web too"),
+        (["--web", "--unrecorded"], "leave --unrecorded and --view-only out"),
+        (["--web", "--view-only"], "leave --unrecorded and --view-only out"),
+        (["--web", "--port", "70000"], "'70000' is no port"),
+    ],
+    ids=" ".join,
+)
+def test_what_can_t_be_shown_is_refused_before_the_screen_is_taken(words, why, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tui, "_is_terminal", lambda: True)
+    (tmp_path / "keys.yaml").write_text('watch.chart: "x"', encoding="utf-8")
     assert cli.main(["tui", *words]) == 2
-    assert "--help" in capsys.readouterr().err
+    assert why in capsys.readouterr().err
 
 
 def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
@@ -85,16 +80,17 @@ def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
     assert tui._open(arguments("--link", HOLDING.links[0]))[0] == tui.OF_RECORDING
 
 
-def test_a_recording_that_serves_nobody_is_no_link(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: replace(HOLDING, hub=""))
-    with pytest.raises(LinkError, match="serves nobody; end it first"):
-        tui._open(arguments())
-
-
-def test_a_link_that_the_recording_does_not_hold_is_refused(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: HOLDING)
-    with pytest.raises(tui.exit_codes.UsageError, match=r"does not hold udpin:127.0.0.1:14999"):
-        tui._open(arguments("--link", "udpin:127.0.0.1:14999"))
+@pytest.mark.parametrize(
+    ("holding", "words", "why"),
+    [
+        (replace(HOLDING, hub=""), (), "serves nobody; end it first"),
+        (HOLDING, ("--link", "udpin:127.0.0.1:14999"), "does not hold udpin:127.0.0.1:14999"),
+    ],
+)
+def test_a_recording_that_serves_nobody_or_has_not_the_link_is_refused(holding, words, why, monkeypatch):
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: holding)
+    with pytest.raises((LinkError, tui.exit_codes.UsageError), match=why):
+        tui._open(arguments(*words))
 
 
 def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch):
@@ -107,10 +103,11 @@ def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch)
 
 
 class FakeProcess:
-    """Ends with `code` after it was looked at a few times; says what a test wants on its standard error."""
+    """Ends with `code` after it was looked at a few times, and says `words` on its standard error."""
 
-    def __init__(self, code=None, words=b""):
-        self.code, self.words, self.looks = code, words, 0
+    code, words, looks = None, b"", 0
+
+    def __init__(self):
         self.waited_for = threading.Event()
 
     def __call__(self, command, *, stderr, start_new_session, **_):
@@ -129,12 +126,8 @@ class FakeProcess:
 
 @pytest.fixture
 def process(monkeypatch):
-    def become(**how):
-        made = FakeProcess(**how)
-        monkeypatch.setattr(subprocess, "Popen", made)
-        return made
-
-    return become
+    monkeypatch.setattr(subprocess, "Popen", made := FakeProcess())
+    return made
 
 
 def begin(found):
@@ -148,23 +141,20 @@ def begin(found):
 
 
 def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
-    started = process()
     assert begin(lambda now_s: HOLDING if now_s > 2.0 else None) == HOLDING
-    assert started.detached
-    assert started.command[1:] == ["-m", "tui", "record", "--link", "x"]
-    assert started.waited_for.wait(10.0), "one that is killed stays among the processes"
+    assert process.detached
+    assert process.command[1:] == ["-m", "tui", "record", "--link", "x"]
+    assert process.waited_for.wait(10.0), "one that is killed stays among the processes"
 
 
-def test_a_recording_that_does_not_start_says_why(process):
-    why = "udpin:127.0.0.1:14550: in use; choose another port"
-    process(code=3, words=f"looking\n{line(Report(ERROR, 1.0, why))}".encode())
-    with pytest.raises(LinkError, match=f"did not start: {why}"):
-        begin(lambda _: None)
-
-
-def test_a_recording_that_says_nothing_is_not_waited_for_for_ever(process):
-    process()
+def test_a_recording_that_does_not_start_says_why_and_one_that_says_nothing_is_not_waited_for_for_ever(
+    process,
+):
     with pytest.raises(LinkError, match="has not reported for 15 s"):
+        begin(lambda _: None)
+    why = "udpin:127.0.0.1:14550: in use; choose another port"
+    process.code, process.words = 3, f"looking\n{line(Report(ERROR, 1.0, why))}".encode()
+    with pytest.raises(LinkError, match=f"did not start: {why}"):
         begin(lambda _: None)
 
 

@@ -1,7 +1,6 @@
 """The app in a real headless Chromium, with a vehicle that is replayed: read, view-only, and with control."""
 
 import asyncio
-import importlib.util
 import os
 import signal
 import subprocess
@@ -93,10 +92,10 @@ def test_the_page_shows_the_vehicle_takes_keys_at_once_and_lets_nobody_do_more_t
             return browser.requests
 
     requests = asyncio.run(work())
-    assert {urlsplit(one).netloc for one in requests if not one.startswith("data:")} == {
+    assert {urlsplit(asked).netloc for asked in requests if not asked.startswith("data:")} == {
         urlsplit(address).netloc
     }
-    assert any(one.startswith("ws://") for one in requests)
+    assert any(asked.startswith("ws://") for asked in requests)
     assert not (tmp_path / "state" / "seatrial" / "tui.json").exists()
 
 
@@ -112,23 +111,3 @@ def test_with_control_the_off_key_reaches_the_vehicle_from_the_page(page, vehicl
 
     asyncio.run(work())
     assert vehicle.mode == 0.0
-
-
-@pytest.mark.soak
-def test_behind_the_front_of_blueos_the_page_works_by_that_address(page, tmp_path):
-    """As through ssh -L, which passes bytes on from another port as well."""
-    address, _ = page()
-    spec = importlib.util.spec_from_file_location("blueos_front", ROOT / "blueos" / "service.py")
-    service = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(service)
-
-    async def work():
-        server = await service.Front(urlsplit(address).port).serve(0, "127.0.0.1")
-        other = f"http://localhost:{server.sockets[0].getsockname()[1]}/"
-        async with opened(other, tmp_path / "profile") as browser:
-            await browser.until("VIEW ONLY", "■ ARMED")
-        server.close()
-        return browser.requests, urlsplit(other).netloc
-
-    requests, netloc = asyncio.run(work())
-    assert {urlsplit(one).netloc for one in requests if not one.startswith("data:")} == {netloc}

@@ -1,126 +1,71 @@
 """The screen Validate: the verb that it runs, and a validation as lines."""
 
-import asyncio
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER
 from made_validation import run as run_of
 from made_validation import validated_desk, validation
-from made_view import FixedViews
-from screen_text import made, pressed, run, text
+from screen_text import WIDE, Sees, plain, played
 
-from bridge.reports import Report
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import validate
 from tui.app.screens.validate import runs
-from tui.job import Done
-
-NARROW, WIDE = (80, 24), (160, 50)
-
-
-class Verb:
-    """A verb that waits until it is let go, then writes a validation."""
-
-    def __init__(self):
-        self.words, self.go = (), asyncio.Event()
-
-    async def __call__(self, words, hear):
-        self.words = tuple(words)
-        hear(Report("validating", 0.5, "reading"))
-        await self.go.wait()
-        with open(words[words.index("--json") + 1], "w", encoding="utf-8") as file:
-            json.dump(validation(), file)
-        return Done(0, validation(), ())
-
-
-async def ended(app, pilot):
-    while app.desk.jobs.runs("validate"):
-        await pilot.pause()
-    app._show()
-    await pilot.pause()
-    await pilot.pause()
-
-
-def seen(app):
-    return " ".join(text(app).split())
 
 
 def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "6", "s")
-        axes = []
-        for _ in range(4):
-            axes.append(next(word for word in ("surge", "sway", "yaw") if f"{word} speed" in text(app)))
-            await pressed(pilot, "a")
-        assert axes == ["surge", "sway", "yaw", "surge"]
-        labels = []
-        for _ in range(4):
-            labels.append(seen(app).split("CURVES of ")[1].split()[0])
-            await pressed(pilot, "m")
-        assert labels == ["shadow", "FF", "both", "shadow"]
-
-    run(made(FixedViews(), desk=validated_desk(tmp_path)), NARROW, work)
+    axes = [step for axis in ("surge", "sway", "yaw", "surge") for step in (Sees(f"{axis} speed"), "a")]
+    dives = [
+        step for name in ("shadow", "FF", "both", "shadow") for step in (Sees(f"CURVES of {name} "), "m")
+    ]
+    played(validated_desk(tmp_path), "6", "s", *axes, *dives)
 
 
 def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, "6")
-        aims = []
-        for _ in range(4):
-            aims.append(seen(app).split("validates ")[1].split(". ")[0])
-            await pressed(pilot, "c")
-        assert aims == [
-            f"{DIVE}, by itself",
-            f"{DIVE}, beside {CHECK}",
-            f"{DIVE}, beside {CHECK}, {OLDER}",
-            f"{DIVE}, by itself",
-        ]
-        await pressed(pilot, "v")
-        assert f"validate {DIVE}" in seen(app)
-        verb.go.set()
-        await ended(app, pilot)
-        assert "● GO" in text(app)
+    def leave(words):
+        Path(words[words.index("--json") + 1]).write_text(json.dumps(validation()), encoding="utf-8")
 
-    verb = Verb()
-    run(made(FixedViews(), desk=validated_desk(tmp_path, found=False, jobs=Jobs(verb))), WIDE, work)
-    vehicle = verb.words[4]
+    aims = ("by itself", f"beside {CHECK}", f"beside {CHECK}, {OLDER}", "by itself")
+    chosen = [step for aim in aims for step in (Sees(f"validates {DIVE}, {aim}. "), "c")]
+    verbs = FakeVerbs({"validate": validation()}, held=("validate",), leave=leave)
+    desk = validated_desk(tmp_path, validated=False, jobs=Jobs(verbs))
+    played(desk, "6", *chosen, "v", Sees(f"validate {DIVE}"), let_go, lambda _: None, Sees("● GO"), size=WIDE)
+    (words,) = verbs.words
+    vehicle = words[4]
     assert vehicle.endswith("ruvifist.yaml:hovering")
-    assert verb.words == (
+    assert words == (
         "validate", str(tmp_path / DIVE), str(tmp_path / CHECK), "--vehicle", vehicle,
         "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
     )  # fmt: skip
-
-
-def lines_of(lines):
-    return ["".join(span for span, _ in line).rstrip() for line in lines]
 
 
 def roles(line):
     return [role for span, role in line if span.strip()]
 
 
-@pytest.mark.parametrize("cells", [60, 77, 80, 160])
+@pytest.mark.parametrize("cells", [60, 77])
 def test_no_line_is_wider_than_there_is_room(cells):
-    found = runs(validation())
+    shown = runs(validation())
     lines = [
-        *validate.verdict_lines(found[0], cells),
-        *validate.criteria_lines(found[0], cells),
-        *validate.error_lines(found, DIVE, cells),
+        *validate.verdict_lines(shown[0], cells),
+        *validate.criteria_lines(shown[0], cells),
+        *validate.error_lines(shown, DIVE, cells),
         *(
             line
-            for axis in validate.axes_of(found)
-            for line in validate.curve_lines(found[0], axis, cells, 15)
+            for axis in validate.axes_of(shown)
+            for line in validate.curve_lines(shown[0], axis, cells, 15)
         ),
     ]
     assert all(width(line) <= cells for line in lines)
 
 
 @pytest.mark.parametrize(
-    "told",
+    "change",
     [
         {"unit": "furlongs"},
         {"wrench_unit": "N m"},
@@ -134,9 +79,9 @@ def test_no_line_is_wider_than_there_is_room(cells):
     ],
     ids=str,
 )
-def test_curves_that_are_of_no_dive_are_no_validation(told):
+def test_curves_that_are_of_no_dive_are_no_validation(change):
     data = validation()
-    data[0]["curves"][0] |= told
+    data[0]["curves"][0] |= change
     assert runs(data) is None
 
 
@@ -148,19 +93,19 @@ def test_a_criterion_is_passed_or_failed_or_not_known():
 
 @pytest.mark.parametrize(("go", "mark"), [(True, "● GO"), (False, "▲ NO-GO")])
 def test_the_verdict_is_a_mark_a_word_and_a_sentence(go, mark):
-    lines = lines_of(validate.verdict_lines(runs(validation(go))[0], 80))
+    lines = plain(validate.verdict_lines(runs(validation(go))[0], 80))
     assert lines[0].split("  ")[0].strip() == mark
     assert " ".join(lines[1:]).startswith(mark.split()[1])
 
 
 def test_a_dive_that_tells_no_mode_has_no_verdict():
-    found = runs(validation())[2]
-    assert lines_of(validate.verdict_lines(found, 80))[0].startswith("No verdict")
-    assert validate.criteria_lines(found, 80) == ()
+    shown = runs(validation())[2]
+    assert plain(validate.verdict_lines(shown, 80))[0].startswith("No verdict")
+    assert validate.criteria_lines(shown, 80) == ()
 
 
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
-    lines = lines_of(validate.criteria_lines(runs(validation(go=False))[0], 80))
+    lines = plain(validate.criteria_lines(runs(validation(go=False))[0], 80))
     assert lines[0] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
     assert lines[1] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
     assert lines[3].startswith("◐ ?   yaw mass")
@@ -168,7 +113,7 @@ def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
 
 def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
     lines = validate.error_lines(runs(validation()), DIVE, 80)
-    head, acceleration = lines_of(lines)[:2]
+    head, acceleration = plain(lines)[:2]
     assert head.split() == ["surge,", "m/s", "shadow", "FF", "both"]
     assert acceleration.split() == ["Acceleration", "0.0928", "0.0093", "0.0019"]
     assert roles(lines[1]) == ["quiet", "plain", "plain", "strong"]
@@ -176,7 +121,7 @@ def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
 
 
 def test_a_yaw_rate_is_told_in_degrees():
-    lines = lines_of(validate.error_lines(runs(validation()), DIVE, 80))
+    lines = plain(validate.error_lines(runs(validation()), DIVE, 80))
     head = next(n for n, line in enumerate(lines) if line.startswith("yaw"))
     assert lines[head].split()[:2] == ["yaw,", "deg/s"]
     assert lines[head + 1].split()[1] == "5.32"
@@ -185,11 +130,11 @@ def test_a_yaw_rate_is_told_in_degrees():
 
 def test_two_dives_of_one_mode_are_told_apart_by_their_hours():
     data = [run_of(f"{name} shadow", name, 1.0, 1.0, None) for name in (DIVE, CHECK)]
-    assert [one.label for one in runs(data)] == ["0912Z shadow", "1015Z shadow"]
+    assert [run.label for run in runs(data)] == ["0912Z shadow", "1015Z shadow"]
 
 
 def test_curves_show_the_part_in_which_the_axis_moves():
-    lines = lines_of(validate.curve_lines(runs(validation())[0], "sway", 80, 15))
+    lines = plain(validate.curve_lines(runs(validation())[0], "sway", 80, 15))
     titles = [line.split("  ")[0] for line in lines if "━" in line]
     assert titles == ["sway speed, m/s", "sway error, m/s", "sway force, N"]
     assert len(lines) == 15
@@ -202,23 +147,21 @@ def test_curves_show_the_part_in_which_the_axis_moves():
 def test_an_axis_that_a_dive_lacks_is_said():
     surge_only = validation()[:1]
     surge_only[0]["curves"] = surge_only[0]["curves"][:1]
-    (found,) = runs(surge_only)
-    assert "its reference does not move there" in " ".join(
-        lines_of(validate.curve_lines(found, "yaw", 80, 15))
-    )
+    (shown,) = runs(surge_only)
+    assert "its reference does not move there" in " ".join(plain(validate.curve_lines(shown, "yaw", 80, 15)))
 
 
 def test_a_plot_runs_from_the_lowest_to_the_highest_value_and_leaves_gaps_empty():
     time_s = np.linspace(0.0, 100.0, 201)
     value = np.sin(time_s / 10)
     value[(time_s > 40) & (time_s < 60)] = np.nan
-    lines = lines_of(plot("u, m/s", time_s, Curve("u", value), None, 0.1, 67, 9))
+    lines = plain(plot("u, m/s", time_s, Curve("u", value), None, 0.1, 67, 9))
     assert lines[0].startswith("u, m/s")
     assert lines[1].startswith("   1.0┤")
     assert lines[-1].startswith("  -1.0┤")
     gap = [line[7:].ljust(60)[25:35].strip("┈ ") for line in lines[1:]]
     assert gap == [""] * 8
-    (times,) = lines_of(seconds(time_s, 67))
+    (times,) = plain(seconds(time_s, 67))
     assert times.index("50 s") == 7 + 30 - 2
     assert seconds(time_s[:1], 67) == seconds(time_s, 7) == ()
 

@@ -3,18 +3,20 @@
 import asyncio
 
 import pytest
+from fake_verbs import desk
 from made_diagnosis import DIVE, desk_with
 from made_view import FixedViews
-from screen_text import made, pressed, run, settled, text
+from screen_text import NARROW, Lacks, Sees, made, play, played, run, shows, text
 from textual.actions import parse
 from textual.command import CommandPalette
+from textual.containers import VerticalScroll
 
 from tui.app.jobs import Jobs
 from tui.app.keys import LOOKS, Action, Gate, looking_work, name_of
 from tui.app.screens.table import PLACES, SCREENS
 
+REFUSED = {"FF off", "Record", "Parameters: Upload", "Identify: Identify", "Dives: Note"}
 ACTIONS = {action.id: action for place in PLACES for action in place}
-NARROW = (80, 24)
 
 
 class FakeScreen:
@@ -32,38 +34,37 @@ LOOK = Action("fake.look", "l", "Look", "look", LOOKS)
 FLY = Action("fake.fly", "f", "Fly", "fly")
 
 
-def test_what_is_not_marked_as_looking_is_refused():
-    gate = Gate((LOOK, FLY))
-    assert not gate.refuses(FakeScreen(), "look")
-    assert gate.refuses(FakeScreen(), "fly")
-
-
-def test_an_action_that_stands_in_no_table_is_refused():
-    assert Gate(()).refuses(FakeScreen(), "look")
-
-
-def test_moving_about_is_textuals_own_and_goes_on():
-    from textual.containers import VerticalScroll
-
-    assert not Gate(()).refuses(VerticalScroll(), "scroll_down")
-
-
-def test_the_feed_forward_is_not_even_forced_off():
-    assert not ACTIONS["ff.off"].looks
+@pytest.mark.parametrize(
+    ("table", "target", "name", "refused"),
+    [
+        ((LOOK, FLY), FakeScreen(), "look", False),
+        ((LOOK, FLY), FakeScreen(), "fly", True),
+        ((), FakeScreen(), "look", True),
+        ((), VerticalScroll(), "scroll_down", False),
+    ],
+    ids=["looks", "does more", "stands in no table", "is Textual's own"],
+)
+def test_only_what_the_table_marks_as_looking_may_run(table, target, name, refused):
+    assert Gate(table).refuses(target, name) is refused
 
 
 def test_no_method_is_called_both_by_an_action_that_looks_and_by_one_that_does_more():
     looking = {name_of(action) for action in ACTIONS.values() if action.looks}
     assert looking.isdisjoint(name_of(action) for action in ACTIONS.values() if not action.looks)
+    assert not ACTIONS["ff.off"].looks
 
 
 @pytest.mark.parametrize("row", SCREENS, ids=lambda row: row.id)
-def test_no_action_that_does_more_than_look_reaches_its_method(row, monkeypatch):
+def test_nothing_on_a_screen_reaches_a_method_that_does_more_or_is_offered_that_would(row, monkeypatch):
     done = []
 
     async def work(app, pilot):
-        await app.run_action(f"app.open('{row.id}')")
-        await pilot.pause()
+        await play(app, pilot, row.key, Sees("? Help"), Lacks("FF off"))
+        live = app.screen.active_bindings.values()
+        assert all(ACTIONS[key.binding.id].looks for key in live if key.binding.id)
+        names = {hit.text async for hit in next(iter(app.COMMANDS))(app.screen).discover()}
+        assert "Theme" in names
+        assert names.isdisjoint(REFUSED)
         for action in ACTIONS.values():
             where, name, _ = parse(action.call)
             target = app if where == "app" else app.screen
@@ -77,49 +78,25 @@ def test_no_action_that_does_more_than_look_reaches_its_method(row, monkeypatch)
             instead.__module__ = method.__module__
             monkeypatch.setattr(type(target), f"action_{name}", instead)
             await app.run_action(action.call, app.screen)
-        await pressed(pilot, "ctrl+x")
 
-    run(made(FixedViews(), view_only=True), NARROW, work)
+    run(made(FixedViews(), desk=desk(), view_only=True), NARROW, work)
     assert done == []
 
 
-def test_a_refused_key_is_answered_by_a_sentence_and_the_mark_is_on_top():
+@pytest.mark.parametrize(("view_only", "forced"), [(True, 0), (False, 1)])
+def test_a_refused_key_is_answered_by_a_sentence_and_the_mark_is_on_top(view_only, forced):
     views = FixedViews()
 
-    async def work(app, pilot):
-        assert text(app).splitlines()[0].startswith(" VIEW ONLY ")
-        await pressed(pilot, "ctrl+x")
-        assert [one.message for one in app._notifications] == ["VIEW ONLY: nothing is done from here"]
+    def is_marked(app):
+        return text(app).startswith(" VIEW ONLY ") is view_only
 
-    run(made(views, view_only=True), NARROW, work)
-    assert views.forced == 0
-
-
-@pytest.mark.parametrize("row", SCREENS, ids=lambda row: row.id)
-def test_footer_and_palette_offer_only_what_looks(row):
-    async def work(app, pilot):
-        await app.run_action(f"app.open('{row.id}')")
-        await settled(app, pilot)
-        for _ in range(500):  # the footer comes with a later turn
-            if "? Help" in text(app):
-                break
-            await pilot.pause()
-        assert "? Help" in text(app)
-        assert all(
-            ACTIONS[one.binding.id].looks for one in app.screen.active_bindings.values() if one.binding.id
-        )
-        assert "FF off" not in text(app)
-        names = {hit.text async for hit in next(iter(app.COMMANDS))(app.screen).discover()}
-        assert names.isdisjoint(
-            {"FF off", "Record", "Parameters: Upload", "Identify: Identify", "Dives: Note"}
-        )
-        assert "Theme" in names
-
-    run(made(FixedViews(), view_only=True), NARROW, work)
+    notices = played(desk(), is_marked, "ctrl+x", views=views, view_only=view_only)
+    assert notices == ["VIEW ONLY: nothing is done from here"] * view_only
+    assert views.forced == forced
 
 
 @pytest.mark.parametrize(
-    ("key", "said"),
+    ("key", "sentence"),
     [
         ("3", "not identified yet; this view only looks, and identifies nothing"),
         ("4", f"{DIVE}; this view only looks, and can't diagnose it."),
@@ -127,22 +104,17 @@ def test_footer_and_palette_offer_only_what_looks(row):
         ("5", "so there is nothing to compare; this view only looks, and identifies nothing"),
     ],
 )
-def test_no_sentence_offers_what_a_view_can_t_begin(key, said, tmp_path):
-    async def work(app, pilot):
-        await pressed(pilot, key)
-        assert said in " ".join(text(app).split())
-
-    run(made(FixedViews(), desk=desk_with(tmp_path, found=False), view_only=True), NARROW, work)
+def test_no_sentence_offers_what_a_view_can_t_begin(key, sentence, tmp_path):
+    played(desk_with(tmp_path, diagnosed=False), key, Sees(sentence), view_only=True)
 
 
 def test_the_palette_is_no_way_around():
     views = FixedViews()
 
     async def work(app, pilot):
-        await pressed(pilot, "ctrl+p", *"FF off")
-        assert isinstance(app.screen, CommandPalette)
-        await pilot.app.workers.wait_for_complete()
-        await pressed(pilot, "enter", "enter")
+        await play(app, pilot, "ctrl+p", *"FF off", shows(CommandPalette))
+        await app.workers.wait_for_complete()
+        await play(app, pilot, "enter", "enter")
 
     run(made(views, view_only=True), NARROW, work)
     assert views.forced == 0
@@ -150,24 +122,8 @@ def test_the_palette_is_no_way_around():
 
 def test_a_theme_is_used_and_not_kept():
     kept = []
-
-    async def work(app, pilot):
-        await pressed(pilot, "t")
-        assert app.theme == "light"
-
-    run(made(FixedViews(), keep_theme=kept.append, view_only=True), NARROW, work)
+    played(desk(), "t", lambda app: app.theme == "light", keep_theme=kept.append, view_only=True)
     assert kept == []
-
-
-def test_where_all_may_be_done_nothing_is_marked():
-    views = FixedViews()
-
-    async def work(app, pilot):
-        assert "VIEW ONLY" not in text(app)
-        await pressed(pilot, "ctrl+x")
-
-    run(made(views), NARROW, work)
-    assert views.forced == 1
 
 
 def test_a_job_that_is_started_all_the_same_runs_nothing():

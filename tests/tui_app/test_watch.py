@@ -5,19 +5,31 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from made_dives import HOVERING, FakeVerbs, desk
-from made_replay import StillReplay, replayed
-from made_view import SAID, SENSORS, UNIX_S, FixedViews, picture, view
+from fake_verbs import FakeVerbs, desk
+from made_dives import HOVERING
+from made_view import SAID, SENSORS, UNIX_S, FixedViews, StillReplay, picture, replayed, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import check, looks, made, pressed, run, strips, text
+from screen_text import (
+    NARROW,
+    WIDE,
+    Lacks,
+    Sees,
+    looks,
+    made,
+    plain,
+    play,
+    played,
+    run,
+    shows,
+    strips,
+)
 from soak import rest_in_soak
 
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import TlogWriter
-from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said
+from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said, SensorRow
 from tui.app.drawing import width
 from tui.app.screens.watch import (
-    SensorTable,
     WatchScreen,
     replay_line,
     sensors,
@@ -29,10 +41,8 @@ from tui.app.screens.watch import (
 )
 from tui.app.view import SPEEDS, Replay
 
-SIZES = ((80, 24), (160, 50))
 
-
-@pytest.mark.parametrize("size", rest_in_soak(SIZES))
+@pytest.mark.parametrize("size", rest_in_soak((NARROW, WIDE)))
 def test_what_is_drawn_again_in_part_is_what_would_be_drawn_anew(size):
     before = view()
     lost = replace(before.picture.sensors[1], age_s=40.0, freshness=Freshness.GONE)
@@ -63,24 +73,14 @@ def test_what_is_drawn_again_in_part_is_what_would_be_drawn_anew(size):
     assert run(made(views), size, in_part) == run(made(FixedViews(after)), size, anew)
 
 
-def test_help_looks_as_it_was_kept():
-    async def look(app, pilot):
-        await pressed(pilot, "question_mark")
-        assert "Moving about" in text(app)
-        check("help-160x50", app)
-
-    run(made(FixedViews()), (160, 50), look)
-
-
 def test_what_a_vehicle_says_can_neither_steer_the_terminal_nor_push_a_row_out_of_line():
     said = Said(UNIX_S, 4, "\x1b[2J wiped \U0001f480 \u6c34 \u0301 end")
     shown = replace(view(), picture=replace(view().picture, said=(said,)))
 
-    async def work(app, _):
-        assert "?[2J wiped ? ? ? end" in text(app)
-        assert all(strip.cell_length == 80 for strip in strips(app))
+    def is_in_line(app):
+        return all(strip.cell_length == 80 for strip in strips(app))
 
-    run(made(FixedViews(shown)), (80, 24), work)
+    played(desk(), Sees("?[2J wiped ? ? ? end"), is_in_line, views=FixedViews(shown))
 
 
 def test_every_cell_that_changed_is_drawn_again_and_few_others():
@@ -92,7 +92,7 @@ def test_every_cell_that_changed_is_drawn_again_and_few_others():
         return [[(c, role) for text, role in line for c in text] for line in widget._lines]
 
     async def work(app, pilot):
-        widget = app.screen.query_one(SensorTable)
+        widget = app.screen.query_one("#sensors")
         old, drawn = cells(widget), set()
 
         def note(*regions, **_):
@@ -114,71 +114,41 @@ def test_every_cell_that_changed_is_drawn_again_and_few_others():
 
 
 FRESH, STALE, GONE = Freshness
+IMU = replace(SENSORS[2], freshness=GONE, age_s=40.0, condition=Condition.MISSING)
+GYRO = replace(IMU, name="fibre-optic gyro", words="silent for 40 s, and more")
+LOST = replace(picture().links[0], lost=True, age_s=12.0)
 
 
-def joined(line):
-    return "".join(text for text, _ in line)
+@pytest.mark.parametrize(
+    ("row", "cells", "words", "roles"),
+    [
+        (SENSORS[2], 34, ["● IMU 50.0 Hz 0.0 s"], {"quiet", "plain"}),
+        (SENSORS[2], 60, ["● ok IMU 50.0 / 25 Hz 0.0 s"], {"quiet", "plain"}),
+        (SENSORS[0], 34, ["▲ DVL no bottom lock for 3.2 s"], {"bad", "plain"}),
+        (replace(SENSORS[0], words="no bottom lock for 3.2 s, nothing"), 34,
+         ["▲ DVL", "no bottom lock for 3.2 s, not…"], {"bad", "plain"}),
+        (SENSORS[7], 34, ["◐ battery 4.2 s ago"], {"warn", "stale"}),
+        (SENSORS[8], 34, ["○ GNSS -- never heard"], {"bad", "stale"}),
+        (IMU, 34, ["○ IMU -- 40 s ago"], {"bad", "stale"}),
+        (GYRO, 34, ["○ fibre-optic gyro -- 40 s ago"], {"bad", "stale"}),
+        (GYRO, 60, ["○ missing fibre-optic gyro -- silent for 40 s, and more"], {"bad", "stale"}),
+    ],
+    ids=lambda value: value.name if isinstance(value, SensorRow) else None,
+)  # fmt: skip
+def test_a_sensor_has_rate_and_age_or_what_is_wrong_in_a_line_of_its_own_where_that_is_long(
+    row, cells, words, roles
+):
+    lines = sensors((), (row,), cells)
+    assert [" ".join(line.split()) for line in plain(lines)] == words
+    assert {role for line in lines for _, role in line} == roles
+    assert all(width(line) <= cells for line in lines)
 
 
-def table(*rows, cells=34, links=()):
-    return sensors(links, rows, cells)
-
-
-@pytest.mark.parametrize("cells", [32, 34, 60])
-def test_no_row_is_wider_than_the_pane(cells):
-    for line in sensors(picture().links, SENSORS, cells):
-        assert len(joined(line)) <= cells
-
-
-def test_a_good_sensor_shows_rate_and_age():
-    assert joined(table(SENSORS[2])[0]).split() == ["●", "IMU", "50.0", "Hz", "0.0", "s"]
-    assert joined(table(SENSORS[2], cells=60)[0]).split() == [
-        "●",
-        "ok",
-        "IMU",
-        "50.0",
-        "/",
-        "25",
-        "Hz",
-        "0.0",
-        "s",
-    ]
-
-
-def test_rates_stand_under_each_other():
-    lines = [joined(line) for line in table(SENSORS[2], SENSORS[4], SENSORS[1], cells=60)]
-    assert len({line.index(" Hz") for line in lines}) == 1
-
-
-def test_what_is_wrong_is_said_and_takes_a_line_of_its_own_where_it_is_long():
-    lines = table(SENSORS[0], SENSORS[5])
-    assert joined(lines[0]).split() == ["▲", "DVL", "no", "bottom", "lock", "for", "3.2", "s"]
-    long = replace(SENSORS[0], words="no bottom lock for 3.2 s, no altitude")
-    first, second = table(long)
-    assert joined(first).split() == ["▲", "DVL"]
-    assert joined(second).startswith("    no bottom lock for 3.2 s")
-    assert second[1][1] == "bad"
-
-
-def test_a_stale_sensor_is_dimmed_and_dated():
-    (line,) = table(SENSORS[7])
-    assert joined(line).split() == ["◐", "battery", "4.2", "s", "ago"]
-    assert {role for _, role in line} == {"warn", "stale"}
-
-
-def test_a_sensor_that_is_gone_has_no_number():
-    (line,) = table(SENSORS[8])
-    assert joined(line).split() == ["○", "GNSS", "--", "never", "heard"]
-    gone = replace(SENSORS[2], freshness=GONE, age_s=40.0, condition=Condition.MISSING)
-    assert "-- 40 s ago" in joined(table(gone)[0])
-    silent = replace(gone, name="fibre-optic gyro", words="silent for 40 s, and more")
-    assert [joined(line).split("--")[1] for line in table(silent)] == [" 40 s ago"]
-    assert "-- silent for 40 s, and more" in joined(table(silent, cells=60)[0])
-
-
-def test_a_lost_link_is_said_in_its_row():
-    link = replace(picture().links[0], lost=True, age_s=12.0)
-    assert "lost, heard 12 s ago" in " ".join(joined(line) for line in table(links=(link,)))
+def test_rates_stand_under_each_other_and_a_lost_link_is_said_in_its_row():
+    rows = sensors((LOST,), (SENSORS[2], SENSORS[4], SENSORS[1]), 60)
+    link, *others = plain(rows)
+    assert "lost, heard 12 s ago" in link
+    assert len({line.index(" Hz") for line in others}) == 1
 
 
 @pytest.mark.parametrize(
@@ -188,7 +158,6 @@ def test_a_lost_link_is_said_in_its_row():
         (1900, "    │████"),
         (1100, "████│    "),
         (1550, "    │▌   "),
-        (1450, "   ▐│    "),
         (1350, "  ▐█│    "),
         (2300, "    │████"),
         (math.nan, "    │    "),
@@ -198,54 +167,37 @@ def test_a_bar_goes_to_the_side_of_its_push(pwm_us, bar):
     assert signed_bar(pwm_us, 4) == bar
 
 
-@pytest.mark.parametrize("cells", [30, 33, 34, 56, 60])
-def test_thrusters_fit_and_none_is_missing(cells):
+@pytest.mark.parametrize(("cells", "count"), [(30, 4), (34, 4), (60, 8)])
+def test_thrusters_fit_none_is_missing_and_the_unit_is_told_once_where_there_is_little_room(cells, count):
     lines = thrusters(picture().thrusters, cells)
-    text = "\n".join(joined(line) for line in lines)
-    assert all(len(joined(line)) <= cells for line in lines)
-    assert all(f" {n} " in f" {text} " for n in range(1, 9))
-    assert len(lines) == (8 if cells >= 50 else 4)
-
-
-@pytest.mark.parametrize("cells", [32, 60])
-def test_the_unit_of_the_pulses_is_told_once_where_there_is_little_room_and_by_each_where_there_is_more(
-    cells,
-):
-    head = joined(thrusters_heading("hovering", cells))
-    rows = [joined(line) for line in thrusters(picture().thrusters, cells)]
+    rows = plain(lines)
+    assert len(rows) == count
+    assert all(width(line) <= cells for line in lines)
+    assert all(f" {n} " in " ".join(["", *rows, ""]) for n in range(1, 9))
+    (head,) = plain([thrusters_heading("hovering", cells)])
     assert head.endswith(" hovering")
-    assert len(head) == cells
-    assert ("µs" in head, all("µs" in row or "ago" in row or "--" in row for row in rows)) == (
-        (True, False) if cells == 32 else (False, True)
-    )
+    assert ("µs" in head) is (cells < 50)
+    assert any("µs" in row for row in rows) is (cells >= 50)
 
 
-def test_an_old_thruster_is_dimmed_and_one_that_is_gone_has_no_number():
+def test_an_old_thruster_is_dimmed_and_one_that_is_gone_has_no_number_and_those_with_names_have_them():
     lines = thrusters(picture().thrusters, 60)
-    assert "--" in joined(lines[3])
-    assert "14 s ago" in joined(lines[3])
+    assert "--" in plain(lines)[3]
+    assert "14 s ago" in plain(lines)[3]
     assert {role for text, role in lines[4] if text.strip() and text != "│"} == {"quiet", "faded", "stale"}
-
-
-def test_names_of_thrusters_are_shown_where_there_are_some():
     named = tuple(replace(row, name=f"bow {row.number}") for row in picture().thrusters)
-    assert "bow 3" in joined(thrusters(named, 60)[2])
+    assert "bow 3" in plain(thrusters(named, 60))[2]
 
 
-def test_words_come_newest_first_with_their_severity_in_a_word():
+def test_words_come_newest_first_with_their_severity_in_a_word_and_are_counted():
     lines = words(SAID, 80)
-    assert joined(lines[0]) == "08:52:19 ERROR     thruster 4: speed controller silent"
+    assert plain(lines)[0] == "08:52:19 ERROR     thruster 4: speed controller silent"
     assert [line[2][1] for line in lines] == ["bad", "warn", "plain", "plain"]
-    assert joined(words((Said(math.nan, 2, "x"),), 80)[0]).startswith("--:--:-- CRITICAL")
-
-
-def test_how_bad_it_is_is_counted():
-    assert worst(SAID) == "1 error, 1 warning"
-    assert worst((*SAID, *SAID)) == "2 errors, 2 warnings"
+    assert plain(words((Said(math.nan, 2, "x"),), 80))[0].startswith("--:--:-- CRITICAL")
+    assert worst((*SAID, *SAID[2:3])) == "1 error, 2 warnings"
     assert worst(SAID[:2]) == ""
 
 
-NARROW = SIZES[0]
 LENGTH_S = 600.0
 
 
@@ -311,35 +263,28 @@ def test_speed_changes_from_where_it_is(replay, clock):
     assert replay.shown().speed == SPEEDS[-1]
 
 
-def test_a_pause_holds_it_and_the_next_goes_on_from_there(replay, clock):
+def test_a_pause_holds_it_where_it_is_or_is_sent_and_the_next_goes_on_from_there(replay, clock):
     clock.now_s += 10.0
     replay.toggle()
     clock.now_s += 1000.0
     assert (replay.shown().at_s, replay.shown().paused) == (10.0, True)
+    replay.seek(20.5)
+    assert (replay.shown().at_s, replay.shown().paused) == (30.5, True)
     replay.toggle()
     clock.now_s += 1.0
-    assert (replay.shown().at_s, replay.shown().paused) == (11.0, False)
+    assert (replay.shown().at_s, replay.shown().paused) == (31.5, False)
 
 
-def test_a_pause_moves_to_where_it_is_sent(replay):
-    replay.toggle()
-    replay.seek(30.5)
-    assert (replay.shown().at_s, replay.shown().paused) == (30.5, True)
-
-
-def test_a_leap_has_the_last_minute_before_it_for_the_charts(replay):
-    replay.shown()
-    replay.seek(300.5)
-    assert replay.shown().picture == (236, 300, 65.0)
-    replay.seek(-200.0)
-    assert replay.shown().picture == (36, 100, 65.0)
-
-
-def test_a_short_way_on_reads_on(replay):
+def test_a_leap_has_the_last_minute_before_it_for_the_charts_and_a_short_way_on_reads_on(replay):
     replay.seek(0.5)
     replay.shown()
     replay.seek(10.0)
     assert replay.shown().picture == (0, 10, 11)
+    replay.seek(-10.5)
+    replay.seek(300.5)
+    assert replay.shown().picture == (236, 300, 65.0)
+    replay.seek(-200.0)
+    assert replay.shown().picture == (36, 100, 65.0)
 
 
 def test_it_stands_still_at_its_end_with_the_last_frame_and_begins_anew(replay, clock):
@@ -370,48 +315,31 @@ def test_the_line_is_as_wide_as_the_screen_and_inverse_throughout(cells):
 
 
 def test_what_stands_below_is_the_dive_and_the_lines_above_stay_the_vehicle():
-    quiet = replace(picture(), traces={}, thrusters=(), armed=picture().armed.DISARMED)
-
-    async def work(app, pilot):
-        app._show()
-        await pilot.pause()
-        shown = text(app)
-        assert "■ ARMED" in shown
-        assert "DISARMED" not in shown
-        assert "none heard" in shown
-        await pressed(pilot, "l")
-        assert "REPLAY" not in text(app)
-        assert "none heard" not in text(app)
-
-    run(made(FixedViews(), desk=desk(replay=StillReplay(replayed(picture=quiet)))), NARROW, work)
+    quiet = replace(picture(), traces={}, thrusters=(), armed=Armed.DISARMED)
+    views, at = FixedViews(), desk(replay=StillReplay(replayed(picture=quiet)))
+    shown = (Sees("■ ARMED"), Lacks("DISARMED"), Sees("none heard"))
+    played(at, *shown, "ctrl+x", "l", Lacks("REPLAY"), Lacks("none heard"), views=views)
+    assert views.forced == 1
 
 
 def test_its_keys_move_in_it_and_are_none_without_it():
     replay = StillReplay()
-
-    async def work(app, pilot):
-        app._show()
-        await pressed(pilot, "space", "b", "f", "B", "F", "-", "+", "escape", "space", "f")
-        assert app.desk.replay is None
-
-    run(made(FixedViews(), desk=desk(replay=replay)), NARROW, work)
+    keys = ("space", "b", "f", "B", "F", "-", "+", "escape", "space", "f")
+    played(desk(replay=replay), *keys, lambda app: app.desk.replay is None)
     assert replay.told == ["toggle", -10, 10, -60, 60, "-1", "+1"]
 
 
-def test_the_off_switch_is_the_vehicles_in_a_replay():
-    views = FixedViews()
-    run(made(views, desk=desk(replay=StillReplay())), NARROW, lambda _, pilot: pressed(pilot, "ctrl+x"))
-    assert views.forced == 1
-
-
-async def until(app, pilot, words):
-    """Show views until these words stand on the screen."""
-    for _ in range(400):
-        if words in " ".join(text(app).split()):
-            return
-        app._show()
-        await pilot.pause(0.01)
-    raise AssertionError(text(app))
+def test_keys_go_to_the_other_charts_and_to_all_words_where_not_all_fits():
+    charts = (Lacks("pitch q"), "c", Sees("pitch q"), Lacks("surge u"), "c", Sees("surge u"))
+    said = (
+        Lacks("6 devices, hovering"),
+        "w",
+        Sees("6 devices, hovering"),
+        Lacks("surge u"),
+        "w",
+        Sees("surge u"),
+    )
+    played(desk(), *charts, *said)
 
 
 def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tmp_path, monkeypatch):
@@ -420,18 +348,21 @@ def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tm
     folder.mkdir()
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
 
+    async def replay(app, pilot):
+        await play(app, pilot, "r")
+        await app.workers.wait_for_complete()
+        await play(app, pilot, lambda _: None)
+
     async def work(app, pilot):
-        await pressed(pilot, "2")
-        await until(app, pilot, "UVw")
-        await pressed(pilot, "r")
-        await until(app, pilot, "holds no telemetry.tlog and no dive.yaml")
+        await play(app, pilot, "2")
+        await replay(app, pilot)
+        await play(app, pilot, Sees("holds no telemetry.tlog and no dive.yaml"))
         with TlogWriter(folder / "telemetry.tlog") as writer:
             for n in range(30):
                 raw = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 3, 0, n, 4, 3))
                 writer.write(1_790_000_000_000_000 + n * 1_000_000, raw)
-        await pressed(pilot, "r")
-        await until(app, pilot, "REPLAY 2026-11-21T0352Z-hovering")
-        await until(app, pilot, "of 00:00:29")
-        assert isinstance(app.screen, WatchScreen)
+        await replay(app, pilot)
+        shown = (Sees("REPLAY 2026-11-21T0352Z-hovering"), Sees("of 00:00:29"))
+        await play(app, pilot, shows(WatchScreen), *shown)
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)

@@ -8,34 +8,29 @@ from aiohttp import ClientSession, WSServerHandshakeError
 
 from bridge.errors import LinkError
 from bridge.links.addresses import is_loopback
-from tui import cli
-from tui.commands import tui
 from tui.web.server import PageServer, in_url, refusal, warning
+
+NAME, SITE = "does not answer to the name", "may not connect here; open http://localhost:8000/"
 
 
 @pytest.mark.parametrize(
-    "host",
-    ["127.0.0.1:8000", "localhost:8000", "[::1]:8000", "192.168.2.2", "boat", "blueos.local:44001", "pi.lan"],
-)
-def test_addresses_and_local_names_are_answered(host):
-    assert refusal(host, None, "127.0.0.1") == ""
-    assert refusal(host, f"http://{host}", "127.0.0.1") == ""
-
-
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "", "[::1", "localhost.evil.example"])
-def test_a_name_that_could_be_bought_is_not(host):
-    assert "does not answer to the name" in refusal(host, f"http://{host}", "127.0.0.1")
-
-
-def test_the_name_that_the_page_was_told_is_its_own():
-    assert refusal("boat.example.org:8000", None, "boat.example.org") == ""
-
-
-@pytest.mark.parametrize("origin", ["https://evil.example", "http://localhost:9", "null", ""])
-def test_the_page_of_another_site_may_not_connect(origin):
-    assert "may not connect here; open http://localhost:8000/" in refusal(
-        "localhost:8000", origin, "127.0.0.1"
-    )
+    ("host", "origins", "why"),
+    [
+        *((host, (None, f"http://{host}"), "") for host in
+          ("127.0.0.1:8000", "localhost:8000", "[::1]:8000", "192.168.2.2", "boat", "blueos.local:44001", "pi.lan")),
+        ("boat.example.org:8000", (None,), ""),
+        *((host, (None, f"http://{host}"), NAME) for host in
+          ("evil.example", "evil.example:8000", "", "[::1", "localhost.evil.example")),
+        ("localhost:8000", ("https://evil.example", "http://localhost:9", "null", ""), SITE),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_addresses_local_names_and_its_own_are_answered_and_neither_a_bought_name_nor_another_site(
+    host, origins, why
+):
+    for origin in origins:
+        refused = refusal(host, origin, "boat.example.org")
+        assert (why in refused) if why else refused == ""
 
 
 def test_only_loopback_needs_no_warning():
@@ -113,27 +108,3 @@ def test_a_port_that_is_taken_is_said():
         server = PageServer(["true"], "127.0.0.1", port)
         with pytest.raises(LinkError, match=f"can't be served on 127.0.0.1 port {port}: .*; give another"):
             asyncio.run(server.run(lambda _: None))
-
-
-@pytest.mark.parametrize("word", ["--control", "--host=0.0.0.0", "--port=0"])
-def test_options_of_the_page_want_a_page(word, capsys):
-    assert cli.main(["tui", word]) == 2
-    assert "give --web too" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("word", ["--unrecorded", "--view-only"])
-def test_the_page_shows_the_recording_and_is_view_only_by_itself(word, capsys):
-    assert cli.main(["tui", "--web", word]) == 2
-    assert "leave --unrecorded and --view-only out" in capsys.readouterr().err
-
-
-def test_a_port_is_a_number_that_a_port_can_have(capsys):
-    assert cli.main(["tui", "--web", "--port", "70000"]) == 2
-    assert "'70000' is no port" in capsys.readouterr().err
-
-
-def test_a_view_only_app_begins_no_recording(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: None)
-    arguments = cli.verb_parser("tui").parse_args(["--view-only", "--link", "udpin:127.0.0.1:0"])
-    with pytest.raises(tui.exit_codes.UsageError, match="--view-only begins none"):
-        tui._open(arguments)

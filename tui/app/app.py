@@ -23,7 +23,7 @@ from tui.app import themes
 from tui.app.desk import Desk
 from tui.app.jobs import aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.screens.frame import StationScreen, TopLine
+from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import WRITE, agrees
@@ -189,13 +189,12 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         self._warned_of |= at_work
         verbs = " and ".join(sorted(verb for verb, _ in at_work))
-        key = next(self._key_of(action) for action in EVERYWHERE if action.id == "app.quit")
-        self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")
+        leaves = self._key_of_id("app.quit")
+        self.notify(f"{verbs} at work, and lost if you leave now; {leaves} again leaves", severity="warning")
 
     def action_help_quit(self) -> None:
         """Ctrl-C ends nothing here: say which key leaves."""
-        action = next(action for action in EVERYWHERE if action.id == "app.quit")
-        self.notify(f"{self._key_of(action)} leaves; the recording goes on")
+        self.notify(f"{self._key_of_id('app.quit')} leaves; the recording goes on")
 
     def _at_work(self) -> set[tuple[str, float]]:
         """The long verbs that run, each with its start time."""
@@ -245,7 +244,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
                 self.notify(f"'{typed}' is not {END}: the recording goes on", severity="warning")
 
         title = f"Type {END} to end the recording of {recorded.name}"
-        self.push_screen(AskScreen(title, does="ends it, and the link with it"), answered)
+        self.push_screen(AskScreen(title, "ends it, and the link with it"), answered)
 
     async def _order(self, order: Callable[[], Path], after: str) -> None:
         desk, worked, chosen = self.desk, bool(self._at_work()), self.desk.dive
@@ -302,16 +301,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._dies = True
         self.panic(Text(keep_trace(error)))
 
-    async def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
-        row = next(row for row in SCREENS if row.title == message.tab.title)
-        await self.action_open(row.id)
-
     def _screen(self, row: Row) -> StationScreen:
         return row.make(row.title, tabs(row.id, self._key_of))
 
     def _key_of(self, action: Action) -> str:
         keys = self._keys.get(action.id, action.keys)
         return self.get_key_display(Binding(keys.split(",")[0], "", ""))
+
+    def _key_of_id(self, action_id: str) -> str:
+        return next(self._key_of(action) for action in EVERYWHERE if action.id == action_id)
 
     def _refresh_view(self) -> None:
         now_s = self._clock()
@@ -351,8 +349,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         """End of a sentence: which key begins a recording; "" if none can."""
         if self.desk.record is None or self.view_only:
             return ""
-        action = next(action for action in EVERYWHERE if action.id == "recording.begin")
-        return f"; {self._key_of(action)} begins one"
+        return f"; {self._key_of_id('recording.begin')} begins one"
 
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())

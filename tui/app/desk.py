@@ -20,11 +20,6 @@ LEAST_S: Final = 20.0
 """A shorter dive is rejected as a check dive, and so is a dive in which no thruster pushed."""
 
 
-def nothing_recorded() -> Path | None:
-    """The dive being recorded when no recording runs: None."""
-    return None
-
-
 @dataclass
 class Desk:
     """Shared state of the screens.
@@ -47,7 +42,7 @@ class Desk:
     jobs: Jobs = field(default_factory=Jobs)
     replay: Replay | None = None
     record: Callable[[], None] | None = None
-    recorded: Callable[[], Path | None] = nothing_recorded
+    recorded: Callable[[], Path | None] = lambda: None
     next_dive: Callable[[], Path] | None = None
     end_recording: Callable[[], Path] | None = None
     _meant: tuple[Path, Path | None] | None = field(default=None, init=False)

@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Final, Literal, get_args
 
@@ -93,6 +94,38 @@ def wrapped(text: str, role: Role, cells: int, indent: str = "", further: str = 
 def hanging(text: str, role: Role, cells: int) -> Lines:
     """Wrap one of several stacked sentences: its later lines are indented, so that the next sentence stands out."""
     return wrapped(text, role, cells - 1, further="  ")
+
+
+def window(count: int, at: int, rows: int) -> tuple[int, int]:
+    """First of the entries shown in `rows` rows below a heading, with that at `at` in the middle if possible, and how
+    many fit: if some are left out, a row is kept for the note about them.
+    """
+    room = max(rows - 1, 1)
+    if count > room:
+        room = max(room - 1, 1)
+    return max(0, min(at - room // 2, count - room)), room
+
+
+def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
+    """Index of the entry in line `y` of a table; None for its heading and below its last entry."""
+    first, room = window(count, at, rows)
+    entry = first + y - 1
+    return entry if 1 <= y <= room and entry < count else None
+
+
+def around(count: int, at: int, rows: int, row: Callable[[int], Line]) -> Lines:
+    """The lines of a table below its heading: the rows of the entries shown, and how many are left out on each side."""
+    first, room = window(count, at, rows)
+    shown = range(first, min(first + room, count))
+    left_out = [(first, "above"), (count - first - len(shown), "below")]
+    hidden = [f"{lines_of(number)} {side}" for number, side in left_out if number]
+    note: Lines = (((f"   … {', '.join(hidden)}", "warn"),),) if hidden else ()
+    return (*map(row, shown), *note)
+
+
+def lines_of(count: int) -> str:
+    """`1 line`, `7 lines`."""
+    return f"{count} line{'' if count == 1 else 's'}"
 
 
 def bar(share: float, cells: int) -> str:

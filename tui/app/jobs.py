@@ -1,33 +1,102 @@
 """The app's running verbs, each in a process of its own, as lines, and their results next to a dive.
 
-Jobs belong to the app, not to a screen: a screen starts one, may be left and opened again, and reads its progress.
+A job does exactly what the verb does, because it is the verb; if the app is gone, it goes on to its end: an upload is
+not cut short because a terminal was closed. Jobs belong to the app, not to a screen: a screen starts one, may be left
+and opened again, and reads its progress.
 """
 
 import asyncio
 import math
+import tempfile
 import threading
 import time
+from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
-from bridge import exit_codes
+from bridge import exit_codes, reports
 from bridge.errors import ConfigError
-from bridge.files import read_small
+from bridge.files import clear_way, read_small
 from bridge.plain import from_json
 from bridge.reports import PAGE, UNKEPT, Report
-from tui import job
+from gcs_plugin.job import Job
 from tui.app.drawing import Line, Lines, apart, bar, cut, wrapped
-from tui.job import Done
-
-Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
 
 Answer = TypeVar("Answer")
 T = TypeVar("T")
-BAR_CELLS = 24
-NOT_KEPT = "its values are below, and kept nowhere"
+BAR_CELLS: Final = 24
+NOT_KEPT: Final = "its values are below, and kept nowhere"
+MOST_SAID: Final = 50
+LOOK_EVERY_S: Final = 0.05
+ASKED: Final = {reports.VARIABLE: reports.FORM}
+LEAVES: Final = ("--json", "--param", "--report", "--accept")
+"""Options that name the files a verb leaves next to a dive, under names chosen by this program."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """How a verb ended.
+
+    Its exit code (`bridge.exit_codes`), its result as written to `--json`, None if there is none, its last lines of
+    output other than progress, its errors, and the names of their classes.
+    """
+
+    code: int
+    result: Any
+    said: tuple[str, ...] = ()
+    errors: tuple[str, ...] = ()
+    error_names: tuple[str, ...] = ()
+
+    @property
+    def why(self) -> str:
+        """Its errors as one text, or its last line if it reported none; empty if it said nothing."""
+        return " ".join(self.errors or self.said[-1:])
+
+
+Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
+
+
+async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
+    """Run the verb and its arguments in `words` to the end. If cancelled, end the verb and every process it started.
+
+    If `words` contain `--json FILE`, the result is also in that file afterwards.
+    """
+    for option, place in pairwise(words):
+        if option in LEAVES:
+            clear_way(Path(place))
+    with tempfile.TemporaryDirectory(prefix="seatrial-") as folder:
+        if "--json" not in words:
+            words = (*words, "--json", f"{folder}/result.json")
+        result = Path(words[words.index("--json") + 1])
+        before_ns = written_ns(result)
+        job = Job(words[0], ("-m", "tui", *words), time.monotonic(), ASKED, errors_alone=True)
+        said: deque[str] = deque(maxlen=MOST_SAID)
+        errors: deque[Report] = deque(maxlen=MOST_SAID)
+        try:
+            while job.code is None:
+                for line in job.lines(time.monotonic()):
+                    report = reports.read(line)
+                    if report is None:
+                        said.extend((line,) if line else ())
+                    elif report.of == reports.ERROR:
+                        errors.append(report)
+                    else:
+                        hear(report)
+                await asyncio.sleep(LOOK_EVERY_S)
+        except asyncio.CancelledError:
+            job.cancel(time.monotonic())
+            while job.code is None:
+                job.lines(time.monotonic())
+                await asyncio.sleep(LOOK_EVERY_S)
+            raise
+        # An unchanged file is the result of an earlier run.
+        answer = _json(result) if written_ns(result) != before_ns else None
+    sentences, names = tuple(error.words for error in errors), tuple(error.stage for error in errors)
+    return Done(job.code, answer, tuple(said), sentences, names)
 
 
 @dataclass(frozen=True)
@@ -59,15 +128,23 @@ class JobState:
         return next((report.result for report in self.reports if report.of == UNKEPT), None)
 
     @property
+    def failure(self) -> str:
+        """Why it ended without a result in its file; "" while it runs."""
+        if self.done is None:
+            return ""
+        why = self.done.why or f"{self.words[0]} ended with exit code {self.done.code} and said nothing"
+        return why if self.unkept is None else f"{why}; {NOT_KEPT}"
+
+    @property
     def answered(self) -> bool:
         """Whether it has ended, or only has its page left to draw."""
         return not self.runs or self.draws
 
 
 class Jobs:
-    """At most one job per verb. `work` runs one job to its end, as `tui.job.work` does."""
+    """At most one job per verb. `work` runs one job to its end, as the function `work` does."""
 
-    def __init__(self, work: Work = job.work, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, work: Work = work, clock: Callable[[], float] = time.monotonic) -> None:
         self._work, self._clock = work, clock
         self._states: dict[str, JobState] = {}
         self._tasks: dict[str, asyncio.Task[Done]] = {}
@@ -79,6 +156,11 @@ class Jobs:
     def state(self, verb: str) -> JobState | None:
         """State of the verb's running or last job; None if there was none."""
         return self._states.get(verb)
+
+    def about(self, verb: str, dive: object) -> JobState | None:
+        """State of the verb's running job, whatever its dive, or of its last one if that was of this dive."""
+        state = self.state(verb)
+        return state if state is not None and (state.runs or state.words[1] == str(dive)) else None
 
     def unkept(self, verb: str, dive: object) -> Any:
         """Result of the verb's last run on a dive, if it could not be written next to the dive; otherwise None."""
@@ -209,8 +291,5 @@ def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Li
     if state.cancelled:
         return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:
-        why = state.done.why
-        if state.unkept is not None:
-            why += f"; {NOT_KEPT}"
-        return wrapped(why or f"{verb} ended with exit code {state.done.code} and said nothing", "bad", cells)
+        return wrapped(state.failure, "bad", cells)
     return ()

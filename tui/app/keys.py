@@ -21,8 +21,7 @@ from bridge import exit_codes
 from bridge.errors import ConfigError
 from bridge.reports import Report
 from bridge.schema import load_yaml
-from tui import job
-from tui.job import Done
+from tui.app.jobs import Done, work
 
 MODIFIERS: Final = frozenset({"ctrl", "shift", "alt", "super", "hyper", "meta"})
 NAMED_KEYS: Final = frozenset(
@@ -243,9 +242,9 @@ class Gate:
 
 
 async def looking_work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
-    """`tui.job.work` for a view-only app: only verbs that look may run."""
+    """`tui.app.jobs.work` for a view-only app: only verbs that look may run."""
     if words[0] in LOOKING_VERBS:
-        return await job.work(words, hear)
+        return await work(words, hear)
     return Done(exit_codes.NO, None, (f"VIEW ONLY: seatrial {words[0]} is not run from here",))
 
 

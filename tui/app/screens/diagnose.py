@@ -389,8 +389,7 @@ class DiagnoseScreen(DiveScreen):
         diagnosis = self.result()
         return verdict_lines(diagnosis, cells) if diagnosis is not None else ()
 
-    def section(self, name: str, cells: int, rows: int) -> Lines:
-        del rows
+    def section(self, name: str, cells: int, _: int) -> Lines:
         diagnosis = self.result()
         return MAKES[name](diagnosis, cells) if diagnosis is not None else ()
 

@@ -4,14 +4,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Final
 
-from textual import events
 from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
 
 from bridge.errors import SeatrialError
 from gcs_plugin.dives.conditions import NOTHING_SAID, TITLES, mistakes, of_texts, texts_of
 from gcs_plugin.dives.folder import DiveFolder, last_conditions
-from tui.app.drawing import Line, Lines, hanging, heading
+from tui.app.drawing import Line, Lines, entry_at, hanging, heading
 from tui.app.header import Tab
 from tui.app.jobs import aside
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
@@ -21,28 +20,18 @@ from tui.app.screens.dives_lines import (
     UNREAD,
     details,
     listed,
-    row_under,
     table,
     usual,
     with_unread,
 )
 from tui.app.screens.frame import Drawn, StationScreen
-from tui.app.screens.overlays import AskScreen, FormScreen
+from tui.app.screens.overlays import FormScreen
 from tui.app.view import View, open_replay
 from tui.dive_list import DiveRow
 
 VERB: Final = "dives"
 WORK: Final = ("identify", "diagnose", "validate")
 """Screens whose work is begun here."""
-
-
-class DiveTable(Drawn):
-    """The table; a click moves the mark to a dive."""
-
-    def on_click(self, event: events.Click) -> None:
-        screen = self.screen
-        assert isinstance(screen, DivesScreen)
-        screen.go_to_line(event.y - 1, self.size.height - 1)
 
 
 class DivesScreen(StationScreen):
@@ -82,11 +71,10 @@ class DivesScreen(StationScreen):
         self._stale = False
         self._then = ""
         self._trouble = self._unkept = ""
-        self._unwritten: dict[Path, str] = {}
 
     def body(self) -> ComposeResult:
         with Horizontal(id="dives"):
-            yield DiveTable(self._table, id="dive-table")
+            yield Drawn(self._table, id="dive-table", pressed=lambda _, y: self._go_to_line(y))
             with VerticalScroll(id="dive-scroll", can_focus=False):
                 yield Drawn(self._details, id="dive-details")
 
@@ -126,16 +114,17 @@ class DivesScreen(StationScreen):
         if self._dives:
             self._go(max(0, min(self._index() + rows, len(self._dives) - 1)))
 
-    def go_to_line(self, y: int, rows: int) -> None:
-        """Move the mark to the dive in line `y` of a table of `rows` lines."""
-        entry = row_under(y, len(self._dives), self._index(), rows)
+    def _go_to_line(self, y: int) -> None:
+        """Move the mark to the dive in line `y` of the widget, whose first line is a heading."""
+        rows = self.query_one("#dive-table").size.height - 1
+        entry = entry_at(y - 1, len(self._dives), self._index(), rows)
         if entry is not None:
             self._go(entry)
 
     def action_choose(self) -> None:
         if self._at is not None:
             self.desk.dive = self._at
-            self._draw()
+            self.draw()
 
     async def action_begin(self, screen: str) -> None:
         if self._at is None:
@@ -149,9 +138,13 @@ class DivesScreen(StationScreen):
         if dive is None:
             self._wait("note")
         else:
-            note = self._unwritten.get(dive.folder, " ".join(dive.notes.split()))
-            ask = AskScreen(f"Note of {dive.name}", note, "what later explains the dive")
-            self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
+            folder, texts = DiveFolder(dive.folder), {"note": " ".join(dive.notes.split())}
+
+            def keep(texts: Mapping[str, str]) -> None:
+                folder.note(texts["note"])
+
+            # The list is read again when this screen returns.
+            self.app.push_screen(FormScreen(f"Note of {dive.name}", {"note": ""}, texts, lambda _: {}, keep))
 
     def action_replay(self) -> None:
         dive = self._dive()
@@ -167,7 +160,7 @@ class DivesScreen(StationScreen):
             self.desk.replay = await aside(lambda: open_replay(folder, self.desk.vehicle_of(folder)))
         except SeatrialError as error:
             self._unkept = str(error)
-            self._draw()
+            self.draw()
             return
         await self.begin_on("watch")
 
@@ -182,7 +175,7 @@ class DivesScreen(StationScreen):
             known = DiveFolder(dive.folder).about().conditions
         except SeatrialError as error:
             self._unkept = str(error)
-            self._draw()
+            self.draw()
             return
         title = f"Conditions of {dive.name}"
         if known == NOTHING_SAID:
@@ -194,17 +187,6 @@ class DivesScreen(StationScreen):
 
         # The list is read again when this screen returns.
         self.app.push_screen(FormScreen(title, TITLES, texts_of(known), mistakes, keep))
-
-    def _note(self, folder: Path, text: str | None) -> None:
-        """Save a note, or on failure keep its text for the next try. The list is reloaded when this screen returns."""
-        if text is None:
-            return
-        self._unkept = ""
-        self._unwritten.pop(folder, None)
-        try:
-            DiveFolder(folder).note(text)
-        except SeatrialError as error:
-            self._unkept, self._unwritten[folder] = str(error), text
 
     def _take_list(self) -> None:
         """Take the verb's list once it is complete."""
@@ -255,13 +237,9 @@ class DivesScreen(StationScreen):
 
     def _go(self, entry: int) -> None:
         self._at = self._dives[entry].folder
-        self._draw()
+        self.draw()
         for scroll in self.query(VerticalScroll):  # none yet if the key came before the screen was composed
             scroll.scroll_home(animate=False)
-
-    def _draw(self) -> None:
-        for widget in self.query(Drawn):
-            widget.again()
 
     def _table(self, cells: int, rows: int) -> Lines:
         head = heading("DIVES", self._reading(), cells)
@@ -285,8 +263,7 @@ class DivesScreen(StationScreen):
         reads = state.reports[-1].words if state.reports else "reading"
         return f"{reads}, then {self._then}" if self._then else reads
 
-    def _details(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _details(self, cells: int, _: int) -> Lines:
         dive = self._dive()
         if dive is None:
             return ((),)  # a widget of zero height would not be asked again

@@ -18,6 +18,7 @@ from tui.app.drawing import (
     Role,
     Span,
     apart,
+    around,
     cut,
     day,
     hanging,
@@ -114,27 +115,12 @@ def table(
     dives: Sequence[DiveRow], at: int, chosen: Path | None, recorded: Path | None, cells: int, rows: int
 ) -> Lines:
     """Heads and the rows around the dive at `at`; the chosen and the recorded dive are marked."""
-    head: Line = ((cut(HEADS, cells), "quiet"),)
-    first = window(len(dives), at, rows - 1)
-    shown = dives[first : first + max(rows - 1, 0)]
-    return (
-        head,
-        *(
-            _row(dive, first + n == at, dive.folder == chosen, dive.folder == recorded, cells)
-            for n, dive in enumerate(shown)
-        ),
-    )
 
+    def row(n: int) -> Line:
+        dive = dives[n]
+        return _row(dive, n == at, dive.folder == chosen, dive.folder == recorded, cells)
 
-def window(count: int, at: int, rows: int) -> int:
-    """First of the `rows` entries shown, with the entry at `at` in the middle if possible."""
-    return max(0, min(at - rows // 2, count - rows))
-
-
-def row_under(y: int, count: int, at: int, rows: int) -> int | None:
-    """Index of the entry in line `y` of a table of `rows` lines including its heads; None if no entry is there."""
-    entry = window(count, at, rows - 1) + y - 1
-    return entry if y >= 1 and entry < count else None
+    return (((cut(HEADS, cells), "quiet"),), *around(len(dives), at, rows, row))
 
 
 def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: int) -> Line:

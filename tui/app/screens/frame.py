@@ -3,16 +3,14 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
-from typing import ClassVar, Final, Protocol, cast
+from typing import TYPE_CHECKING, ClassVar, Final, cast
 
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding
-from textual.dom import DOMNode
 from textual.geometry import Region, Size
-from textual.message import Message
 from textual.screen import Screen
 from textual.strip import Strip
 from textual.widget import Widget
@@ -25,6 +23,9 @@ from tui.app.keys import EVERYWHERE, Action
 from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
 
+if TYPE_CHECKING:
+    from tui.app.app import SeatrialApp
+
 NOT_UNDERLINED: Final = Style(underline=False)
 
 TABS_AT = 1
@@ -33,28 +34,29 @@ NEVER_LEFT_OUT = ("app.force_off", "app.help")
 HELP = "app.help"
 
 
-class LineView(Widget):
-    """Subclasses turn a view into lines for that many cells and rows. The screen holds the roles' component classes."""
+class Drawn(Widget):
+    """Shows the lines of `make(cells, rows)`; `again` draws those cells that have changed since.
 
-    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:
+    `pressed(x, y)` is called at a click on a cell. The screen holds the roles' component classes.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[int, int], Lines],
+        *,
+        id: str | None = None,
+        classes: str | None = None,
+        pressed: Callable[[int, int], object] | None = None,
+    ) -> None:
         super().__init__(id=id, classes=classes)
-        self._view: View | None = None
+        self._make, self._pressed = make, pressed
         self._lines: Lines = ()
 
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        raise NotImplementedError
-
-    @property
-    def view(self) -> View | None:
-        """The view shown now."""
-        return self._view
-
-    def show(self, view: View) -> None:
-        """Show a newer view."""
-        self._view = view
-        if not self.size or not self.is_on_screen:
+    def again(self) -> None:
+        """Draw what has changed."""
+        if not self.size.width or not self.is_on_screen:
             return
-        before, self._lines = self._lines, self.lines(view, self.size.width, self.size.height)
+        before, self._lines = self._lines, self._make(self.size.width, self.size.height)
         if len(before) != len(self._lines) and self.styles.auto_dimensions:
             self.refresh(layout=True)
             return
@@ -66,7 +68,7 @@ class LineView(Widget):
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
         del container, viewport
-        return len(self.lines(self._view, width, 0)) if self._view is not None else 1
+        return len(self._make(width, 0))
 
     def render_line(self, y: int) -> Strip:
         base = self.rich_style
@@ -88,54 +90,33 @@ class LineView(Widget):
         )
 
     def on_resize(self, _: events.Resize) -> None:
-        if self._view is not None:
-            self._lines = self.lines(self._view, self.size.width, self.size.height)
-            # A hidden widget returns with its old height, though its number of lines may have changed.
-            self.refresh(layout=bool(self.styles.auto_dimensions and len(self._lines) != self.size.height))
+        self._lines = self._make(self.size.width, self.size.height)
+        # A hidden widget returns with its old height, though its number of lines may have changed.
+        self.refresh(layout=bool(self.styles.auto_dimensions and len(self._lines) != self.size.height))
 
     def on_show(self, _: events.Show) -> None:
-        if self._view is not None:
-            self.show(self._view)
-
-
-class Drawn(LineView):
-    """Shows the lines of `make(cells, rows)`, at each new view and whenever `again` is called."""
-
-    def __init__(self, make: Callable[[int, int], Lines], *, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self._make = make
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del view
-        return self._make(cells, rows)
-
-    def again(self) -> None:
-        """Redraw after a change."""
-        if self.view is not None:
-            self.show(self.view)
-
-
-class TopLine(LineView):
-    """Armed state, link, recording, feed-forward, UTC; the screens; alerts."""
-
-    @dataclass
-    class Chosen(Message):
-        """A screen's title was clicked."""
-
-        tab: Tab
-
-    def __init__(self, tabs: Sequence[Tab]) -> None:
-        super().__init__()
-        self._tabs = tabs
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        return header(view, self._tabs, cells)
+        self.again()
 
     def on_click(self, event: events.Click) -> None:
-        tab = tab_at(self._tabs, event.x) if event.y == TABS_AT else None
+        if self._pressed is not None:
+            self._pressed(event.x, event.y)
+
+
+class TopLine(Drawn):
+    """Armed state, link, recording, feed-forward, UTC; the screens, each opened by a click on it; alerts."""
+
+    def __init__(self, tabs: Sequence[Tab], view: Callable[[], View | None]) -> None:
+        super().__init__(self._made, pressed=self._open)
+        self._tabs, self._view = tabs, view
+
+    def _made(self, cells: int, _: int) -> Lines:
+        view = self._view()
+        return header(view, self._tabs, cells) if view is not None else ()
+
+    def _open(self, x: int, y: int) -> None:
+        tab = tab_at(self._tabs, x) if y == TABS_AT else None
         if tab is not None:
-            self.post_message(self.Chosen(tab))
+            self.call_later(self.app.run_action, f"app.open('{tab.title.lower()}')")
 
 
 @dataclass(frozen=True)
@@ -177,7 +158,7 @@ class KeyLine(Drawn):
     ALLOW_SELECT = False
 
     def __init__(self) -> None:
-        super().__init__(self._made)
+        super().__init__(self._made, pressed=self._press)
 
     def on_mount(self) -> None:
         self.screen.bindings_updated_signal.subscribe(self, lambda _: self.again())
@@ -185,17 +166,16 @@ class KeyLine(Drawn):
     def on_unmount(self) -> None:
         self.screen.bindings_updated_signal.unsubscribe(self)
 
-    def on_click(self, event: events.Click) -> None:
-        """A click on a key presses it."""
+    def _press(self, x: int, _: int) -> None:
+        """Press the key in that cell."""
         end = 0
         for key in fitting(tuple(self._live()), self.size.width):
             end += key.cells
-            if event.x < end:
+            if x < end:
                 self.app.simulate_key(key.name)
                 return
 
-    def _made(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _made(self, cells: int, _: int) -> Lines:
         return (tuple(span for key in fitting(tuple(self._live()), cells) for span in key.spans),)
 
     def _live(self) -> Iterator[LiveKey]:
@@ -207,21 +187,6 @@ class KeyLine(Drawn):
                 yield LiveKey(
                     binding.key, self.app.get_key_display(binding), binding.description, binding.action
                 )
-
-
-class AtDesk(Protocol):
-    """The app's interface for screens."""
-
-    desk: Desk
-    view_only: bool
-
-    async def action_begin(self, screen: str) -> None:
-        """Open a screen and start its work."""
-        ...
-
-    def may(self, node: DOMNode, action: str) -> bool:
-        """Whether an action of a node may run; a view-only app refuses some."""
-        ...
 
 
 class StationScreen(Screen[None]):
@@ -240,19 +205,23 @@ class StationScreen(Screen[None]):
         self.view: View | None = None
 
     @property
+    def _station_app(self) -> "SeatrialApp":
+        return cast("SeatrialApp", self.app)
+
+    @property
     def desk(self) -> Desk:
         """State that the screens share."""
-        return cast(AtDesk, self.app).desk
+        return self._station_app.desk
 
     @property
     def view_only(self) -> bool:
         """Whether this app may not start anything, so that no sentence may name a key that would."""
-        return cast(AtDesk, self.app).view_only
+        return self._station_app.view_only
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
         """Bindings that have an effect now, in the order of the table: a keymap does not reorder footer and help."""
-        may = cast(AtDesk, self.app).may
+        may = self._station_app.may
         place = {action.id: n for n, action in enumerate((*self.ACTIONS, *EVERYWHERE))}
         live = [
             (key, active)
@@ -262,7 +231,7 @@ class StationScreen(Screen[None]):
         return dict(sorted(live, key=lambda live: place.get(live[1].binding.id or "", len(place))))
 
     def compose(self) -> ComposeResult:
-        yield TopLine(self._tabs)
+        yield TopLine(self._tabs, lambda: self.view)
         yield Static(id="room")
         yield from self.body()
         yield KeyLine()
@@ -279,7 +248,7 @@ class StationScreen(Screen[None]):
 
     async def begin_on(self, screen: str) -> None:
         """Open another screen, and start its work at once."""
-        await cast(AtDesk, self.app).action_begin(screen)
+        await self._station_app.action_begin(screen)
 
     def close_up(self) -> None:
         """Close whatever the screen itself has opened."""
@@ -291,10 +260,15 @@ class StationScreen(Screen[None]):
             room.styles.height = max(rows - taken, 0)
 
     def show(self, view: View) -> None:
-        """Pass a newer view to all widgets that show it."""
+        """Show a newer view."""
         self.view = view
-        for widget in self.query(LineView):
-            widget.show(view)
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw what has changed; nothing before the first view."""
+        if self.view is not None:
+            for widget in self.query(Drawn):
+                widget.again()
 
     def key_of(self, action_id: str) -> str:
         """Display form of the action's key now; "" if it has none."""

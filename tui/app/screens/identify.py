@@ -156,11 +156,7 @@ class IdentifyScreen(StationScreen):
             self._shown = load_identified(self._dive, self.desk.receipts, unkept)
 
     def _state(self) -> JobState | None:
-        """The running identification, or the last one if it was of the chosen dive."""
-        state = self.desk.jobs.state(VERB)
-        if state is None or state.runs or state.words[1] == str(self._dive):
-            return state
-        return None
+        return self.desk.jobs.about(VERB, self._dive)
 
     @property
     def _has_values(self) -> bool:
@@ -178,8 +174,7 @@ class IdentifyScreen(StationScreen):
 
     def _draw(self) -> None:
         self._arrange()
-        for widget in self.query(Drawn):
-            widget.again()
+        self.draw()
 
     def _arrange(self) -> None:
         """Show the curves until the result exists or when they are asked for, otherwise the result."""
@@ -191,16 +186,14 @@ class IdentifyScreen(StationScreen):
             self._offered = offered
             self.refresh_bindings()
 
-    def _progress(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _progress(self, cells: int, _: int) -> Lines:
         state = self._state()
         return () if state is None else progress(state, self.desk.jobs.now_s(), cells, self._then)
 
     def _charts(self, cells: int, rows: int) -> Lines:
         return curves(self._reports(), cells, rows)
 
-    def _result(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _result(self, cells: int, _: int) -> Lines:
         state = self._state()
         lines = hanging(self._refused, "bad", cells) if self._refused else ()
         if state is not None:

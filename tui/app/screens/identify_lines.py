@@ -21,7 +21,7 @@ from gcs_plugin.watch.picture import Array
 from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
 from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, heading, number, stopwatch, width
-from tui.app.jobs import NOT_KEPT, JobState
+from tui.app.jobs import NOT_KEPT, JobState, newer
 from tui.show import number as significant
 
 FILES: Final = {"--json": "identified.json", "--param": "identified.param", "--report": "identified.html"}
@@ -113,11 +113,11 @@ def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identifie
     at = places(dive)
     result, param = at["--json"], at["--param"]
     try:
+        accepted = accepted_before(param, receipts)
         if unkept is not None:
-            return _parsed(unkept, accepted_before(param, receipts), None, math.nan)
-        data, written = from_json(read_small(result)), result.stat()
-        newer = param.exists() and param.stat().st_mtime_ns >= written.st_mtime_ns
-        return _parsed(data, accepted_before(param, receipts), param if newer else None, written.st_mtime)
+            return _parsed(unkept, accepted, None, math.nan)
+        data = from_json(read_small(result))
+        return _parsed(data, accepted, param if newer(param, result) else None, result.stat().st_mtime)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -352,10 +352,7 @@ def ended(state: JobState, cells: int) -> Lines:
         return hanging(
             f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
         )
-    why = done.why
-    if state.unkept is not None:
-        why += f"; {NOT_KEPT}"
-    return hanging(why or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
+    return hanging(state.failure, "bad", cells)
 
 
 def result(shown: Identified, cells: int) -> Lines:

@@ -128,11 +128,6 @@ class DiveScreen(StationScreen):
         self.add_class(f"-{self._names[self._section]}")
         self.call_after_refresh(self.draw)
 
-    def draw(self) -> None:
-        """Redraw after a change."""
-        for widget in self.query(Drawn):
-            widget.again()
-
     def _look(self) -> None:
         """Update the chosen dive and the list of other dives."""
         dive = self.desk.chosen()
@@ -143,15 +138,11 @@ class DiveScreen(StationScreen):
         self.refresh_bindings()
         self.draw()
 
-    def _top(self, cells: int, rows: int) -> Lines:
-        del rows
-        jobs = self.desk.jobs
-        state = jobs.state(self.VERB)
+    def _top(self, cells: int, _: int) -> Lines:
         if self.dive is None:
             return wrapped(self.desk.no_dive, "plain", cells)
-        if state is not None and not state.runs and state.words[1] != str(self.dive):
-            state = None
-        job = job_lines(self.VERB, state, jobs.now_s(), cells)
+        state = self.desk.jobs.about(self.VERB, self.dive)
+        job = job_lines(self.VERB, state, self.desk.jobs.now_s(), cells)
         if state is not None and state.runs:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
         has_result = bool(self.result())
@@ -172,8 +163,7 @@ class DiveScreen(StationScreen):
         task = f"{does} it again" if again else f"{does} {self.dive.name}"
         return f"[{self.key_of(f'{self.VERB}.start')}] {task}, {how}."
 
-    def _heading(self, name: str, cells: int, rows: int) -> Lines:
-        del rows
+    def _heading(self, name: str, cells: int, _: int) -> Lines:
         title, note = self.head(name)
         if self.check_action("section", ()):
             place = f"{self._names.index(name) + 1} of {len(self._names)}"

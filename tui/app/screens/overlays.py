@@ -14,9 +14,8 @@ from textual.widgets import Input, Label
 from bridge.errors import SeatrialError
 from tui.app.drawing import Line, Lines
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
-from tui.app.screens.frame import Drawn, LineView, StationScreen, TopLine
+from tui.app.screens.frame import Drawn, StationScreen, TopLine
 from tui.app.themes import ROLE_CLASSES
-from tui.app.view import View
 
 Answer = TypeVar("Answer")
 LEAST_ABOVE = 3
@@ -76,18 +75,16 @@ class OverScreen(ModalScreen[Answer]):
 
 
 class AskScreen(OverScreen[str | None]):
-    """Returns the text typed when Enter sends it; None if it was closed."""
+    """Returns the text typed when Enter sends it; None if it was closed. `does` says what Enter does."""
 
     BINDINGS = bindings(ASKING)  # type: ignore[assignment]
 
-    def __init__(self, title: str, value: str = "", hint: str = "", does: str = "keeps") -> None:
+    def __init__(self, title: str, does: str) -> None:
         super().__init__()
-        self._asked, self._value, self._hint, self._does = title, value, hint, does
+        self._asked, self._does = title, does
 
     def compose(self) -> ComposeResult:
-        box = Vertical(
-            Input(self._value, placeholder=self._hint, select_on_focus=False), id="ask-box", classes="box"
-        )
+        box = Vertical(Input(), id="ask-box", classes="box")
         box.border_title = self._asked
         box.border_subtitle = f"enter {self._does}, escape leaves it"
         yield box
@@ -99,9 +96,9 @@ class AskScreen(OverScreen[str | None]):
 class FormScreen(OverScreen[None]):
     """Saves the texts of all lines, by name, when Enter is pressed in any line; it stays open until that succeeds.
 
-    `titles` and `texts` are by name. `mistakes` returns the faults of texts by name: a fault stands below its line
-    from the moment that the line is left until it is corrected. `keep` raises SeatrialError if the texts can't be
-    saved, and that is shown too.
+    `titles` and `texts` are by name; a line without a title has the whole width. `mistakes` returns the faults of texts
+    by name: a fault stands below its line from the moment that the line is left until it is corrected. `keep` raises
+    SeatrialError if the texts can't be saved, and that is shown too.
     """
 
     BINDINGS = bindings(FILLING)  # type: ignore[assignment]
@@ -122,7 +119,8 @@ class FormScreen(OverScreen[None]):
         with VerticalScroll(id="form-box", classes="box", can_focus=False) as box:
             for name, title in self._titles.items():
                 with Horizontal(classes="form-line"):
-                    yield Label(title, markup=False)
+                    if title:
+                        yield Label(title, markup=False)
                     yield Input(self._texts.get(name, ""), "--", name=name, select_on_focus=False)
                 yield _Trouble(name)
             yield _Trouble(UNKEPT)
@@ -210,21 +208,6 @@ class AskLine(Vertical):
         self._line.value = ""
 
 
-class HelpText(LineView):
-    """Lines that depend on no view."""
-
-    def __init__(self, lines: Lines) -> None:
-        super().__init__(id="help-text")
-        self._lines = lines
-
-    def get_content_height(self, *_: object) -> int:
-        return len(self._lines)
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del view, cells, rows
-        return self._lines
-
-
 class HelpScreen(ModalScreen[None]):
     """A box over the screen; the top line stays bright and live."""
 
@@ -236,7 +219,7 @@ class HelpScreen(ModalScreen[None]):
         self._text = lines
 
     def compose(self) -> ComposeResult:
-        box = VerticalScroll(HelpText(self._text), id="help-box")
+        box = VerticalScroll(Drawn(lambda *_: self._text, id="help-text"), id="help-box")
         box.border_title = "Keys"
         box.border_subtitle = "escape closes"
         yield box

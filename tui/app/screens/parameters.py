@@ -3,29 +3,19 @@
 from functools import cached_property
 from typing import ClassVar
 
-from textual import events
 from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input
 
 from bridge.reports import Written
 from gcs_plugin.watch.picture import Picture
-from tui.app.drawing import Lines, wrapped
+from tui.app.drawing import Lines, entry_at, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
 from tui.app.screens.transfer import READ, Entry, Transfer
 from tui.app.view import View
-
-
-class ParameterTable(Drawn):
-    """The table; a click moves the mark to a line, and a click on the marked line chooses it."""
-
-    def on_click(self, event: events.Click) -> None:
-        screen = self.screen
-        assert isinstance(screen, ParametersScreen)
-        screen.click(event.y, self.size.height)
 
 
 class ParametersScreen(StationScreen):
@@ -72,7 +62,7 @@ class ParametersScreen(StationScreen):
     def body(self) -> ComposeResult:
         yield Drawn(self._top, id="parameters-top")
         with Horizontal(id="parameters"):
-            yield ParameterTable(self._table, id="parameters-table")
+            yield Drawn(self._table, id="parameters-table", pressed=lambda _, y: self._press(y))
             with VerticalScroll(id="parameters-scroll", can_focus=False):
                 yield Drawn(self._below, id="parameters-below")
         yield self._ask
@@ -123,9 +113,10 @@ class ParametersScreen(StationScreen):
         self._go(rows)
         self._draw()
 
-    def click(self, y: int, rows: int) -> None:
-        """A click on line `y` of a table of `rows` lines."""
-        entry = lines.entry_at(y, len(self._entries), self._at, rows)
+    def _press(self, y: int) -> None:
+        """Move the mark to line `y` of the table; a click on the marked line chooses it."""
+        rows = self.query_one("#parameters-table").size.height
+        entry = entry_at(y, len(self._entries), self._at, rows)
         if entry is None:
             return
         if entry == self._at and self.check_action("choose", ()):
@@ -203,11 +194,9 @@ class ParametersScreen(StationScreen):
 
     def _draw(self) -> None:
         self.refresh_bindings()
-        for widget in self.query(Drawn):
-            widget.again()
+        self.draw()
 
-    def _top(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _top(self, cells: int, _: int) -> Lines:
         transfer = self._transfer
         trouble = wrapped(transfer.trouble, "bad", cells) if transfer.trouble else ()
         if transfer.shown is not None:
@@ -253,8 +242,7 @@ class ParametersScreen(StationScreen):
             transfer.shown, transfer.chosen, self._at, became, cells, rows, back=back, stale=stale
         )
 
-    def _below(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _below(self, cells: int, _: int) -> Lines:
         entry, shown = self._entry(), self._transfer.shown
         if entry is None or shown is None:
             return ()
@@ -264,8 +252,7 @@ class ParametersScreen(StationScreen):
         became, stale_s = self._became().get(entry.name), self._transfer.stale_s(self._picture)
         return (*lines.details(entry, became, stale_s, cells), *notes)
 
-    def _question(self, cells: int, rows: int) -> Lines:
-        del rows
+    def _question(self, cells: int, _: int) -> Lines:
         transfer = self._transfer
         if transfer.reads:
             words = "The vehicle is being read; what is to be typed is asked then. Escape leaves it."

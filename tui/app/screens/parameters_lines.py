@@ -7,7 +7,7 @@ from typing import Any, Final
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.upload import Stage
-from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, cut, heading, wrapped
+from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, around, cut, heading, lines_of, wrapped
 from tui.app.jobs import JobState, progress
 from tui.app.screens.transfer import Comparison, Entry
 
@@ -84,31 +84,13 @@ def table(
 
     `stale`: the vehicle's values may be out of date.
     """
-    first, room = _window(len(shown.entries), at, rows)
-    entries = shown.entries[first : first + room]
-    body = tuple(
-        _row(entry, entry.name in chosen, first + n == at, became.get(entry.name), cells, stale=stale)
-        for n, entry in enumerate(entries)
-    )
-    above, below = first, len(shown.entries) - first - len(entries)
-    hidden = [f"{_lines(count)} {side}" for count, side in ((above, "above"), (below, "below")) if count]
-    more: Lines = (((f"   … {', '.join(hidden)}", "warn"),),) if hidden else ()
-    return (_head(cells, back, "was" if became else "staged" if shown.waits else "vehicle"), *body, *more)
 
+    def row(n: int) -> Line:
+        entry = shown.entries[n]
+        return _row(entry, entry.name in chosen, n == at, became.get(entry.name), cells, stale=stale)
 
-def _window(count: int, at: int, rows: int) -> tuple[int, int]:
-    """First entry shown and number of entries that fit; if some are left out, a row is kept for the note about them."""
-    room = max(rows - 1, 1)
-    if count > room:
-        room = max(room - 1, 1)
-    return max(0, min(at - room // 2, count - room)), room
-
-
-def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
-    """Index of the entry in table line `y`; None for the heading and below the last entry."""
-    first, room = _window(count, at, rows)
-    entry = first + y - 1
-    return entry if 1 <= y <= room and entry < count else None
+    head = _head(cells, back, "was" if became else "staged" if shown.waits else "vehicle")
+    return (head, *around(len(shown.entries), at, rows, row))
 
 
 def _head(cells: int, back: bool, present: str) -> Line:
@@ -222,19 +204,15 @@ def waiting(shown: Comparison, key: str, cells: int) -> Lines:
     return wrapped(f"{DOUBT} staged, and {flies}{commit}", "bad", cells)
 
 
-def _lines(count: int) -> str:
-    return f"{count} line{'' if count == 1 else 's'}"
-
-
 def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bool, cells: int) -> Lines:
     """Question that says which lines will be written and put in force, and which words confirm that."""
     staged, write = len(shown.staged), "write back" if back else "write"
     if not staged:
-        task = f"{write} {_lines(chosen)} to"
+        task = f"{write} {lines_of(chosen)} to"
     elif not chosen:
-        task = f"put {_lines(staged)} in force on"
+        task = f"put {lines_of(staged)} in force on"
     else:
-        task = f"{write} {_lines(chosen)} and put the {staged} staged in force on"
+        task = f"{write} {lines_of(chosen)} and put the {staged} staged in force on"
     sentence = f"To {task} vehicle {shown.system}, type {needed} and Enter; escape leaves it."
     if armed:
         return (((f" ■ vehicle {shown.system} is ARMED ", "armed"),), *wrapped(sentence, "strong", cells))

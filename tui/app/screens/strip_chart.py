@@ -22,8 +22,6 @@ from tui.app.curves import (
     times,
 )
 from tui.app.drawing import NOTHING, SHOWN_IN, Line, Lines, Role, Span, ago, number, width
-from tui.app.screens.frame import LineView
-from tui.app.view import View
 
 SPAN_S: Final = 60.0
 TITLE_CELLS: Final = 10
@@ -171,15 +169,3 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
         silent &= curves.ends_s <= trace.time_s[-1]  # a period that is still running is no gap
     labels = tick_labels(scale, rows, quantity.downwards)
     return framed(measured, wanted, labels, _role(trace), silent)
-
-
-class StripChart(LineView):
-    """The chart of one quantity, filling the widget."""
-
-    def __init__(self, quantity: Quantity, *, classes: str | None = None) -> None:
-        super().__init__(id=f"chart-{quantity.key}", classes=classes)
-        self.quantity = quantity
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        picture = view.picture
-        return chart(self.quantity, picture.traces.get(self.quantity.key), picture.now_s, cells, rows)

@@ -9,7 +9,15 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
-from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
+from gcs_plugin.watch.picture import (
+    Condition,
+    Freshness,
+    LinkRow,
+    Picture,
+    Said,
+    SensorRow,
+    ThrusterRow,
+)
 from tui.app.drawing import (
     NOTHING,
     Line,
@@ -28,8 +36,8 @@ from tui.app.drawing import (
 )
 from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
-from tui.app.screens.frame import LineView, StationScreen, TopLine
-from tui.app.screens.strip_chart import QUANTITIES, StripChart
+from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.screens.strip_chart import QUANTITIES, Quantity, chart
 from tui.app.view import Replayed, View
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
@@ -142,6 +150,8 @@ def thrusters_heading(configuration: str, cells: int) -> Line:
 
 def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
     """A signed bar per thruster, zero at the neutral pulse; in two columns on a narrow screen."""
+    if not rows:
+        return ((("none heard", "quiet"),),)
     if cells >= WIDE:
         return tuple(_wide_thruster(row, cells) for row in rows)
     each = cells // 2
@@ -201,6 +211,8 @@ def signed_bar(pwm_us: float, half: int) -> str:
 
 def words(said: tuple[Said, ...], cells: int) -> Lines:
     """The vehicle's messages, the newest first, with the severity as a word."""
+    if not said:
+        return ((("nothing said", "quiet"),),)
     return tuple(_message(message, cells) for message in reversed(said))
 
 
@@ -222,50 +234,6 @@ def worst(said: tuple[Said, ...]) -> str:
     return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)
 
 
-class Heading(LineView):
-    """A title with a rule, and a note at the right that may depend on the view."""
-
-    def __init__(self, title: str, note: Callable[[View], str] = lambda _: "") -> None:
-        super().__init__()
-        self._title, self._note = title, note
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        return (heading(self._title, self._note(view), cells),)
-
-
-class SensorTable(LineView):
-    """Links and sensors with their freshness."""
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        return sensors(view.picture.links, view.picture.sensors, cells)
-
-
-class ThrusterHeading(LineView):
-    """The title of the bars, with the configuration in use."""
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        return (thrusters_heading(view.picture.configuration, cells),)
-
-
-class ThrusterBars(LineView):
-    """Thruster commands as signed bars."""
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        return thrusters(view.picture.thrusters, cells) or ((("none heard", "quiet"),),)
-
-
-class Words(LineView):
-    """The vehicle's last messages, the newest first."""
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        return words(view.picture.said, cells) or ((("nothing said", "quiet"),),)
-
-
 def replay_line(replayed: Replayed, cells: int) -> Line:
     """The line that marks the lines below it as a replay and not the live vehicle."""
     clock = f"{stopwatch(replayed.at_s)} of {stopwatch(replayed.length_s)}"
@@ -276,20 +244,6 @@ def replay_line(replayed: Replayed, cells: int) -> Line:
         left += live
     left = cut(left, max(cells - len(right) - 2, 0))
     return ((f"{left}{right:>{max(cells - len(left), 0)}}", "lost"),)
-
-
-class ReplayBar(LineView):
-    """Two lines; `keys` returns the keys that work."""
-
-    def __init__(self, keys: Callable[[], str]) -> None:
-        super().__init__(id="replay-bar")
-        self._keys = keys
-
-    def lines(self, view: View, cells: int, rows: int) -> Lines:
-        del rows
-        if view.replay is None:
-            return ()
-        return (replay_line(view.replay, cells), ((cut(f" {self._keys()}", cells), "quiet"),))
 
 
 class WatchScreen(StationScreen):
@@ -318,24 +272,52 @@ class WatchScreen(StationScreen):
         self.add_class("-first")
 
     def body(self) -> ComposeResult:
-        yield ReplayBar(self._replay_keys)
+        yield Drawn(self._replay_bar, id="replay-bar")
         with Horizontal(id="middle"):
             with Container(id="charts"):
                 for name, title, keys in (("motion", "VELOCITIES", MOTION), ("state", "STATE", STATE)):
                     with Vertical(id=name):
-                        yield Heading(title, lambda _: "last 60 s")
-                        yield from (StripChart(QUANTITIES[key], classes=page) for key, page in keys.items())
+                        yield self._heading(title, lambda _: "last 60 s")
+                        yield from (self._chart(QUANTITIES[key], page) for key, page in keys.items())
             with Vertical(id="aside"):
-                yield Heading("SENSORS")
+                yield self._heading("SENSORS")
                 with VerticalScroll(id="sensors-scroll"):
-                    yield SensorTable()
+                    yield self._pane(
+                        lambda now, cells, _: sensors(now.links, now.sensors, cells), id="sensors"
+                    )
                 with Vertical(id="thrusters-pane"):
-                    yield ThrusterHeading()
-                    yield ThrusterBars()
+                    yield self._pane(
+                        lambda now, cells, _: (thrusters_heading(now.configuration, cells),),
+                        classes="heading",
+                    )
+                    yield self._pane(lambda now, cells, _: thrusters(now.thrusters, cells), id="thrusters")
         with Vertical(id="words-pane"):
-            yield Heading("WORDS", self._words_note)
+            yield self._heading("WORDS", self._words_note)
             with VerticalScroll(id="words-scroll"):
-                yield Words()
+                yield self._pane(lambda now, cells, _: words(now.said, cells), id="words")
+
+    def _pane(
+        self, make: Callable[[Picture, int, int], Lines], *, id: str | None = None, classes: str | None = None
+    ) -> Drawn:
+        def lines(cells: int, rows: int) -> Lines:
+            return make(self._picture, cells, rows) if self._picture is not None else ((),)
+
+        return Drawn(lines, id=id, classes=classes)
+
+    def _heading(self, title: str, note: Callable[[Picture], str] = lambda _: "") -> Drawn:
+        return self._pane(lambda now, cells, _: (heading(title, note(now), cells),), classes="heading")
+
+    def _chart(self, quantity: Quantity, page: str) -> Drawn:
+        def lines(now: Picture, cells: int, rows: int) -> Lines:
+            return chart(quantity, now.traces.get(quantity.key), now.now_s, cells, rows)
+
+        return self._pane(lines, id=f"chart-{quantity.key}", classes=f"chart {page}")
+
+    def _replay_bar(self, cells: int, _: int) -> Lines:
+        replayed = self.view.replay if self.view is not None else None
+        if replayed is None:
+            return ()
+        return (replay_line(replayed, cells), ((cut(f" {self._replay_keys()}", cells), "quiet"),))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "identify":
@@ -356,18 +338,18 @@ class WatchScreen(StationScreen):
         self.toggle_class("-words")
         self.refresh_bindings()
 
+    @property
+    def _picture(self) -> Picture | None:
+        """The picture on display: during a replay the dive's, under a line that says so."""
+        if self.view is None:
+            return None
+        return self.view.picture if self.view.replay is None else self.view.replay.picture
+
     def show(self, view: View) -> None:
-        """Show the vehicle, or during a replay the dive under a line that says so. The lines on top stay live."""
-        replayed = view.replay
-        if self.has_class("-replay") != (replayed is not None):
-            self.set_class(replayed is not None, "-replay")
+        if self.has_class("-replay") != (view.replay is not None):
+            self.set_class(view.replay is not None, "-replay")
             self.refresh_bindings()
         super().show(view)
-        if replayed is not None:
-            below = replace(view, picture=replayed.picture)
-            for widget in self.query(LineView):
-                if not isinstance(widget, TopLine | ReplayBar):
-                    widget.show(below)
 
     def action_replay_end(self) -> None:
         self.desk.replay = None
@@ -402,5 +384,5 @@ class WatchScreen(StationScreen):
     def on_resize(self, _: events.Resize) -> None:
         self.refresh_bindings()
 
-    def _words_note(self, view: View) -> str:
-        return "  ".join(filter(None, (worst(view.picture.said), f"[{self.key_of('watch.words')}]")))
+    def _words_note(self, now: Picture) -> str:
+        return "  ".join(filter(None, (worst(now.said), f"[{self.key_of('watch.words')}]")))
