@@ -97,9 +97,7 @@ def spans(dive: Dive, file: VehicleFile | None = None, configuration: str = "") 
             axis,
             max(float(np.nan_to_num(common_s(dive, dof))), 0.0),
             _span(asked, dof),
-            _span(dive.velocity, dof)
-            if dof < 3
-            else _span(dive.yaw_rate if dof == YAW else dive.gyro, dof - 3),
+            _span(*_reading(dive, dof)),
         )
         for dof, axis in enumerate(DOFS)
     )
@@ -157,6 +155,13 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
 
 def _nothing(note: str) -> Excitation:
     return Excitation(tuple(Excited(c.name, math.inf) for c in COEFFICIENTS), note)
+
+
+def _reading(dive: Dive, dof: int) -> tuple[Signal | None, int]:
+    """Signal that measures an axis's velocity, and its column."""
+    if dof < 3:
+        return dive.velocity, dof
+    return (dive.yaw_rate, 0) if dof == YAW else (dive.gyro, dof - 3)
 
 
 def _span(signal: Signal | None, column: int) -> float:

@@ -38,6 +38,9 @@ def diagnosis(*found, **other):
     return replace(made, **other)
 
 
+SHAPE = load_vehicle("ruvifist").vehicle.configurations["hovering"]
+
+
 def printed(one):
     text = StringIO()
     tell_diagnosis(Console(file=text, width=1000), one)
@@ -54,16 +57,20 @@ def test_an_upload_is_promised_to_send_only_what_the_feed_forward_can_make_up_fo
     path = Path("x.param")
     upload = "seatrial params upload x.param sends"
     drag = Accepted({**D_U, "X_uu": Value(10.0, "N s2/m2", 9.0, 11.0)}, (), ())
-    assert _sends(path, diagnosis(DRAG, accepted=drag)) == f"{upload} it to the vehicle"
+    assert _sends(path, diagnosis(DRAG, accepted=drag), SHAPE) == f"{upload} it to the vehicle"
     munk = replace(DRAG, cause=Cause(DRAG_ASYMMETRY, DRAG_ASYMMETRY.start()))
-    assert _sends(path, diagnosis(munk, accepted=Accepted(D_U, (), ()))) == (
+    nominal_alone = (
         f"the feed-forward can make up for none of its causes; {upload} only the masses and dampings that were fitted "
         "beside them"
     )
-    nothing = _sends(path, diagnosis(munk, accepted=Accepted({}, (), ())))
+    assert _sends(path, diagnosis(munk, accepted=Accepted(D_U, (), ())), SHAPE) == nominal_alone
+    # Where the hull's own model has the drag, it makes up for no cause.
+    assert _sends(path, diagnosis(munk, accepted=drag), replace(SHAPE, damping="both")) == nominal_alone
+    nothing = _sends(path, diagnosis(munk, accepted=Accepted({}, (), ())), SHAPE)
     assert nothing == "nothing in it is for the vehicle; export and simulate --accepted take it"
     payload = replace(DRAG, cause=Cause(ADDED_PAYLOAD, np.array([1.0])))
-    assert _sends(path, diagnosis(payload, accepted=Accepted(D_U, (), ()))) == f"{upload} it to the vehicle"
+    sent = _sends(path, diagnosis(payload, accepted=Accepted(D_U, (), ())), SHAPE)
+    assert sent == f"{upload} it to the vehicle"
 
 
 CASE = draw_case(300051, names=[], seconds=30.0)

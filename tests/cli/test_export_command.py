@@ -240,18 +240,18 @@ def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
 
 
 def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
-    before = accepted_before(param, "hovering")
+    before = accepted_before(param, FILE, "hovering")
     assert before.values["M_u"].value == pytest.approx(111.0, rel=1e-4)
     assert (before.effects, before.notes) == ((DRAG, WEAK, WAVES), ())
     assert "X_uu" not in accepted_in(param, 0.0, Leave()).priors, "the drag is one of its effects"
     with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
-        accepted_before(param, "survey")
+        accepted_before(param, FILE, "survey")
 
 
 def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_says_so(param):
     sidecar = read_sidecar(param)
     write_sidecar(param, replace(sidecar, doubted={"D_u": "no gyro was recorded"}))
-    before = accepted_before(param, "hovering")
+    before = accepted_before(param, FILE, "hovering")
     assert "M_u" in before.values
     assert "D_u" not in before.values
     assert before.notes == (
@@ -259,7 +259,7 @@ def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_sa
     )
     write_sidecar(param, replace(sidecar, doubted=dict.fromkeys(("M_u", "D_u"), "no gyro was recorded")))
     with pytest.raises(UsageError, match="all that it holds is doubted"):
-        accepted_before(param, "hovering")
+        accepted_before(param, FILE, "hovering")
 
 
 def test_a_file_of_another_vehicle_or_without_a_sidecar_is_refused(param, tmp_path):
