@@ -502,6 +502,7 @@ def _diagnose(options: Options) -> None:
         "the JSON of identify, or a .param with its sidecar, that was accepted earlier: what has "
         "changed since is told, too",
     )
+    options.despite_doubts("take, of --accepted, values that are doubted, too")
     options.value(
         "--accept",
         "FILE",

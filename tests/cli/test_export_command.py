@@ -240,26 +240,36 @@ def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
 
 
 def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
-    before = accepted_before(param, FILE, "hovering")
+    before = accepted_before(param, FILE, "hovering", Leave())
     assert before.values["M_u"].value == pytest.approx(111.0, rel=1e-4)
     assert (before.effects, before.notes) == ((DRAG, WEAK, WAVES), ())
     assert "X_uu" not in accepted_in(param, 0.0, Leave()).priors, "the drag is one of its effects"
     with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
-        accepted_before(param, FILE, "survey")
+        accepted_before(param, FILE, "survey", Leave())
 
 
 def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_says_so(param):
     sidecar = read_sidecar(param)
     write_sidecar(param, replace(sidecar, doubted={"D_u": "no gyro was recorded"}))
-    before = accepted_before(param, FILE, "hovering")
+    before = accepted_before(param, FILE, "hovering", Leave())
     assert "M_u" in before.values
     assert "D_u" not in before.values
     assert before.notes == (
         "Of what was accepted, D_u is doubted: no gyro was recorded; it was not held against this dive.",
     )
+    despite = accepted_before(param, FILE, "hovering", Leave(doubts=True))
+    assert "D_u" in despite.values
+    assert despite.notes == ("Of what was accepted, D_u is doubted: no gyro was recorded.",)
+    # Doubts say which values of a fit that did not converge may be wrong; without them it may be any.
+    disagrees = replace(sidecar, outcome=Outcome.DISAGREES.value, doubted={"D_u": "no gyro was recorded"})
+    write_sidecar(param, disagrees)
+    assert accepted_before(param, FILE, "hovering", Leave()).values == before.values
+    write_sidecar(param, replace(disagrees, doubted={}))
+    with pytest.raises(UsageError, match="nothing was compared; dive again, or give --despite-doubts"):
+        accepted_before(param, FILE, "hovering", Leave())
     write_sidecar(param, replace(sidecar, doubted=dict.fromkeys(("M_u", "D_u"), "no gyro was recorded")))
     with pytest.raises(UsageError, match="all that it holds is doubted"):
-        accepted_before(param, FILE, "hovering")
+        accepted_before(param, FILE, "hovering", Leave())
 
 
 def test_a_file_of_another_vehicle_or_without_a_sidecar_is_refused(param, tmp_path):

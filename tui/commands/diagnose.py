@@ -36,7 +36,7 @@ from identify.run.recordings import read, stray_bytes
 from tui import pages, show
 from tui.commands.prior import accepted_in
 from tui.files import Files
-from tui.parameter_files import Leave
+from tui.parameter_files import Leave, check_outcome
 from tui.recordings import column_map_for, recording_at, ruled_out
 
 
@@ -56,9 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
             raise type(error)(f"the check dive {error}") from None
     remarks = [*reading.remarks, *(check.remarks if check else ()), *filter(None, map(stray_bytes, places))]
     configuration = reading.configuration
-    before = (
-        accepted_before(Path(arguments.accepted), file, configuration) if arguments.accepted else Before()
-    )
+    leave, before = Leave(doubts=arguments.despite_doubts), Before()
+    if arguments.accepted:
+        before = accepted_before(Path(arguments.accepted), file, configuration, leave)
     impossible, why = ruled_out(places[0])
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
@@ -226,13 +226,16 @@ def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
     return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
 
 
-def accepted_before(path: Path, file: VehicleFile, configuration: str) -> Before:
+def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Leave) -> Before:
     """Read a file of `identify` or of `diagnose --accept`, without ageing.
 
-    A value that its identification doubts is not taken: its error would be reported as a change of the vehicle.
-    Raises UsageError for a file of another configuration, and for a file in which every value is doubted.
+    A value that its identification doubts is not taken, unless `leave` lets it pass: its error would be reported as a
+    change of the vehicle. Raises UsageError for a file of another configuration, for a fit that did not converge though
+    none of its values is doubted, and for a file in which every value is doubted.
     """
-    read = accepted_in(path, 0.0, Leave())
+    read = accepted_in(path, 0.0, Leave(doubts=True))
+    if not read.doubted:
+        check_outcome(path, read.outcome or Outcome.CONVERGED.value, leave, "compared")
     # A diagnosis looks for changes of the hull's own model.
     hull = coefficients_of_hull(file.vehicle.configurations[configuration])
     priors = {name: prior for name, prior in read.priors.items() if name in hull}
@@ -242,11 +245,13 @@ def accepted_before(path: Path, file: VehicleFile, configuration: str) -> Before
             "was accepted for that one"
         )
     lines = doubt_lines(read.doubted, priors)
+    if leave.doubts:
+        return Before(priors, read.effects, tuple(f"Of what was accepted, {line}." for line in lines))
     taken = {name: prior for name, prior in priors.items() if name not in read.doubted}
     if not taken:
         raise UsageError(
             f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
-            "that of another dive"
+            "that of another dive, or --despite-doubts"
         )
     notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
     return Before(taken, read.effects, notes)

@@ -182,9 +182,11 @@ def _says(line: str) -> bool:
 
 @dataclass(frozen=True)
 class Accepted:
-    """What a file that was accepted tells of a vehicle: priors, reasons to doubt some of them, and further effects."""
+    """What a file that was accepted tells of a vehicle: how its fit ended, priors, reasons to doubt some of them, and
+    further effects."""
 
     configuration: str
+    outcome: str
     priors: dict[str, Prior]
     doubted: dict[str, str]
     effects: tuple[AcceptedEffect, ...]
@@ -224,7 +226,7 @@ def accepted_in(path: Path, widen: float | None, leave: Leave) -> Accepted:
     for name, (value, relative_std) in values.items():
         share = AGEING[OF_HULL[name].kind] if widen is None else widen
         priors[name] = prior(value, value * math.hypot(relative_std, share))
-    return Accepted(sidecar.configuration, priors, sidecar.doubted, sidecar.effects)
+    return Accepted(sidecar.configuration, sidecar.outcome, priors, sidecar.doubted, sidecar.effects)
 
 
 def _identified(data: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
