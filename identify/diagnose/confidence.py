@@ -58,6 +58,9 @@ MOST_APART, BEYOND_CHANCE = 0.25, 50.0
 """Share of a lone cause's nats that values of its own in each part may add, and the nats that it must save, for its
 presence to be certain. Forces of another kind that a cause mimics leave half as much and more."""
 
+LEAST_APART = 6.25
+"""Nats by which a rival must be excluded: with fewer, the cause would be less than 50 % probable, without a reason."""
+
 LEAST_LIKENESS = 0.5
 """Causes less alike than this are no ambiguity group even if either fits: both may be present."""
 
@@ -337,7 +340,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
     likeness: dict[str, float] = {}
     # The remainder of the other forms speaks against the presence of the cause, not against its name.
     best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
-    nearly = nats_apart(fit, others)
+    nearly = max(nats_apart(fit, others), LEAST_APART)
     for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)[:LOOKED_AT]:
         if cause.effect.name == cause_k.effect.name:
             continue

@@ -58,7 +58,7 @@ def varying_current(*periods_s: float) -> Effect:
 
     return Effect(
         "varying_current",
-        f"a current that comes and goes with a period of about {periods_s[0]:.3g} s",
+        "a current that comes and goes with a period",
         "water",
         tuple(
             Parameter(f"{way}_{part}", "m/s", 0.03)
@@ -98,7 +98,7 @@ def waves(*periods_s: float) -> Effect:
 
     return Effect(
         "waves",
-        f"waves with a period of about {periods_s[0]:.3g} s",
+        "waves in a narrow band about one period",
         "water",
         tuple(
             Parameter(f"{way}_{part}", "N", 1.0)
