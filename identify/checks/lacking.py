@@ -10,10 +10,10 @@ from identify.identification import Culprit, Doubt, Outcome
 from identify.words import axes_named
 
 LIKE: Mapping[Kind, str] = {
-    Kind.WORLD: "it goes with the heading or the place, as a current's or a tether's",
-    Kind.THRUST: "it goes with the thrust, as where thrusters are weak near zero, astern, or later in the dive",
-    Kind.TURNING: "it goes with the turning, as where the DVL does not sit where the vehicle file says",
-    Kind.SWING: "it swings, as that of waves",
+    Kind.WORLD: "which goes with the heading or the place, as a current's or a tether's does",
+    Kind.THRUST: "which goes with the thrust, as where thrusters are weak near zero, astern or later in the dive",
+    Kind.TURNING: "which goes with the turning, as where the DVL sits elsewhere than the vehicle file says",
+    Kind.SWING: "which swings, as that of waves does",
 }
 
 OF_THE_VEHICLE = (Kind.THRUST, Kind.TURNING)
@@ -35,10 +35,10 @@ def _doubt(lacks: Sequence[Lack], damping: Damping) -> Doubt:
         tuple(
             group[dof].name for group in groups.get(damping, (MASSES, DAMPINGS, QUADRATICS)) for dof in dofs
         ),
-        f"In {axes_named(dofs)} the recording holds a force that the model lacks: {LIKE[clearest.kind]}{period} "
+        f"In {axes_named(dofs)} the recording holds a force that the model lacks, {LIKE[clearest.kind]}{period} "
         f"({clearest.score:.0f} standard errors)",
         "masses and dampings there are off by what it does, and the intervals of all that it bears on are widened by "
-        "that; find its cause with seatrial diagnose.",
+        "an estimate of that, and may still be too narrow; seatrial diagnose looks for its cause.",
         Outcome.DISAGREES,
         Culprit.MODEL if clearest.kind in OF_THE_VEHICLE else Culprit.RECORDING,
     )

@@ -4,7 +4,7 @@ sits elsewhere.
 Each is a Lagrange-multiplier test (Engle 1984, eq. 13) of an axis with a few forces at once. An innovation's response
 to a force is that of the filter with its gains (Gupta and Mehra 1974, eqs 33 to 35). The responses to all that the fit
 is free to choose are projected out (Neyman 1959, C(alpha)), as are those to a drag that the model lacks and to thrust
-at another time, which have tests in `misfit`. A force like the sea's own disturbance does not stand out, because the
+at another time, which have tests in `misfit`. A force like the sea's disturbance does not stand out, because the
 filter weighs innovations by that.
 """
 
@@ -42,7 +42,7 @@ STEP = 1e-4
 """Step of a logarithm for a derivative."""
 
 LEAST_LEFT = 1e-4
-"""Share of a response's square that must be left of it beside all that the fit chooses: of less, rounding says as much
+"""Share of a response's square that must be left of it without all that the fit chooses: of less, rounding says as much
 as the dive."""
 
 TURNING_SCORE = 2.0 * DOUBTFUL_SCORE
@@ -99,7 +99,7 @@ class Screen:
             shapes.append(lacking_drag(problem, axis.speed)[:, None])
         places = [MASS, DAMPING, *([problem.quadratic_place] if problem.damped != "linear" else [])]
         curved = [self._moved(place) for place in places]
-        return _of_length_one(np.column_stack([*curved, self.responses(np.column_stack(shapes))]))[0]
+        return _normed(np.column_stack([*curved, self.responses(np.column_stack(shapes))]))[0]
 
     def _moved(self, place: int) -> Array:
         """Derivative (m,) of the predicted readings by an entry of theta, in standard deviations."""
@@ -119,7 +119,7 @@ class Screen:
         if not forms:
             return []
         shapes = np.column_stack(list(forms.values()))
-        answers, size = _of_length_one(self.responses(shapes))
+        answers, size = _normed(self.responses(shapes))
         inverse, chosen_pull = self._products
         cross = self.chosen.T @ answers
         pull = answers.T @ self.white - cross.T @ (inverse @ chosen_pull)
@@ -133,7 +133,7 @@ class Screen:
         return lacks
 
 
-def _of_length_one(columns: Array) -> tuple[Array, Array]:
+def _normed(columns: Array) -> tuple[Array, Array]:
     """Columns (m, k) of length 1, and their lengths (k,); a column of zeros stays so."""
     size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     size = np.where(size > 0, size, 1.0)
@@ -191,7 +191,7 @@ def _responses(
 
 
 def screen_of(problem: AxisLikelihood, theta: Array) -> Screen:
-    """Run the filter of an axis at its own theta."""
+    """Run the filter of an axis at its part of theta."""
     table = problem.transition_table(theta)
     error, variance, gain = problem.run_filter(theta, table, problem.mean_force(theta), np.inf)
     read = np.isfinite(error)
@@ -207,7 +207,7 @@ def lacks_of(
     spoilt: Collection[int],
     doubts: Mapping[int, Doubts],
 ) -> tuple[Lack, ...]:
-    """The forces that the model lacks beyond chance, at most one in an axis, the clearest first; none where drag or
+    """The forces that the model lacks beyond chance, the clearest of each axis in order of score; none where drag or
     lateness is clearer (`doubts` by degree of freedom).
 
     Not tested are roll and pitch, in which the righting moment of an angle that is read acts, and the axes whose

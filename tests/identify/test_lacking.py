@@ -14,9 +14,12 @@ from identify.estimators.axes import build_axes
 from identify.estimators.forms import Forms, Kind
 from identify.estimators.lacking import Lack, in_standard_errors, lacks_of, screen_of
 from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood_axis import DAMPING
 from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.misfit import doubts_of
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.misfit import Force, doubts_of, with_forces
 from identify.estimators.motion import Motion
+from identify.estimators.scoring import climb
 from identify.estimators.swing import peak_of
 from identify.identification import Culprit, Outcome
 
@@ -49,6 +52,20 @@ def waves(time_s, _):
 
 def dived(push=closed_loop.no_push, seed=0):
     return closed_loop.dive(np.random.default_rng(seed), SECONDS, push=push, heading=heading)
+
+
+def with_the_steps(time_s):
+    return 0.8 * np.sin(2 * np.pi * time_s / 40.0) + 0.8 * np.sin(2 * np.pi * time_s / 57.0)
+
+
+def spoilt(seed):
+    """A dive with a pull to the east that turns with the steps in speed, so that it is much like a drag."""
+    return closed_loop.dive(
+        np.random.default_rng(seed),
+        SECONDS,
+        push=lambda time_s, _: 6.0 * np.sin(with_the_steps(time_s)),
+        heading=with_the_steps,
+    )
 
 
 def fitted(dive):
@@ -104,16 +121,7 @@ def test_of_thirty_dives_that_lack_nothing_none_is_doubted():
 
 
 def test_a_force_that_turns_with_the_steps_spoils_the_damping_and_its_interval_holds_the_truth(monkeypatch):
-    def with_the_steps(time_s):
-        return 0.8 * np.sin(2 * np.pi * time_s / 40.0) + 0.8 * np.sin(2 * np.pi * time_s / 57.0)
-
-    def east(time_s, _):
-        return 6.0 * np.sin(with_the_steps(time_s))
-
-    dives = [
-        closed_loop.dive(np.random.default_rng(seed), SECONDS, push=east, heading=with_the_steps)
-        for seed in range(6)
-    ]
+    dives = [spoilt(seed) for seed in range(6)]
     widened = [identified(dive)["D_u"] for dive in dives]
     monkeypatch.setattr("identify.estimators.answer.lacks_of", lambda *_: ())
     narrow = [identified(dive)["D_u"] for dive in dives]
@@ -121,6 +129,25 @@ def test_a_force_that_turns_with_the_steps_spoils_the_damping_and_its_interval_h
     assert [each.low95 < truth < each.high95 for each in narrow] == [False] * 6
     assert [each.low95 < truth < each.high95 for each in widened] == [True] * 6
     assert [each.value for each in widened] == [each.value for each in narrow]
+
+
+def test_a_step_of_scoring_goes_the_way_of_the_fit_with_the_force_and_no_less_far():
+    dive = spoilt(0)
+    built, fit = fitted(dive)
+    (lack,) = lacks_of(fit.joint, fit.theta, built, dive, (), doubts_of(fit.joint, fit.theta))
+    wider = with_forces(fit.joint, fit.theta, [Force(SURGE, lack.shape)])
+    change, looser = wider.included()
+    before = climb(fit.joint, fit.theta, score=JointLikelihood.score)
+    after = climb(wider.problem, wider.start, score=JointLikelihood.score)
+    std = np.sqrt(np.diag(np.linalg.inv(before.precision)))
+    with_force = np.sqrt(
+        np.diag(np.linalg.inv(wider.problem.score(wider.start)[1] + np.diag(wider.problem.prior_precision)))
+    )
+    assert looser == pytest.approx(np.maximum(with_force[wider.kept] / std, 1.0), rel=0.05)
+    assert looser[DAMPING] > 1.1
+    moved = (after.theta[wider.kept] - before.theta)[DAMPING]
+    assert moved > std[DAMPING]
+    assert moved < change[DAMPING] < 3.0 * moved
 
 
 def test_a_recording_of_another_vehicle_and_an_axis_with_hidden_readings_are_not_tested():
