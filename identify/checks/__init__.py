@@ -2,5 +2,5 @@
 
 `contradictions` the list of all · `controller` used other readings than those recorded · `descent` depth against the
 DVL · `heading`, `levelling` attitude against the gyro · `scales` between two sensors · `frozen`, `impossible` readings
-to remove · `gaps` what a recording lacks · `fit` doubts about a fit.
+to remove · `gaps` what a recording lacks · `fit` doubts about a fit · `lacking` doubts that its model lacks a force.
 """

@@ -30,8 +30,10 @@ from identify.checks.fit import (
     too_little,
     unseen_doubts,
 )
+from identify.checks.lacking import lacking_doubts
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axes
+from identify.estimators.lacking import lacks_of, widened
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.misfit import Admitted, Doubts, admitted, timing_of
 from identify.identifiability import with_bounds, with_drag_forces, with_identifiability
@@ -103,7 +105,8 @@ def answer_of(
     lacking = {dof: test.drag for dof, test in tests.items() if test.lacks_drag}
     # Thrust that follows the disturbance through an unrecorded reading seems to come late, so such axes don't count.
     late = {dof: test.late for dof, test in tests.items() if test.is_late and dof not in spoilt}
-    let_in = admitted(joint, theta, lacking, late, _timing(tests, delay))
+    others = lacks_of(joint, theta, built, dive, spoilt, tests)
+    let_in = widened(admitted(joint, theta, lacking, late, _timing(tests, delay)), joint, theta, others)
     missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
     hull = OF_HULL.values() if shape.damping != "linear" else (*MASSES, *DAMPINGS)
     reasons = spoilt if weighs_others else {}
@@ -122,6 +125,7 @@ def answer_of(
         *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
         *drag_doubts(lacking, shape.damping),
+        *lacking_doubts(others, shape.damping),
         *fitted.doubts,
         *by_others,
     )

@@ -80,6 +80,19 @@ class Wider:
             for place, leaning in zip(self.places, leanings, strict=True)
         )
 
+    def included(self) -> tuple[Array, Array]:
+        """Change of the fitted parameters (p,) if all the forces are included, by a step of scoring, and the factor
+        (p,) on their standard errors."""
+        gradient, information = self.problem.score(self.start)
+        prior = self.problem.prior_precision
+        gradient = gradient - prior * (self.start - self.problem.prior_mean)
+        covariance: Array = np.asarray(np.linalg.pinv(information + np.diag(prior), hermitian=True))
+        kept = self.kept
+        narrow: Array = np.asarray(np.linalg.inv((information + np.diag(prior))[np.ix_(kept, kept)]))
+        change = (covariance @ gradient)[kept] - narrow @ gradient[kept]
+        looser = np.sqrt(np.diag(covariance)[kept] / np.diag(narrow))
+        return change, np.maximum(looser, 1.0)
+
     @property
     def kept(self) -> NDArray[np.intp]:
         """Indices of the parameters (p,) of the likelihood without the forces."""
@@ -142,6 +155,11 @@ class Doubts:
     @property
     def is_late(self) -> bool:
         return abs(self.late.score) > DOUBTFUL_SCORE
+
+    @property
+    def clearest(self) -> float:
+        """The larger of both scores."""
+        return max(abs(self.drag.score), abs(self.late.score))
 
 
 def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:

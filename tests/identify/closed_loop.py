@@ -8,6 +8,7 @@ import numpy as np
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.dive import Dive, Signal
 from identify.identification import Identification
+from identify.ingest.rotation import quaternions_from_euler
 
 MASS, DAMPING = 100.0, 50.0
 
@@ -23,6 +24,10 @@ def vehicle_file() -> VehicleFile:
     return VehicleFile(Path("one-axis.yaml"), vehicle, None, "0" * 64)
 
 
+def no_push(_time_s: float, _thrust_n: float) -> float:
+    return 0.0
+
+
 def dive(
     rng: np.random.Generator,
     seconds: float = 300.0,
@@ -30,8 +35,13 @@ def dive(
     disturbance: float = 0.35,
     quadratic: float = 0.0,
     hidden_noise: float = 0.0,
+    push: Callable[[float, float], float] = no_push,
+    heading: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> Dive:
-    """A dive of steps in speed at 10 Hz. `hidden_noise`: of a second velocity, unrecorded, that the controller uses."""
+    """A dive of steps in speed at 10 Hz. `hidden_noise`: of a second velocity, unrecorded, that the controller uses.
+
+    push: another force, N, by time and thrust. heading: by time, recorded as attitude; none is recorded if None.
+    """
     step, inner = 0.1, 20
     n = int(seconds / step)
     h = step / inner
@@ -46,9 +56,10 @@ def dive(
         error = reference[k] - used[k]
         integral += error * step
         force[k] = 60.0 * error + 25.0 * integral
+        pushed = force[k] + push(float(time_s[k]), float(force[k]))
         for _ in range(inner):
             d = keep * d + disturbance * np.sqrt(1 - keep**2) * rng.normal()
-            u += h * (force[k] - (DAMPING + quadratic * abs(u)) * u + d) / MASS
+            u += h * (pushed - (DAMPING + quadratic * abs(u)) * u + d) / MASS
     six = np.zeros((n, 6))
     six[:, 0] = force
     velocity = np.column_stack([speed, np.zeros((n, 2))])
@@ -56,6 +67,8 @@ def dive(
     fed[:, 0] = speed
     ref = np.zeros((n, 14))
     ref[:, 0] = reference
+    level = np.zeros(n)
+    turned = None if heading is None else quaternions_from_euler(level, level, heading(time_s))
     return Dive(
         "closed loop",
         Path("closed-loop.tlog"),
@@ -65,6 +78,7 @@ def dive(
         tau_pid=Signal(time_s, six),
         nu_fb=Signal(time_s, fed),
         nu_ref=Signal(time_s, ref),
+        attitude=None if turned is None else Signal(time_s, turned),
     )
 
 

@@ -1,0 +1,58 @@
+"""A narrow peak in the spectrum of an axis's innovations, as waves or a swinging hull make it.
+
+The innovations of a right model are white, so the power of each rate is exponential about its neighbours' mean. The
+power over the mean of k neighbours exceeds g with a chance of (1 + g / k)^-k, the F distribution with 2 and 2k degrees
+of freedom; for all rates tried, by Bonferroni's bound. Fisher's test (1929) compares with all rates instead, but a
+disturbance that is not of first order makes the slow rates louder.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SHORTEST_S, FEWEST_SWINGS = 1.0, 12
+"""Waves of shorter periods move no vehicle; of few swings in a dive, neighbours are other forces."""
+
+AROUND, APART = 40, 4
+"""Neighbours on either side, and how far off the nearest is: a peak between two rates, or of a swing that grows, has
+sides."""
+
+FEWEST = 200
+"""Fewer readings tell no spectrum."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A peak at `period_s`; `score` is z if its chance is at most exp(-z^2 / 2)."""
+
+    score: float
+    period_s: float
+
+
+def peak_of(time_s: Array, white: Array) -> Peak:
+    """The clearest peak of innovations (m,) over their standard deviations, at times (m,) about evenly apart."""
+    count = len(white)
+    if count < FEWEST:
+        return Peak(0.0, SHORTEST_S)
+    span_s = (time_s[-1] - time_s[0]) * count / (count - 1)
+    # Padded to twice its length or more: half a rate apart, no peak falls between two rates.
+    length = 1 << (2 * count - 1).bit_length()
+    power = np.abs(np.fft.rfft(white - np.mean(white), length)) ** 2
+    rates_hz = np.arange(len(power)) * count / (length * span_s)
+    finer = length // count
+    apart, around = APART * finer, (APART + AROUND) * finer
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    tried = np.flatnonzero((rates_hz > FEWEST_SWINGS / span_s) & (rates_hz < 1.0 / SHORTEST_S))
+    tried = tried[(tried >= around) & (tried + around < len(power))]
+    if not len(tried):
+        return Peak(0.0, SHORTEST_S)
+    sides = (total[tried + around + 1] - total[tried + apart + 1]) + (
+        total[tried - apart] - total[tried - around]
+    )
+    over = power[tried] * 2 * (around - apart) / np.maximum(sides, 1e-300)
+    highest = int(np.argmax(over))
+    chance = np.log(len(tried)) - 2 * AROUND * np.log1p(over[highest] / (2 * AROUND))
+    return Peak(float(np.sqrt(max(-2.0 * chance, 0.0))), float(1.0 / rates_hz[tried[highest]]))
