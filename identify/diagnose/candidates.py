@@ -130,8 +130,8 @@ class Setting:
         low = np.array([p.low for p in self.effect.parameters])
         high = np.array([p.high for p in self.effect.parameters])
         none = self.effect.none()
-        if not np.isfinite(none).all():
-            return Cause(self.effect, np.clip(self.steps[0], low, high))
+        if self.effect.steep or not np.isfinite(none).all():
+            return Cause(self.effect, np.clip(_at(self.effect, self.steps[0]), low, high))
         return Cause(self.effect, np.clip(none + size @ self.steps, low, high))
 
 

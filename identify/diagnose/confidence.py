@@ -35,6 +35,7 @@ from identify.effects.course import Course
 from identify.effects.effect import ALONG, Act, Effect
 from identify.estimators.likelihood_axis import DAMPING
 from identify.side_by_side import both
+from identify.statistics import Z95
 
 Array = NDArray[np.float64]
 Parts = NDArray[np.intp]
@@ -57,6 +58,12 @@ LEAST_CONFIDENCE = 0.95
 MOST_APART, BEYOND_CHANCE = 0.25, 50.0
 """Share of a lone cause's nats that values of its own in each part may add, and the nats that it must save, for its
 presence to be certain. Forces of another kind that a cause mimics leave half as much and more."""
+
+STEPS = (0.0025, 0.005, 0.01, 0.02, 0.04)
+"""Shares of a parameter by which it is moved to see how far it is known."""
+
+FALL = 0.5 * Z95**2
+"""Nats by which a fit may be worse within its 95 % interval."""
 
 LEAST_APART = 6.25
 """Nats by which a rival must be excluded: with fewer, the cause would be less than 50 % probable, without a reason."""
@@ -84,7 +91,25 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
         for parts in _partitions(weighing, slopes[:, of_cause]):
             between[of_cause] += between_parts(slopes[:, of_cause], left, parts)
     shift = in_other_forms(weighing, fit, nominal)
-    return np.asarray(within + np.diag(between) + np.outer(shift, shift))
+    steps = [_step_std(weighing, fit, k, p) for k, p in fit.at]
+    return np.asarray(within + np.diag(between + np.square(steps)) + np.outer(shift, shift))
+
+
+def _step_std(weighing: Weighing, fit: Fitted, k: int, p: int) -> float:
+    """Standard error of a parameter on which the motion depends in steps, by how far off it hardly fits worse; 0 of any
+    other parameter.
+
+    A dead zone's width is known to the next command only, and no slope says how near that is.
+    """
+    cause = fit.causes[k]
+    if not cause.effect.steep:
+        return 0.0
+    reach = 0.0
+    for by in [side * share * float(cause.values[p]) for share in STEPS for side in (-1.0, 1.0)]:
+        moved = [*fit.causes[:k], cause.moved(p, by), *fit.causes[k + 1 :]]
+        if 0.5 * (weighing.residual_squares(moved) - fit.residual_squares) < FALL:
+            reach = max(reach, abs(by))
+    return reach / Z95
 
 
 def _beyond(nominal: Blocks, square: Array, fit: Fitted) -> tuple[Array, Array]:

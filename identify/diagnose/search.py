@@ -1,5 +1,6 @@
 """Forward selection of causes: add one, swap, prune, as long as held-out evidence grows."""
 
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
@@ -59,6 +60,8 @@ LOOKED_AT = 5
 
 WEIGHED = 30
 """Best candidates in sample that are weighed on held-out pieces."""
+
+SETTINGS_OF_EACH = 4
 
 SIMPLER_SHARE = 5e-3
 """Share of a one-parameter cause's nats that its form may leave to a cause of several parameters.
@@ -440,7 +443,7 @@ def ranked_candidates(
 ) -> list[tuple[float, float, Cause]]:
     """Gain, gain over its standard error, and cause, for the best setting of each candidate, best first.
 
-    At most `most` settings are weighed, the best in sample.
+    At most `most` settings are weighed, the best in sample, and few of each effect.
     """
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
@@ -450,7 +453,8 @@ def ranked_candidates(
         if (setting.effect.name, setting.effect.number) not in taken
     ]
     nats = candidates.equations.fitted([setting.columns for setting in untaken])
-    for setting in (untaken[i] for i in np.argsort(-nats, kind="stable")[:most].tolist()):
+    weighed = _few_of_each([untaken[i] for i in np.argsort(-nats, kind="stable").tolist()])
+    for setting in weighed[:most]:
         evidence, columns = weighed_setting(candidates, setting)
         cause = _cause(setting, columns, evidence.size)
         if not cause.shows:
@@ -458,6 +462,17 @@ def ranked_candidates(
         if evidence.gain > best.get(cause.effect.label, (-np.inf,))[0]:
             best[cause.effect.label] = evidence.gain, evidence.gain / max(evidence.std, 1e-12), cause
     return sorted(best.values(), key=lambda each: -each[0])
+
+
+def _few_of_each(settings: Sequence[Setting]) -> list[Setting]:
+    """The first settings of each effect, in order: an effect tried at many sizes leaves room for others."""
+    count: Counter[str] = Counter()
+    kept = []
+    for setting in settings:
+        count[setting.effect.label] += 1
+        if count[setting.effect.label] <= SETTINGS_OF_EACH:
+            kept.append(setting)
+    return kept
 
 
 def weighed_setting(candidates: CandidateEquations, setting: Setting) -> tuple[Evidence, tuple[int, ...]]:

@@ -46,6 +46,9 @@ MOST_STEPS = 8
 SETTLED = 0.1
 SHORTER = 0.3
 
+SEARCHED = (0.04, 0.02, 0.01, 0.005)
+"""Shares of a parameter by which it is moved where no slope leads to a better value."""
+
 
 def key_of(cause: Cause) -> Key:
     """Causes with equal keys have equal columns."""
@@ -230,8 +233,22 @@ class Weighing:
             best, step = tried, further
             if small or not best.at or all(cause.effect.linear for cause in best.causes):
                 break
+        best = self._searched(best)
         gain, std, motion_nats = self._held(best)
         return replace(best, gain=gain, std=std, motion_nats=motion_nats)
+
+    def _searched(self, fit: Fitted) -> Fitted:
+        """The fit with each parameter on which the motion depends in steps, where no slope leads, at the best value
+        nearby."""
+        for k, p in fit.at:
+            if fit.causes[k].effect.steep:
+                for share in (side * share for share in SEARCHED for side in (-1.0, 1.0)):
+                    by = share * float(fit.causes[k].values[p])
+                    moved = (*fit.causes[:k], fit.causes[k].moved(p, by), *fit.causes[k + 1 :])
+                    tried, _ = self._weighed(moved)
+                    if tried.residual_squares < fit.residual_squares:
+                        fit = tried
+        return fit
 
     def _moved(self, fit: Fitted, step: Array) -> tuple[Fitted, Array]:
         moved = list(fit.causes)
@@ -306,6 +323,10 @@ class Weighing:
     @cached_property
     def _pieces(self) -> Pieces:
         return pieces_of(self.rows.piece)
+
+    def residual_squares(self, causes: Sequence[Cause]) -> float:
+        """The sum of squares left with the causes at their present values and the best nominal model."""
+        return self._weighed(tuple(causes))[0].residual_squares
 
     def _weighed(self, causes: tuple[Cause, ...]) -> tuple[Fitted, Array]:
         """The causes at their present values, and the Gauss-Newton step (k,) of their parameters."""

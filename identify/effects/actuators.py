@@ -88,9 +88,13 @@ def _late_to_start(course: Course, values: Array) -> Act:
     return before_the_shaft(course, _slow(course, -np.clip(course.asked_n, -values[0], values[0])))
 
 
-DEAD_ZONES: tuple[tuple[Callable[[Course, Array], Act], str, str, ModelPart], ...] = (
-    (_silent, "all above it", LEAST, "least_n"),
-    (_late_to_start, "above it so much less", START, "dead_zone_n"),
+WIDTHS = tuple(float(width) for width in np.round(np.geomspace(0.2, 8.0, 40), 4))
+"""Sizes of a dead zone that ends at once, a tenth apart: a thrust falls in or out of it, so that a fit finds no way to
+a width that is farther off than half of that."""
+
+DEAD_ZONES: tuple[tuple[Callable[[Course, Array], Act], str, str, ModelPart, tuple[float, ...]], ...] = (
+    (_silent, "all above it", LEAST, "least_n", WIDTHS),
+    (_late_to_start, "above it so much less", START, "dead_zone_n", SIZES),
 )
 DEAD_ZONE, DEAD_ZONE_SHIFTED = (
     Effect(
@@ -101,7 +105,8 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         act,
         Separation(manoeuvres=("a slow ramp through zero",), sensors=("shaft speeds",)),
         linear=False,
-        sizes=SIZES,
+        sizes=sizes,
+        steep=sizes == WIDTHS,
         needs=(PULSES,),
         seen_in_rpm=True,
         feedforward="dead_zone",
@@ -109,7 +114,7 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         model_part=part,
         compensation=compensated_by(Compensation(coefficient, "N", "half_width")),
     )
-    for act, variant, coefficient, part in DEAD_ZONES
+    for act, variant, coefficient, part, sizes in DEAD_ZONES
 )
 
 

@@ -208,6 +208,7 @@ class Effect:
     - timing: how it makes the thrust late, by a "lag" or a "delay"; "" if it does not.
     - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: `start` divided by
       the size); more than one if its shape changes with its size.
+    - steep: its shape changes so abruptly that a size holds for no other than itself.
     """
 
     name: str
@@ -236,6 +237,7 @@ class Effect:
     lasting: bool = True
     timing: Literal["", "lag", "delay"] = ""
     sizes: tuple[float, ...] = (1.0,)
+    steep: bool = False
 
     @property
     def in_coefficients(self) -> bool:

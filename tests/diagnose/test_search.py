@@ -248,3 +248,16 @@ def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log
     monkeypatch.setattr(search, "_settled", lambda *given: (instead, given[2]))
     _, fit = search._with_usual_values(None, weighing, weighing.fitted((strong,)), None)
     assert [cause.effect.number for cause in fit.causes] == [named]
+
+
+@pytest.mark.parametrize("width_n", [0.43, 1.37, 2.9])
+def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
+    weighing, course = weighing_of(nominal, (DEAD_ZONE,)), nominal.course
+    planted = weighing.rows.columns([Cause(DEAD_ZONE, np.array([width_n])).act(course)], course)[:, 0]
+    weighing = replace(weighing, rows=replace(weighing.rows, value=weighing.rows.value + planted))
+    none = weighing.fitted(())
+    (_, _, cause), *_ = search.ranked_candidates(weighing.candidates_beside(none), none)
+    fit = weighing.fitted((cause,))
+    assert fit.causes[0].values == pytest.approx([width_n], rel=0.03)
+    std = np.sqrt(confidence.covariance_of(weighing, fit)[0, 0])
+    assert abs(fit.causes[0].values[0] - width_n) < 3.0 * std
