@@ -65,7 +65,7 @@ PAGE = re.sub(
         f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
         rf"P = {verdict.MOST_PROBABLE}\,\frac{{m}}{{m + {verdict.HALF_NATS:.0f}}}",
         f"Under {100 * verdict.LIKELY:.0f} % a cause",
-        f"within {search.AMBIGUOUS_NATS:.0f} nats of each other "
+        f"within {confidence.LEAST_APART:g} nats of each other "
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",
