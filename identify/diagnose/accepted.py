@@ -5,13 +5,13 @@ Sentences name the effects that the feed-forward can't compensate. The doubts ar
 intervals by the coefficients' changes if the cause of a doubt were part of the model.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, QUADRATICS, Coefficient
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
     ASTERN,
@@ -25,7 +25,7 @@ from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
-from identify.diagnose.nominal import Nominal, quadratic_of
+from identify.diagnose.nominal import Nominal, places_of_hull
 from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
@@ -33,7 +33,7 @@ from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import effect_words, name_of, percent_sure, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood_axis import MASS
 from identify.estimators.misfit import Multiplier, doubts_of, timing_of
 from identify.identifiability import is_too_heavy, is_too_light
 from identify.identification import Culprit, Doubt
@@ -185,9 +185,14 @@ def _of_hull(
     unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
     if unheard:
         sentences.append(_unrecorded_note(unheard))
-    for problem, stds in zip(now.joint.problems, log_stds(causes, now), strict=True):
+    axes = zip(now.joint.problems, now.joint.places, log_stds(causes, now), strict=True)
+    for problem, place, stds in axes:
         dof = problem.axis.dof
-        axis = _of_axis(problem, now, stds)
+        theta = now.theta[place]
+        fitted = {
+            OF_HULL[name]: (float(np.exp(theta[k])), stds[k]) for name, k in places_of_hull(problem).items()
+        }
+        axis = fitted | {MASSES[dof]: (float(mass[dof]), stds[MASS])}
         if dof in now.doubted:
             continue
         outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
@@ -212,22 +217,6 @@ def _of_hull(
                 low, high = 0.0, value * (1.0 + reach)
             values[coefficient.name] = Value(float(value), coefficient.unit, float(low), float(high))
     return values, sentences
-
-
-def _of_axis(
-    problem: AxisLikelihood, now: Nominal, stds: Mapping[int, float]
-) -> dict[Coefficient, tuple[float, float]]:
-    """An axis's coefficients, each with its value and the standard error of its logarithm."""
-    dof = problem.axis.dof
-    out = {MASSES[dof]: (float(now.course.mass[dof]), stds[MASS])}
-    if problem.damped != "quadratic":
-        out[DAMPINGS[dof]] = float(now.course.damping[dof]), stds[DAMPING]
-    if problem.damped != "linear":
-        out[QUADRATICS[dof]] = (
-            float(quadratic_of(now.joint, now.theta)[dof]),
-            stds[problem.quadratic_place],
-        )
-    return out
 
 
 def _unrecorded_note(dofs: Sequence[int]) -> str:
@@ -257,7 +246,7 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[dict[int, float]]:
     kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
     at = {place: float(std[i]) for i, place in enumerate(kept)}
     return [
-        {k: at[place.start + k] for k in (MASS, DAMPING, problem.quadratic_place) if k >= 0}
+        {k: at[place.start + k] for k in places_of_hull(problem).values()}
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
     ]
 

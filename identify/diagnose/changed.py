@@ -19,7 +19,7 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.nominal import Nominal, places_of_hull, refitted
 from identify.diagnose.regression import mean_places
 from identify.diagnose.result import Diagnosis, Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
@@ -30,7 +30,7 @@ from identify.diagnose.witnesses import Witness
 from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.statistics import Z95
 from identify.words import listed
 
@@ -321,17 +321,6 @@ def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
         for name, k in places_of_hull(problem).items()
     ]
-
-
-def places_of_hull(problem: AxisLikelihood) -> dict[str, int]:
-    """Places of an axis's mass and drags in its part of theta, by the coefficients' names."""
-    dof = problem.axis.dof
-    out = {MASSES[dof].name: MASS}
-    if problem.damped != "quadratic":
-        out[DAMPINGS[dof].name] = DAMPING
-    if problem.damped != "linear":
-        out[QUADRATICS[dof].name] = problem.quadratic_place
-    return out
 
 
 def _is_push(effect: Effect, course: Course) -> bool:

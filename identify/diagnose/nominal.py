@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import FitError
+from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.diagnose.candidates import Cause
@@ -478,3 +479,14 @@ def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
     for problem, place in zip(joint.problems, joint.places, strict=True):
         damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])
     return joint.at(theta)[0].masses, damping
+
+
+def places_of_hull(problem: AxisLikelihood) -> dict[str, int]:
+    """Places of an axis's mass and drags in its part of theta, by the coefficients' names."""
+    dof = problem.axis.dof
+    out = {MASSES[dof].name: MASS}
+    if problem.damped != "quadratic":
+        out[DAMPINGS[dof].name] = DAMPING
+    if problem.damped != "linear":
+        out[QUADRATICS[dof].name] = problem.quadratic_place
+    return out

@@ -122,8 +122,8 @@ ALONG = ("wrench", "water", "velocity", "gyro", "attitude", "specific_force", "s
 class Parameter:
     """A parameter of an effect, in SI units: at `none` the effect is absent, at `start` it shows. `low` and `high`
     bound the possible values; a bound is certain if it is one of the two values `sure` (no effect, full effect),
-    otherwise a guess. Values above
-    `seldom_above` are possible, but of causes that do as well one without them is preferred."""
+    otherwise a guess. Values above `seldom_above` are possible, but of causes that do as well one without them is
+    preferred."""
 
     name: str
     unit: str
