@@ -152,6 +152,26 @@ class Compared:
     reason: str
     doubted: str
 
+    @property
+    def changes(self) -> bool:
+        """Whether an upload would write it."""
+        return self.verdict == Verdict.CHANGED.value
+
+    @property
+    def staged(self) -> bool:
+        """Whether the vehicle holds the value but does not use it: any upload puts it in force."""
+        return self.verdict == Verdict.STAGED.value
+
+    @property
+    def implausible(self) -> bool:
+        """Whether an upload would write it only if it is accepted by name."""
+        return self.verdict == Verdict.IMPLAUSIBLE.value
+
+    @property
+    def choosable(self) -> bool:
+        """Whether it can be written; an implausible value can be, once it is chosen."""
+        return self.changes or self.implausible
+
     def cells(self) -> tuple[str, ...]:
         """Texts of the table's cells, in the order of COLUMNS."""
         return (

@@ -8,13 +8,14 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input
 
 from bridge.reports import Written
+from gcs_plugin.params.comparison import Compared
 from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, entry_at, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
-from tui.app.screens.transfer import READ, Entry, Transfer
+from tui.app.screens.transfer import READ, Transfer
 from tui.app.view import View
 
 
@@ -182,10 +183,10 @@ class ParametersScreen(StationScreen):
         return self._transfer.obstacle(self._picture, self.key_of("ff.off"))
 
     @property
-    def _entries(self) -> tuple[Entry, ...]:
+    def _entries(self) -> tuple[Compared, ...]:
         return self._transfer.shown.entries if self._transfer.shown is not None else ()
 
-    def _entry(self) -> Entry | None:
+    def _entry(self) -> Compared | None:
         return self._entries[self._at] if self._at < len(self._entries) else None
 
     def _go(self, rows: int) -> None:

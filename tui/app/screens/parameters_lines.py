@@ -6,10 +6,11 @@ from typing import Any, Final
 
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
+from gcs_plugin.params.comparison import Compared
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, around, cut, heading, lines_of, wrapped
 from tui.app.jobs import JobState, progress
-from tui.app.screens.transfer import Comparison, Entry
+from tui.app.screens.transfer import Comparison
 
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
@@ -64,7 +65,7 @@ def _change(change: float | None) -> str:
     return next((text for text in texts if len(text) < CHANGE), texts[-1])
 
 
-def half(entry: Entry) -> float | None:
+def half(entry: Compared) -> float | None:
     """Half of the entry's 95 % interval, None if it has none."""
     return None if entry.low95 is None or entry.high95 is None else (entry.high95 - entry.low95) / 2
 
@@ -104,7 +105,7 @@ def _widths(cells: int) -> _Widths:
     return ROOMY if cells >= WIDE else TIGHT
 
 
-def _row(entry: Entry, chosen: bool, at: bool, became: Written | None, cells: int, *, stale: bool) -> Line:
+def _row(entry: Compared, chosen: bool, at: bool, became: Written | None, cells: int, *, stale: bool) -> Line:
     mark = (CHOSEN if chosen else LEFT) if entry.choosable else NOT_ASKED
     lively: Role = "strong" if chosen else "plain" if entry.choosable else "quiet"
     present: Role = "stale" if stale else "plain" if entry.changes else "quiet"
@@ -129,7 +130,7 @@ def _row(entry: Entry, chosen: bool, at: bool, became: Written | None, cells: in
     return (*line, (f"  {cut(words, room)}", role)) if room > 0 else line
 
 
-def _words(entry: Entry, became: Written | None, room: int) -> Span:
+def _words(entry: Compared, became: Written | None, room: int) -> Span:
     """Text and role for the end of a line, in at most `room` cells."""
     if became:
         if became.equal:
@@ -142,7 +143,7 @@ def _words(entry: Entry, became: Written | None, room: int) -> Span:
     return (entry.verdict if len(entry.verdict) <= room else SHORT.get(entry.verdict, entry.verdict), role)
 
 
-def details(entry: Entry, became: Written | None, stale_s: float | None, cells: int) -> Lines:
+def details(entry: Compared, became: Written | None, stale_s: float | None, cells: int) -> Lines:
     """All that is known about one line, in sentences; `stale_s` is the age of the vehicle's value, None if fresh."""
     unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
     interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""

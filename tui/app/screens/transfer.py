@@ -10,7 +10,10 @@ from typing import Any, Final
 from bridge.errors import ConfigError
 from bridge.exit_codes import NothingLeft
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params import comparison as comparing
+from gcs_plugin.params.comparison import Compared
 from gcs_plugin.params.last_accepted import last_accepted
+from gcs_plugin.params.plan import Verdict
 from gcs_plugin.params.plausible import half_a_model, other_half
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk
@@ -22,10 +25,6 @@ DOUBTED: Final = "DOUBTED"
 
 _WORD = re.compile(r"[A-Z]+|\d+")
 
-CHANGED: Final = "changed"
-IMPLAUSIBLE: Final = "implausible"
-STAGED: Final = "staged"
-READ_ONLY: Final = "read-only"
 CONVERGED: Final = "converged"
 ACTING: Final = (2, 3)
 READ, WRITE = "params diff", "params upload"
@@ -43,49 +42,6 @@ def needed(lines: int, *, armed: bool, doubted: bool) -> str:
 def agrees(typed: str, asked: str) -> bool:
     """Whether the text confirms, in any order and in either case."""
     return sorted(_WORD.findall(typed.upper())) == sorted(asked.split()) and bool(typed.strip())
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One parameter in `unit`; None if the vehicle lacks it, no interval is known, or no value was accepted.
-
-    `change` is in halves of the 95 % interval `low95` to `high95`; `doubted` gives the doubts about the value.
-    """
-
-    name: str
-    coefficient: str
-    sentence: str
-    unit: str
-    present: float | None
-    target: float
-    low95: float | None
-    high95: float | None
-    accepted: float | None
-    accepted_at: str
-    change: float | None
-    verdict: str
-    reason: str
-    doubted: str
-
-    @property
-    def changes(self) -> bool:
-        """Whether an upload would write it."""
-        return self.verdict == CHANGED
-
-    @property
-    def staged(self) -> bool:
-        """Whether the vehicle holds the value but does not use it: any upload puts it in force."""
-        return self.verdict == STAGED
-
-    @property
-    def implausible(self) -> bool:
-        """Whether an upload would write it only if it is accepted by name."""
-        return self.verdict == IMPLAUSIBLE
-
-    @property
-    def choosable(self) -> bool:
-        """Whether it can be written; an implausible value can be, once it is chosen."""
-        return self.changes or self.implausible
 
 
 @dataclass(frozen=True)
@@ -108,7 +64,7 @@ class Comparison:
     active_crc: int | None
     staged_crc: int | None
     needs_disarmed: bool
-    entries: tuple[Entry, ...]
+    entries: tuple[Compared, ...]
 
     @property
     def doubted(self) -> bool:
@@ -164,29 +120,29 @@ class Comparison:
 
 
 def comparison(data: Any) -> Comparison | None:
-    """Parse the comparison that a verb left; None if it is missing or not a comparison."""
+    """The comparison that a verb left, without lines that can only be read; None if it is missing or not a
+    comparison."""
     try:
-        vehicle = data["vehicle"]
-        rows = [row for row in data["parameters"] if row["verdict"] != READ_ONLY]
-        return Comparison(
-            Path(data["file"]),
-            str(data["of"]),
-            str(data["outcome"]),
-            str(data["summary"]),
-            tuple(map(str, data["notes"])),
-            int(vehicle["system"]),
-            bool(vehicle["armed"]),
-            _whole(data["ff_mode"]),
-            _whole(data["active_crc"]),
-            _whole(data["staged_crc"]),
-            bool(data["needs_disarmed"]),
-            tuple(Entry(**{field: row[field] for field in Entry.__slots__}) for row in rows),
-        )
-    except (KeyError, TypeError, ValueError):
+        read = comparing.Comparison.from_json(data, READ)
+    except ConfigError:
         return None
+    return Comparison(
+        Path(read.file),
+        read.of,
+        read.outcome,
+        read.summary,
+        read.notes,
+        read.vehicle.system,
+        read.vehicle.armed,
+        _whole(read.ff_mode),
+        _whole(read.active_crc),
+        read.staged_crc,
+        read.needs_disarmed,
+        tuple(line for line in read.parameters if line.verdict != Verdict.READ_ONLY.value),
+    )
 
 
-def _whole(value: Any) -> int | None:
+def _whole(value: float | None) -> int | None:
     return None if value is None else int(value)
 
 
