@@ -25,7 +25,7 @@ from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.axes import Axis
-from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
+from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY, responses
 from identify.estimators.lateness import FilteredForce, behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -167,7 +167,7 @@ class AxisInnovations:
     def _answer(self, force: Array, off: Array) -> Array:
         axis = self.problem.axis
         return np.asarray(
-            _responses(
+            responses(
                 self.table, self.problem.step, force, off, self.read, axis.state_read, self.gain, self.std
             )
         )
@@ -244,60 +244,6 @@ def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | 
     if angle is not None and angle.any():
         out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
     return out if out.any() else None
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _responses(
-    table: Array,
-    step: NDArray[np.int64],
-    force: Array,
-    off: Array,
-    read: NDArray[np.bool_],
-    state_read: NDArray[np.int64],
-    gain: Array,
-    std: Array,
-) -> Array:
-    """Innovations (rows, k) over `std` (rows,) of a filter with given gains (n, 3), in response to unknown inputs.
-
-    force, off: forces and reading errors, (n, k) each, or (0, k) for none. x is the vehicle's state less the
-    filter's. Columns are computed together for vectorisation.
-    """
-    count = force.shape[1]
-    pushed, wrong = len(force) > 0, len(off) > 0
-    out = np.empty((std.shape[0], count))
-    x0, x1, x2, x3 = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count)
-    row = 0
-    for i in range(step.shape[0]):
-        if step[i] >= 0:
-            t = table[step[i]]
-            t0, t1, t2, t3, t4, t5, t6, keep = t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[17]
-            for c in range(count):
-                a, b, d = x0[c], x1[c], x2[c]
-                x0[c] = t0 * a + t1 * b + t2 * d
-                x1[c] = t3 * a + t4 * b + t5 * d
-                x2[c] = t6 * d
-                x3[c] *= keep
-            if pushed:
-                to_nu, to_x = t[7] + t[9], t[8] + t[10]
-                for c in range(count):
-                    x0[c] += to_nu * force[i, c]
-                    x1[c] += to_x * force[i, c]
-        if read[i]:
-            k0, k1, k2, k3, scale = gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3], 1.0 / std[row]
-            velocity = state_read[i] == VELOCITY
-            for c in range(count):
-                e = x0[c] + x3[c] if velocity else x1[c]
-                if wrong:
-                    e += off[i, c]
-                out[row, c] = scale * e
-                x0[c] -= k0 * e
-                x1[c] -= k1 * e
-                x2[c] -= k2 * e
-                x3[c] -= k3 * e
-            row += 1
-        if state_read[i] == INCREMENT:
-            x1[:] = 0.0
-    return out
 
 
 APART_S = 1e-4

@@ -350,7 +350,7 @@ def _backwards(
     state_read: NDArray[np.int64],
     gain: Array,
 ) -> Array:
-    """The transpose of `innovations._responses`, for one column of rows."""
+    """The transpose of `estimators.innovations.responses`, for one column of rows."""
     out = np.zeros(step.shape[0])
     y0, y1, y2 = 0.0, 0.0, 0.0
     row = left.shape[0] - 1

@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.forms import Forms, Kind
-from identify.estimators.innovations import INCREMENT, VELOCITY, moved_mean
+from identify.estimators.innovations import responses
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -82,11 +81,10 @@ class Screen:
 
     def responses(self, shapes: Array) -> Array:
         """Change of the predicted readings, in standard deviations (m, k), by forces (n, k)."""
-        axis = self.problem.axis
-        answers = _responses(
-            self.table, self.problem.step, self.gain, axis.state_read, self.read, np.ascontiguousarray(shapes)
-        )
-        answers /= self.root[:, None]
+        answers = responses(
+            self.table, self.problem.step, np.ascontiguousarray(shapes), np.zeros((0, shapes.shape[1])), self.read,
+            self.problem.axis.state_read, self.gain, self.root,
+        )  # fmt: skip
         return np.asarray(answers)
 
     @cached_property
@@ -156,38 +154,6 @@ def in_standard_errors(statistic: float, degrees: int) -> float:
     if statistic <= degrees or not degrees:
         return 0.0
     return float(np.sqrt(statistic - degrees - degrees * np.log(statistic / degrees)))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _responses(
-    table: Array,
-    step: NDArray[np.int64],
-    gain: Array,
-    state_read: NDArray[np.int64],
-    read: NDArray[np.bool_],
-    shapes: Array,
-) -> Array:
-    """Change of the predicted readings (m, k) by forces (n, k), with the filter's gains as they are."""
-    events, count = shapes.shape
-    out, state, row = np.empty((int(np.sum(read)), count)), np.zeros((4, count)), 0
-    for i in range(events):
-        if step[i] >= 0:
-            t = table[step[i]]
-            for c in range(count):
-                x = (state[0, c], state[1, c], state[2, c], state[3, c])
-                x = moved_mean(t, x, shapes[i, c], shapes[i, c])
-                state[0, c], state[1, c], state[2, c], state[3, c] = x
-        if read[i]:
-            for c in range(count):
-                answer = state[0, c] + state[3, c] if state_read[i] == VELOCITY else state[1, c]
-                out[row, c] = answer
-                for k in range(4):
-                    state[k, c] -= gain[i, k] * answer
-            row += 1
-        if state_read[i] == INCREMENT:
-            for c in range(count):
-                state[1, c] = 0.0
-    return out
 
 
 def screen_of(problem: AxisLikelihood, theta: Array) -> Screen:
