@@ -241,3 +241,39 @@ def _beside(first: _Side, second: _Side, prior: Prior | None) -> list[str]:
 
 def _number(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+def further_remarks(compared: Comparison) -> tuple[str, ...]:
+    """Further statements on both methods: outcome, doubts, reasons for missing values.
+
+    That is: the outcome of the second if it did not converge, the doubts that only the second raises, and why either
+    method gives no value, grouped by reason. Doubts of the same coefficients with the same remedy are the same, though
+    their figures differ. If the first method gives no value at all, its own section already says why.
+    """
+    first, second = compared.first, compared.second
+    ended = (
+        ()
+        if second.outcome is Outcome.CONVERGED
+        else (f"{capital(second.method)} ended with '{second.outcome.value}'.",)
+    )
+    known = {(doubt.about, doubt.remedy) for doubt in first.doubts}
+    doubts_of_second = dict.fromkeys(
+        doubt.sentence for doubt in second.doubts if (doubt.about, doubt.remedy) not in known
+    )
+    doubts = tuple(f"{capital(second.method)}: {sentence}" for sentence in doubts_of_second)
+    return (*ended, *doubts, *(_gaps(first, compared) if first.values() else ()), *_gaps(second, compared))
+
+
+def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
+    """Why a method has no value while the other has one, or no value at all; a line for each reason."""
+    names: dict[str, list[str]] = {}
+    bare = not method.values()
+    for d in compared.differences:
+        ours, theirs = (d.first, d.second) if method is compared.first else (d.second, d.first)
+        if not ours.identifiable and (bare or theirs.identifiable):
+            names.setdefault(ours.reason, []).append(d.name)
+    nothing = bare and len(names) == 1
+    return tuple(
+        f"{capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(missing)}: {reason}"
+        for reason, missing in names.items()
+    )

@@ -269,6 +269,18 @@ class Estimate:
         """Standard error over value; NaN if the value is zero or NaN."""
         return self.std / abs(self.value) if self.value else math.nan
 
+    @property
+    def wider_std(self) -> float:
+        """Relative standard error from the wider side of the interval: it decides whether the value may be used.
+
+        In logarithms, as coefficients are fitted. An interval that reaches zero, and that of an added mass, has no
+        logarithm; there the plain relative width is used.
+        """
+        below, above = self.value - self.low95, self.high95 - self.value
+        if self.name in OF_HULL and 0.0 < self.low95 <= self.value:
+            return math.log(max(self.value / self.low95, self.high95 / self.value)) / Z95
+        return max(below, above) / Z95 / abs(self.value) if self.value else math.nan
+
     def to_json(self) -> dict[str, Any]:
         """Plain data; NaN and infinity become null."""
         data = {**vars(self), "relative_std": self.relative_std}

@@ -23,12 +23,12 @@ from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.axes import Axes, Axis, build_axes
+from identify.estimators.filters import Filters, filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.pinn.parameters import Filters, filters_of
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.estimators.timing import dated, dated_back

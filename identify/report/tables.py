@@ -2,7 +2,6 @@
 trims.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,7 +10,6 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
 from identify.identification import NEGLIGIBLE_CORRELATION, WRITTEN, Estimate, Nuisance, Quantity
 from identify.report.page import Table
-from identify.statistics import Z95
 from identify.words import (
     MISSING,
     count,
@@ -57,7 +55,7 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
         truth_cells = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
         share = f"{100 * e.share_from_prior:.0f} %" if e.share_from_prior else MISSING
-        error = _percent(standard_error(e)) if known else MISSING
+        error = _percent(e.wider_std) if known else MISSING
         error_cells = (error, _partner(e), *((share,) if priors else ()))
         rows.append(
             (
@@ -79,18 +77,6 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
         "Identified parameters, digits as their intervals allow. Partner: what each is most correlated with, where "
         f"by more than {NEGLIGIBLE_CORRELATION:g}.",
     )
-
-
-def standard_error(e: Estimate) -> float:
-    """Relative standard error from the wider side of a 95 % interval: it decides whether the value may be used.
-
-    In logarithms, as coefficients are fitted. An interval that reaches zero, and that of an added mass, has no
-    logarithm; there the plain relative width is used.
-    """
-    below, above = e.value - e.low95, e.high95 - e.value
-    if e.name in OF_HULL and 0.0 < e.low95 <= e.value:
-        return math.log(max(e.value / e.low95, e.high95 / e.value)) / Z95
-    return max(below, above) / Z95 / abs(e.value) if e.value else math.nan
 
 
 def _percent(share: float) -> str:

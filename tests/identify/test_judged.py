@@ -14,9 +14,9 @@ from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
+from identify.estimators.filters import filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
-from identify.estimators.pinn.parameters import filters_of
 from identify.forces import wrench
 from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
 from identify.ingest.rotation import quaternions_from_euler

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -29,7 +30,6 @@ from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.identification import Outcome, worst
 from identify.ingest.open import read_dive
-from identify.report.diagnosis import against_report, diagnosis_report
 from identify.run.diagnose import Before, diagnose
 from identify.run.identify import compiles_first
 from identify.run.recordings import read, stray_bytes
@@ -38,6 +38,9 @@ from tui.commands.prior import accepted_in
 from tui.files import Files
 from tui.parameter_files import Leave, check_outcome
 from tui.recordings import column_map_for, recording_at, ruled_out
+
+if TYPE_CHECKING:
+    from identify.report.page import Report
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -78,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     with Files() as files:
         files.json(done.to_json(), arguments.json)
         dives = [dive for dive in (done.dive, done.check) if dive is not None]
-        pages.publish(files, arguments, partial(diagnosis_report, result), dives, done.file)
+        pages.publish(files, arguments, partial(page_of, result), dives, done.file)
         if result.prediction is not None and arguments.predict:
             foretold = f"velocities of the check dive: {arguments.predict}"
             files.text(Path(arguments.predict), csv_of(result.prediction), foretold)
@@ -89,6 +92,20 @@ def run(arguments: argparse.Namespace) -> int:
         tell_diagnosis(console, result)
         show.say(console, *files.written)
     return files.code(exit_codes.DONE)
+
+
+def page_of(diagnosis: Diagnosis) -> "Report":
+    """Return the report of a diagnosis."""
+    from identify.report.diagnosis import diagnosis_report  # loads matplotlib
+
+    return diagnosis_report(diagnosis)
+
+
+def page_of_both(comparison: Against) -> "Report":
+    """Return the report of a vehicle held against its simulator."""
+    from identify.report.diagnosis import against_report  # loads matplotlib
+
+    return against_report(comparison)
 
 
 def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> tuple[str, ...]:
@@ -167,7 +184,7 @@ def run_against(arguments: argparse.Namespace) -> int:
     # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
         files.json(against.plain(gap), arguments.json)
-        pages.publish(files, arguments, partial(against_report, gap), (real, sim), file)
+        pages.publish(files, arguments, partial(page_of_both, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)
         show.say(console, *files.written)

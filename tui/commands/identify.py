@@ -11,13 +11,11 @@ from rich.console import Console
 from bridge import exit_codes
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import write_identified
-from identify.comparison import Comparison
+from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive
 from identify.estimators.table import METHODS, SIDE_BY_SIDE, Estimator, estimator, judged, refuse_damping
 from identify.identification import Estimate, Identification, Outcome
 from identify.progress import Progress
-from identify.report.identification import further_remarks, identification_report
-from identify.report.tables import standard_error
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read
 from tui import pages, show
@@ -26,6 +24,7 @@ from tui.recordings import column_map_for, recording_at
 
 if TYPE_CHECKING:
     from bench.reproduce.paper import TrainingCurves
+    from identify.report.page import Report
 
 
 COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
@@ -66,11 +65,18 @@ def run(arguments: argparse.Namespace) -> int:
                 for comparison in each.comparisons:
                     tell_comparison(console, comparison)
         finally:
-            page = partial(identification_report, result, curves)
+            page = partial(page_of, result, curves)
             pages.publish(files, arguments, page, [each.dive for each in result], file)
         show.say(console, *files.written)
     converged = all(each.answer.outcome is Outcome.CONVERGED for each in result)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
+
+
+def page_of(results: Sequence[Identified], curves: "Mapping[str, TrainingCurves]") -> "Report":
+    """Return the report of dives, with the paper's training curves by dive."""
+    from identify.report.identification import identification_report  # loads matplotlib
+
+    return identification_report(results, curves)
 
 
 def methods_of(argument: str | None) -> tuple[str, ...]:
@@ -168,7 +174,7 @@ def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str
         parameter.name,
         *(show.number(value) for value in values),
         parameter.unit,
-        show.number(100 * standard_error(parameter), 2),
+        show.number(100 * parameter.wider_std, 2),
         f"{partner.name} {partner.correlation:+.2f}" if partner else "-",
         *(
             (f"{100 * parameter.share_from_prior:.0f}" if parameter.share_from_prior else "-",)

@@ -1,13 +1,10 @@
-"""The network's trained parameters: coefficients with priors, noise levels, and the filters' knowledge of both.
+"""The network's trained parameters: coefficients and noise levels, with their priors.
 
 The network's own uncertainty is added to its residuals, so that a level is not underestimated because a flexible
 network came close to the readings (Dempster, Laird and Rubin 1977; Shumway and Stoffer 1982).
-
-The filter of each axis gives the start of training and the expected curvature of its innovations (Gupta and Mehra
-1974). From a worse start the network reaches the same end, in more passes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -15,30 +12,17 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axes
-from identify.estimators.intervals import HOPELESS, LOOSE, stretches
 from identify.estimators.likelihood_axis import (
-    DAMPING,
     DAMPING_RATIO,
-    DISTURBANCE,
-    FORCES,
-    MASS,
     MASS_RATIO,
     PRIOR_STD,
-    TIME_CONSTANT,
     TRIM_SHARE,
     UNMEASURED_SHARE,
     rigid_mass,
 )
-from identify.estimators.likelihood_fit import axis_fits, rough_fit
-from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.pinn.layout import Coefficients
-from identify.estimators.scoring import climb
 
 Array = NDArray[np.float64]
-
-NEAR = 1.0
-"""Convergence limit, in nats, of the joint climb of all axes before the network starts, or after it has ended."""
 
 HALF_WIDTH = 1e-4
 """Half-width of the central difference in the logarithm of a time constant."""
@@ -184,121 +168,3 @@ def _drift(moments: Moments, step_s: Tensor, time_s: Tensor) -> tuple[Tensor, Te
     lost = 1 - kept**2
     drift = (moments.d11 - 2 * kept * moments.d01 + kept**2 * moments.d00) / lost
     return drift.sum(dim=1) + moments.first, 0.5 * lost.log().sum(dim=1)
-
-
-@dataclass(frozen=True)
-class Levels:
-    """Coefficients and noise levels of n axes with C channels, in SI units: mass, damping, trim, disturbance,
-    time_constant_s (n,), sensor (C,)."""
-
-    mass: Array
-    damping: Array
-    trim: Array
-    disturbance: Array
-    time_constant_s: Array
-    sensor: Array
-
-    def row(self) -> Array:
-        """All values in the order of the fields, (5 n + C,)."""
-        return np.concatenate(list(vars(self).values()))
-
-
-@dataclass(frozen=True)
-class Filters:
-    """The filters of all axes, with their channels in the order of the layout, and the start that they give the
-    network: as `Levels`, and as their own theta with all other fitted parameters."""
-
-    built: Axes
-    joint: JointLikelihood
-    start: Levels
-    theta: Array
-
-    def velocity(self, time_s: Array) -> Array:
-        """The filters' velocities at the start, (N, n) at `time_s` (N,)."""
-        pairs = zip(self.joint.at(self.theta), self.joint.places, strict=True)
-        return np.column_stack(
-            [
-                np.interp(time_s, problem.axis.time_s, problem.speed(self.theta[place]))
-                for problem, place in pairs
-            ]
-        )
-
-    def curvature(self, at: Levels) -> Array:
-        """Curvature of half the loss without priors, in logarithms (trims: as they are), (5 n + C,) squared, ordered
-        as `Levels.row`; all other parameters of the filters are projected out."""
-        theta = self._theta(at)
-        joint = self.joint.with_better_forces(self.built.motion, theta)
-        _, information = joint.score(theta)
-        kept = self._places()
-        others = np.setdiff1d(np.arange(len(theta)), kept)
-        nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
-        cross = information[np.ix_(kept, others)]
-        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
-
-    def near(self, at: Levels) -> "Filters":
-        """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay the
-        filters' own, because their readings are not the network's."""
-        theta = self.theta.copy()
-        coefficients = self._places()[: 3 * len(self.joint.problems)]
-        theta[coefficients] = self._theta(at)[coefficients]
-        return replace(self, joint=self.joint.with_better_forces(self.built.motion, theta), theta=theta)
-
-    def stretch(self, std: Array) -> Array:
-        """Factors on the halves of the intervals, (2 n, 2), for masses and then dampings.
-
-        `std` (2 n,) of their logarithms: the likelihood's shape is examined only for coefficients that are known
-        loosely.
-        """
-        out = np.ones((len(std), 2))
-        loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
-        if len(loose):
-            maximum = climb(self.joint, self.theta, NEAR, JointLikelihood.score)
-            fits = list(axis_fits(self.joint, maximum).values())
-            for row in loose.tolist():
-                kind, axis = divmod(row, len(fits))
-                out[row] = stretches(fits[axis].problem, fits[axis].maximum.theta, (MASS, DAMPING)[kind])
-        return out
-
-    def _theta(self, at: Levels) -> Array:
-        theta = self.theta.copy()
-        n = len(self.joint.problems)
-        row = at.row()
-        logarithm = np.ones(len(row), np.bool_)
-        logarithm[2 * n : 3 * n] = False
-        theta[self._places()] = np.where(logarithm, np.log(np.where(logarithm, row, 1.0)), row)
-        return theta
-
-    def _places(self) -> NDArray[np.intp]:
-        """Index of each value of `Levels.row` in the filters' theta."""
-        first = [place.start for place in self.joint.places]
-        coefficients = [
-            [start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)
-        ]
-        sensors = [
-            range(place.start + problem.noise_place, place.start + problem.white_place)
-            for problem, place in zip(self.joint.problems, self.joint.places, strict=True)
-        ]
-        return np.array([place for group in (*coefficients, *sensors) for place in group])
-
-
-def filters_of(built: Axes, configuration: Configuration) -> Filters:
-    """Return the filters of a dive's axes, and their start for the network: each axis alone, then roughly together."""
-    begun = rough_fit(built, configuration, ())
-    theta = begun.value.maximum.theta
-    joint = begun.value.joint.with_better_forces(built.motion, theta)
-    theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
-    return Filters(built, joint, _levels(joint, theta), theta)
-
-
-def _levels(joint: JointLikelihood, theta: Array) -> Levels:
-    """The coefficients and noise levels in theta."""
-    thetas = [theta[place] for place in joint.places]
-    mass, damping, disturbance, time_s = (
-        np.array([np.exp(part[at]) for part in thetas]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
-    )
-    sensor = [
-        np.exp(part[problem.noise_place : problem.white_place])
-        for part, problem in zip(thetas, joint.problems, strict=True)
-    ]
-    trim = np.array([part[FORCES] for part in thetas])
-    return Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))
