@@ -94,6 +94,7 @@ def test_help_of_the_vehicles_program_imports_nothing_heavy():
 @pytest.mark.parametrize("verb", ["diagnose", "identify"])
 def test_a_verb_without_a_page_loads_no_torch_and_no_matplotlib(verb):
     """Each takes half a second to a second and a half, on every dive."""
-    code = f"import sys, tui.commands.{verb}; print([m for m in ('torch', 'matplotlib', 'scipy.optimize') if m in sys.modules])"
+    heavy = ("torch", "matplotlib", "scipy.optimize")
+    code = f"import sys, tui.commands.{verb}; print([m for m in {heavy!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

@@ -43,7 +43,7 @@ LARGEST_UNEXPLAINED = 0.25
 """Share of the controller's wrench that may remain unexplained by recorded readings: rounding and late readings cause
 this much."""
 
-LARGEST_FOREIGN = 0.5
+LARGEST_FOREIGN = 0.65
 """Residual of NU_FB after a filter of the recorded velocity, as a share of the velocity sensor's noise, that is still
 allowed."""
 

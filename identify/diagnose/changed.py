@@ -26,7 +26,6 @@ from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.verdict import braking_of, feedforward_gain_by, probability
 from identify.diagnose.weighing import Fitted, Weighing
-from identify.diagnose.witnesses import Witness
 from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
@@ -89,16 +88,8 @@ def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
     now = nominal
     for _ in range(PASSES):
         now = refitted(nominal, [cause.act(now.course) for cause in causes])
-    seen = tuple(_witness_without(witness, now.acts, now.course) for witness in nominal.witnesses)
+    seen = tuple(replace(witness, off=witness.left(now.acts)) for witness in nominal.witnesses)
     return replace(now, acts=(), witnesses=seen, accepted=tuple(causes))
-
-
-def _witness_without(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
-    off = witness.off.copy()
-    for act in acts:
-        if (seen := witness.of(act, course)) is not None:
-            off -= seen
-    return replace(witness, off=off)
 
 
 def library_with_changes(library: Sequence[Effect], causes: Sequence[Cause]) -> tuple[Effect, ...]:

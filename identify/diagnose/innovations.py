@@ -35,6 +35,7 @@ from identify.estimators.scoring import slopes
 from identify.forces import evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import sampled_slowly
 from identify.ingest.rotation import attitude_at, euler_angles
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -263,8 +264,11 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
     """Predict at the times of a motion, which provides the axes that are not fitted."""
     nu, nu_dot = motion.nu.copy(), np.gradient(motion.nu, motion.time_s, axis=0)
     step_s = float(motion.time_s[1] - motion.time_s[0])
-    for problem, place in zip(joint.at(theta), joint.places, strict=True):
-        theta_axis, dof = theta[place], problem.axis.dof
+    problems = joint.at(theta)
+
+    def along(k: int) -> None:
+        problem, theta_axis = problems[k], theta[joint.places[k]]
+        dof = problem.axis.dof
         state = problem.means(theta_axis)
         time_s = problem.axis.time_s
         last = np.maximum(np.searchsorted(time_s, motion.time_s - APART_S, side="left") - 1, 0)
@@ -277,6 +281,8 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         rate = (force_now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
         nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
+
+    side_by_side(along, range(len(problems)))
     return Predicted(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
 
 
@@ -299,11 +305,14 @@ def by_present_thrust(course: Course, joint: JointLikelihood) -> Course:
     that sit elsewhere would pass for a centre of mass that does.
     """
     thrust, nu_dot = course.wrench_of(course.thrust_n), course.nu_dot.copy(order="F")
-    for axis in (problem.axis for problem in joint.problems):
+
+    def along(axis: Axis) -> None:
         pushed = FilteredForce(course.time_s, thrust[:, axis.dof]).behind(axis.smoothing_s)
         step = _last_step(axis, course.time_s)
         late = pushed.mean_between(axis.time_s[step] - axis.step_s[step], axis.time_s[step])
         nu_dot[:, axis.dof] += (pushed.force - late) / course.mass[axis.dof]
+
+    side_by_side(along, [problem.axis for problem in joint.problems])
     return replace(course, nu_dot=nu_dot)
 
 

@@ -32,7 +32,7 @@ from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.estimators.timing import dated, dated_back
-from identify.side_by_side import both
+from identify.side_by_side import both, side_by_side
 
 USUAL_HZ = 25.0
 """Readings a second that thinning keeps, about."""
@@ -317,7 +317,9 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     """
     near = near or nominal
     pairs = zip(nominal.joint.problems, near.joint.problems, strict=True)
-    problems = tuple(_without_acts(problem, acts, nominal.course, at.axis) for problem, at in pairs)
+    problems = tuple(
+        side_by_side(lambda pair: _without_acts(pair[0], acts, nominal.course, pair[1].axis), pairs)
+    )
     joint = replace(nominal.joint, problems=problems)
     joint, theta, log_posterior = _maximised(joint, near.theta, nominal.motion, nominal.filtered, passes=1)
     mass, damping = coefficients(joint, theta)
@@ -431,9 +433,13 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, 
 
 
 def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
-    nu = motion.nu.copy()
-    for problem, place in zip(joint.at(theta), joint.places, strict=True):
-        nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.shown_s, problem.speed(theta[place]))
+    nu, problems = motion.nu.copy(), joint.at(theta)
+
+    def along(k: int) -> None:
+        axis, speed = problems[k].axis, problems[k].speed(theta[joint.places[k]])
+        nu[:, axis.dof] = np.interp(motion.time_s, axis.shown_s, speed)
+
+    side_by_side(along, range(len(problems)))
     return Motion(motion.time_s, nu)
 
 

@@ -81,7 +81,7 @@ class Regression:
         def block(axis_innovations: AxisInnovations | WeighedWitness) -> Block:
             if isinstance(axis_innovations, AxisInnovations):
                 return axis_innovations.block(acts, pushes, course)
-            return _witness_block(axis_innovations, acts, course)
+            return _witness_block(axis_innovations, acts)
 
         return Blocks(tuple(side_by_side(block, rows)), len(acts))
 
@@ -141,8 +141,7 @@ class Regression:
         piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
         # Less the acts, like all other rows: `rows_of` adds them again.
         left = [
-            witness_rows.whitened(_witness_residual(witness_rows.witness, acts, course)[:, None])[:, 0]
-            for witness_rows in weighed
+            witness_rows.whitened(witness_rows.witness.left(acts)[:, None])[:, 0] for witness_rows in weighed
         ]
         return replace(
             self,
@@ -157,13 +156,8 @@ class Regression:
         )
 
 
-def _witness_residual(witness: Witness, acts: Sequence[Act], course: Course) -> Array:
-    seen = [part for act in acts if (part := witness.of(act, course)) is not None]
-    return np.asarray(witness.off - sum(seen, np.zeros(len(witness.off))))
-
-
-def _witness_block(weighed: WeighedWitness, acts: Sequence[Act], course: Course) -> Block:
-    seen = {k: part for k, act in enumerate(acts) if (part := weighed.witness.of(act, course)) is not None}
+def _witness_block(weighed: WeighedWitness, acts: Sequence[Act]) -> Block:
+    seen = {k: part for k, act in enumerate(acts) if (part := weighed.witness.of(act)) is not None}
     values = np.array([*seen.values()]).reshape(len(seen), len(weighed.std)).T
     return Block(np.array([*seen], dtype=np.intp), weighed.whitened(values))
 

@@ -114,6 +114,17 @@ def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     return _unexplained_of(freed, freed.fitted(fit.causes))
 
 
+def _foreseen(now: Nominal) -> Course:
+    """The course with accelerations by the Coriolis forces of velocities that earlier readings foretell.
+
+    The filters take those forces from velocities smoothed over the whole dive, so that they know later readings. An
+    axis that hardly anything else moves, as heave without a thruster, would seem to predict the turning that moves it.
+    """
+    course = now.course
+    later = course.coriolis_of(course.mass, now.motion.nu) - course.coriolis_of(course.mass, course.nu)
+    return replace(course, nu_dot=course.nu_dot + later / np.maximum(course.mass, 1e-9))
+
+
 def _at_sea(fit: Fitted) -> bool:
     return any(cause.effect.sea for cause in fit.causes)
 
@@ -159,7 +170,10 @@ def _known(weighing: Weighing, fit: Fitted) -> Blocks:
 
 
 def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
-    course, dofs = weighing.now.course, [innovations.problem.axis.dof for innovations in weighing.rows.axes]
+    course, dofs = (
+        _foreseen(weighing.now),
+        [innovations.problem.axis.dof for innovations in weighing.rows.axes],
+    )
     known = _known(weighing, fit)
     shapes: list[_Unit] = [(*unit_force, None) for unit_force in unit_forces(course, dofs)]
     shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
@@ -314,9 +328,7 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Blocks) -> Iterator[_
         mine, nominal = known.places[block], known.parts[block].values
         if weighed.witness.kind == "shaft":
             continue
-        columns = weighed.whitened(
-            np.column_stack([weighed.witness.bins.along(course, unit) for unit, _ in units])
-        )
+        columns = weighed.whitened(np.column_stack([weighed.witness.bins.along(unit) for unit, _ in units]))
         precision = _precision(rows, known, block, nominal)
         sums = equations_of(value[mine], nominal, precision, columns, rows.piece[mine])
         kept, gains = _one_after_another(sums, len(units))

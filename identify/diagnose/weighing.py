@@ -83,6 +83,12 @@ class CandidateColumns:
             return self._of_linear(cause)
         return self._last(*key_of(cause))
 
+    def column(self, cause: Cause) -> Array:
+        """Column (rows,) of a cause; without slopes for an effect that is searched where no slope leads."""
+        if cause.effect.steep:
+            return self.rows.columns([cause.act(self.course)], self.course)[:, 0]
+        return np.asarray(self.of(cause)[0])
+
     def forms_of(self, cause: Cause) -> Blocks:
         """Columns of a cause's other forms."""
         key = key_of(cause)
@@ -245,9 +251,8 @@ class Weighing:
                 for share in (side * share for share in SEARCHED for side in (-1.0, 1.0)):
                     by = share * float(fit.causes[k].values[p])
                     moved = (*fit.causes[:k], fit.causes[k].moved(p, by), *fit.causes[k + 1 :])
-                    tried, _ = self._weighed(moved)
-                    if tried.residual_squares < fit.residual_squares:
-                        fit = tried
+                    if self.residual_squares(moved) < fit.residual_squares:
+                        fit, _ = self._weighed(moved)
         return fit
 
     def _moved(self, fit: Fitted, step: Array) -> tuple[Fitted, Array]:
@@ -326,7 +331,9 @@ class Weighing:
 
     def residual_squares(self, causes: Sequence[Cause]) -> float:
         """The sum of squares left with the causes at their present values and the best nominal model."""
-        return self._weighed(tuple(causes))[0].residual_squares
+        value = self.rows.value - sum(self._columns.column(cause) for cause in causes)
+        cross = self.rows.nuisance.crossed(value[:, None])[:, 0]
+        return float(value @ value - cross @ self._inverse_square @ cross)
 
     def _weighed(self, causes: tuple[Cause, ...]) -> tuple[Fitted, Array]:
         """The causes at their present values, and the Gauss-Newton step (k,) of their parameters."""

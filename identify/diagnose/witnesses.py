@@ -6,6 +6,7 @@ first-order autocorrelation, and added to the regression below the filters' inno
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -46,19 +47,33 @@ LEAST_SHARE = 0.01
 
 @dataclass(frozen=True)
 class Bins:
-    """Times (n,) of readings, the bin (n,) of each, and counts (m,) of the bins."""
+    """Times (n,) of readings, the bin (n,) of each, counts (m,) of the bins, and the times (t,) of the course."""
 
     time_s: Array
     of: NDArray[np.intp]
     count: Array
+    course_s: Array
 
     def mean(self, values: Array) -> Array:
         """Means (m,) of values (n,) at the times."""
         return np.asarray(np.bincount(self.of, values) / self.count)
 
-    def along(self, course: Course, values: Array) -> Array:
-        """Means (m,) of values along a course."""
-        return self.mean(np.interp(self.time_s, course.time_s, values))
+    def along(self, values: Array) -> Array:
+        """Means (m,) of values (t,) along the course."""
+        place, share = self._between
+        return self.mean(values[place] + share * (values[place + 1] - values[place]))
+
+    @cached_property
+    def _between(self) -> tuple[NDArray[np.intp], Array]:
+        """Instant of the course before each reading, and the reading's share of the way to the next instant.
+
+        Many acts are read at the same times, so that these are looked up once.
+        """
+        place = np.clip(
+            np.searchsorted(self.course_s, self.time_s, side="right") - 1, 0, len(self.course_s) - 2
+        )
+        share = (self.time_s - self.course_s[place]) / (self.course_s[place + 1] - self.course_s[place])
+        return place, np.clip(share, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -82,13 +97,18 @@ class Witness:
     def time_s(self) -> Array:
         return self.bins.mean(self.bins.time_s)
 
-    def of(self, act: Act, course: Course) -> Array | None:
+    def of(self, act: Act) -> Array | None:
         """An act's contribution to `off`; None for none."""
         if self.kind == "heading":
             # If a gyro reads high, its integrated rate turns further than the heading.
-            return None if act.gyro is None else -WINDOW_S * self.bins.along(course, act.gyro[:, 2])
+            return None if act.gyro is None else -WINDOW_S * self.bins.along(act.gyro[:, 2])
         part = act.shaft_n if self.kind == "shaft" else act.specific_force
-        return None if part is None else self.bins.along(course, part[:, self.number])
+        return None if part is None else self.bins.along(part[:, self.number])
+
+    def left(self, acts: Sequence[Act]) -> Array:
+        """`off` less the contributions of acts."""
+        seen = [part for act in acts if (part := self.of(act)) is not None]
+        return np.asarray(self.off - sum(seen, np.zeros(len(self.off))))
 
 
 @dataclass(frozen=True)
@@ -109,10 +129,7 @@ class WeighedWitness:
 def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> WeighedWitness:
     """Weigh a witness by its residual less the acts."""
     witness = _with_acts(witness, acts, course)
-    left = witness.off.copy()
-    for act in acts:
-        if (seen := witness.of(act, course)) is not None:
-            left -= seen
+    left = witness.left(acts)
     if witness.known.any():
         left -= witness.known @ np.linalg.lstsq(witness.known, left, rcond=None)[0]
     floor = 1e-6 + LEAST_SHARE * witness.size
@@ -140,7 +157,7 @@ def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness
     late.append(SLOWER_S / slower_s * (lagged(more, step_s, slower_s) - more))
     late += [delayed(more, step_s, late_s) - more for late_s in ROUNDED_S]
     known = witness.known.copy()
-    known[:, -len(late) :] += np.column_stack([witness.bins.along(course, shifted[:, 0]) for shifted in late])
+    known[:, -len(late) :] += np.column_stack([witness.bins.along(shifted[:, 0]) for shifted in late])
     return replace(witness, known=known)
 
 
@@ -172,7 +189,7 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         late.append(bins.mean(slower_n(bins.time_s)[:, k] - at))
         given = course.thrust_n[:, [k]]
         rounded = [delayed(given, course.step_s, late_s) - given for late_s in ROUNDED_S]
-        late += [bins.along(course, shifted[:, 0]) for shifted in rounded]
+        late += [bins.along(shifted[:, 0]) for shifted in rounded]
         before = thrust_n(bins.time_s - JITTER_S)[:, k]
         after = thrust_n(bins.time_s + JITTER_S)[:, k]
         timing_std = bins.mean(0.5 * np.abs(after - before))
@@ -243,7 +260,9 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     kept = good[window]
     number = np.cumsum(good) - 1
     bin_of = number[window[kept]].astype(np.intp)
-    bins = Bins(time_s[kept], bin_of, np.bincount(bin_of, minlength=int(good.sum())).astype(np.float64))
+    bins = Bins(
+        time_s[kept], bin_of, np.bincount(bin_of, minlength=int(good.sum())).astype(np.float64), course.time_s
+    )
     yield _plain_witness("heading", 2, bins, off[good])
 
 
@@ -257,7 +276,7 @@ def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
     ahead = course.nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
     aside = course.nu_dot[:, 1] + u * r - w * p - GRAVITY_M_S2 * down[:, 1]
     for i, expected in enumerate((ahead, aside)):
-        yield _plain_witness("specific_force", i, bins, bins.mean(read[:, i]) - bins.along(course, expected))
+        yield _plain_witness("specific_force", i, bins, bins.mean(read[:, i]) - bins.along(expected))
 
 
 def _plain_witness(
@@ -276,4 +295,4 @@ def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Bins, Array]
     _, bin_of, count = np.unique(
         ((time_s - began_s) / each_s).astype(np.intp), return_inverse=True, return_counts=True
     )
-    return Bins(time_s, bin_of, count.astype(np.float64)), signal.value[inside]
+    return Bins(time_s, bin_of, count.astype(np.float64), course.time_s), signal.value[inside]

@@ -35,6 +35,7 @@ from identify.estimators.readings import (
 )
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -208,46 +209,58 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
         )
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]
+    lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     forces = wrench(dive, file, name)
     start = float(forces.time_s[0]) + max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
     end = float(forces.time_s[-1])
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
-    lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     velocity, motion = at_origin(dive, grid, np.asarray(lever))
     motion = with_rates_of_places(dive, file, motion)
     places = places_of(dive, file, motion, attitude)
-    axes, missing, unpushed, held = [], {}, {}, {}
-    for dof in dofs:
+    least_n = LEAST_DRIVE * configuration.thruster_limit_n
+    unpushed = {
+        dof: _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
+        for dof in dofs
+        if np.std(forces.asked[:, dof]) <= least_n
+    }
+
+    def axis_of(dof: int) -> tuple[Axis, Array] | str:
+        """An axis with its restoring force along the motion; why it is missing, if it is."""
         place = places.get(dof)
         read = channels(dive, dof, velocity, None if place is None else place.reading)
-        least_n = LEAST_DRIVE * configuration.thruster_limit_n
-        if np.std(forces.asked[:, dof]) <= least_n:
-            unpushed[dof] = _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
         if not read:
-            missing[dof] = _unread(dive, dof)
-        elif dof in unpushed and read[0].state_read == POSITION and not forces.asked[:, dof].any():
-            missing[dof] = f"{unpushed[dof]}, and {read[0].name} alone was read there"
-        elif (events := _events(dof, read, (start, end))) is None:
-            missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
-        else:
-            stiffness = stiffness_of(dive, configuration, dof)
-            held[dof] = restoring_force(configuration, dof, motion, attitude, place, stiffness)
-            axis = _pushed(events, forces, motion, held[dof], stiffness)
-            axis = replace(axis, white_force=float(forces.hidden[dof]))
-            if axis.is_coloured:
-                axis = _behind_filter(axis, forces, grid, held[dof], dive.velocity_smoothing_s)
-            axis = coupled(axis, motion)
-            if forces.sampled_s:
-                axis = _late_or_early(axis, forces)
-            if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
-                axes.append(axis)
-            else:
-                missing[dof] = (
-                    f"the forces in {DOFS[dof]} are no numbers: a thruster command, an attitude or a velocity is none"
-                )
-    strange = _strange(dive, forces, vehicle, name)
-    return Axes(tuple(axes), missing, forces.notes, strange, motion, held, unpushed)
+            return _unread(dive, dof)
+        if dof in unpushed and read[0].state_read == POSITION and not forces.asked[:, dof].any():
+            return f"{unpushed[dof]}, and {read[0].name} alone was read there"
+        events = _events(dof, read, (start, end))
+        if events is None:
+            return f"{DOFS[dof]} was recorded only while no thruster command was"
+        stiffness = stiffness_of(dive, configuration, dof)
+        held = restoring_force(configuration, dof, motion, attitude, place, stiffness)
+        axis = _pushed(events, forces, motion, held, stiffness)
+        axis = replace(axis, white_force=float(forces.hidden[dof]))
+        if axis.is_coloured:
+            axis = _behind_filter(axis, forces, grid, held, dive.velocity_smoothing_s)
+        axis = coupled(axis, motion)
+        if forces.sampled_s:
+            axis = _late_or_early(axis, forces)
+        if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
+            return axis, held
+        return (
+            f"the forces in {DOFS[dof]} are no numbers: a thruster command, an attitude or a velocity is none"
+        )
+
+    every = dict(zip(dofs, side_by_side(axis_of, dofs), strict=True))
+    return Axes(
+        tuple(item[0] for item in every.values() if not isinstance(item, str)),
+        {dof: why for dof, why in every.items() if isinstance(why, str)},
+        forces.notes,
+        _strange(dive, forces, vehicle, name),
+        motion,
+        {dof: item[1] for dof, item in every.items() if not isinstance(item, str)},
+        unpushed,
+    )
 
 
 def _unpushed(dof: int, steadily: bool) -> str:

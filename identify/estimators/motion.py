@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive, Signal
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -58,13 +59,18 @@ def smoothed_velocity(dive: Dive, time_s: Array) -> Array:
     velocity = dive.velocity
     if velocity is not None and dive.velocity_smoothing_s > 0:
         velocity = Signal(velocity.time_s - dive.velocity_smoothing_s, velocity.value)
-    for signal, column, dof in (
-        *((velocity, i, i) for i in range(3)),
-        *((dive.gyro, i, 3 + i) for i in range(3)),
-        (dive.fog, 0, 5),
-    ):
-        if signal is not None and len(signal) >= FEWEST:
-            out[:, dof] = smoothed(signal, column, time_s)
+    read = [
+        (signal, column, dof)
+        for signal, column, dof in (
+            *((velocity, i, i) for i in range(3)),
+            *((dive.gyro, i, 3 + i) for i in range(3)),
+            (dive.fog, 0, 5),
+        )
+        if signal is not None and len(signal) >= FEWEST
+    ]
+    speeds = side_by_side(lambda each: smoothed(each[0], each[1], time_s), read)
+    for (_, _, dof), speed in zip(read, speeds, strict=True):
+        out[:, dof] = speed
     return out
 
 

@@ -50,6 +50,16 @@ def columns_of(acts, dof):
     return [act.wrench[:, dof] for act in acts]
 
 
+def test_turning_that_later_readings_show_does_not_move_the_accelerations_that_forces_are_sought_by(nominal):
+    """Heave that its Coriolis force alone moves would otherwise know of the pitching that is to be predicted."""
+    course, mass = nominal.course, nominal.course.mass
+    by_later = replace(course, nu_dot=-course.coriolis_of(mass, nominal.motion.nu) / mass)
+    by_earlier = -course.coriolis_of(mass, course.nu) / mass
+    assert np.max(np.abs(by_later.nu_dot - by_earlier)) > 1e-3
+    foreseen = unexplained._foreseen(replace(nominal, course=by_later))
+    np.testing.assert_allclose(foreseen.nu_dot, by_earlier, atol=1e-12)
+
+
 def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypatch):
     wrench, speed = np.zeros_like(nominal.course.nu), nominal.course.nu[:, 2]
     thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, 2]

@@ -49,7 +49,7 @@ def test_shafts_that_stand_still_at_small_pulses_are_seen_thruster_by_thruster()
     half_width = case.truth()["effects"][0]["parameters"]["half_width"]
     act = DEAD_ZONE_SHIFTED.act(nominal.course, np.array([half_width]))
     for one in of_kind(nominal, "shaft"):
-        seen = one.of(act, nominal.course)
+        seen = one.of(act)
         assert np.linalg.norm(one.off - seen) < 0.5 * np.linalg.norm(one.off)
 
 
@@ -58,7 +58,7 @@ def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
     bias = case.truth()["effects"][0]["parameters"]["z"]
     (heading,) = of_kind(nominal, "heading")
     assert heading.off.mean() == pytest.approx(-5.0 * bias, rel=0.1)
-    seen = heading.of(GYRO_BIAS.act(nominal.course, np.array([bias])), nominal.course)
+    seen = heading.of(GYRO_BIAS.act(nominal.course, np.array([bias])))
     np.testing.assert_allclose(seen, -5.0 * bias)
 
 
@@ -67,12 +67,12 @@ def test_an_accelerometer_that_is_tilted_reads_gravity():
     told = case.truth()["effects"][0]["parameters"]
     act = IMU_GRAVITY_LEAK.act(nominal.course, np.array([told["roll"], told["pitch"]]))
     for one in of_kind(nominal, "specific_force"):
-        assert one.off.mean() == pytest.approx(one.of(act, nominal.course).mean(), abs=0.01)
+        assert one.off.mean() == pytest.approx(one.of(act).mean(), abs=0.01)
 
 
 def test_a_push_on_the_hull_is_seen_by_none_of_them(honest):
     act = THRUST_BIAS.act(honest.course, np.array([1.0, 0.0, 0.0, 0.0]))
-    assert all(one.of(act, honest.course) is None for one in honest.witnesses)
+    assert all(one.of(act) is None for one in honest.witnesses)
 
 
 STEPS_S = np.cumsum(np.random.default_rng(300_902).uniform(1.5, 4.0, 25))
@@ -137,7 +137,7 @@ def test_telemetry_may_be_late_with_what_a_slower_thruster_does_too(case_and_nom
     stepped = Stepped(case, nominal.course, 0.1, more_lag_s=0.25)
     one = stepped.shafts[0]
     act = thruster_lag(nominal.course.lag_s).act(stepped.course, np.array([stepped.lag_s]))
-    left = one.off - one.of(act, stepped.course)
+    left = one.off - one.of(act)
     following = weighed_witness(one, [act], stepped.course).witness
     assert beyond(following.known, left) < 0.1 * beyond(one.known, left)
     np.testing.assert_array_equal(weighed_witness(one, [], stepped.course).witness.known, one.known)
@@ -149,5 +149,5 @@ def test_shafts_say_nothing_of_a_lag_that_is_other_by_no_more_than_a_course_roun
     lag_s = nominal.course.lag_s
     act = thruster_lag(lag_s).act(nominal.course, np.array([lag_s + off_s]))
     for one in of_kind(nominal, "shaft"):
-        seen = one.of(act, nominal.course)
+        seen = one.of(act)
         assert beyond(one.known, seen) < 0.03 * np.linalg.norm(seen)
