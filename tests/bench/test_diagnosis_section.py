@@ -64,9 +64,9 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
     full = [one.seed for one in (*planned(FULL), *power_planned(FULL))]
     short = [one.seed for one in (*planned(SHORT), *power_planned(SHORT))]
-    speeds = range(705_000, 705_000 + speed.EACH)
+    speeds = range(905_000, 905_000 + speed.EACH)
     assert len({*full, *speeds}) == len(full) + len(speeds)
-    assert min(one.seed for one in planned(FULL)) == 700_000
+    assert min(one.seed for one in planned(FULL)) == 900_000
     assert min(one.seed for one in power_planned(FULL)) == 506_000
     assert all(300_000 <= seed < 400_000 for seed in short)
 
