@@ -154,21 +154,22 @@ def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
     """First-order lag of the demand, (n, k), held over each step; the first value counts as held for ever before."""
     if lag_s <= 0:
         return asked
-    # With a single memory layout, column by column, numba compiles only once.
-    columns = np.ascontiguousarray(asked.T, dtype=np.float64)
-    return np.asarray(_followed(columns, 1.0 - float(np.exp(-step_s / lag_s)))).T
+    return np.asarray(
+        _followed(np.ascontiguousarray(asked, np.float64), 1.0 - float(np.exp(-step_s / lag_s)))
+    )
 
 
 @njit(cache=True, nogil=True)
-def _followed(columns: Array, share: float) -> Array:
-    """First-order tracking, (k, n): each step covers a fixed share of the remaining distance to the column."""
-    out = np.empty_like(columns)
-    for c in range(columns.shape[0]):
-        now = columns[c, 0]
-        out[c, 0] = now
-        for i in range(1, columns.shape[1]):
-            now += share * (columns[c, i - 1] - now)
-            out[c, i] = now
+def _followed(asked: Array, share: float) -> Array:
+    """First-order tracking, (n, k): each step covers a fixed share of the remaining distance to the demand.
+
+    All columns of a row are followed at once, because each waits for the row before.
+    """
+    out = np.empty_like(asked)
+    out[0] = asked[0]
+    for i in range(1, asked.shape[0]):
+        for c in range(asked.shape[1]):
+            out[i, c] = out[i - 1, c] + share * (asked[i - 1, c] - out[i - 1, c])
     return out
 
 
