@@ -4,15 +4,7 @@ from collections.abc import Hashable, Sequence
 
 import numpy as np
 
-from identify.statistics import Z95
-
-
-def wilson(rate: float, count: float) -> tuple[float, float]:
-    """The 95 % bounds of a rate from `count` independent cases (Wilson 1927)."""
-    spread = Z95**2 / count
-    middle = (rate + spread / 2) / (1 + spread)
-    half = Z95 * np.sqrt(rate * (1 - rate) / count + spread / (4 * count)) / (1 + spread)
-    return float(middle - half), float(middle + half)
+from identify.statistics import wilson
 
 
 def effective_count(hits: Sequence[bool], groups: Sequence[Hashable]) -> float:

@@ -1,4 +1,4 @@
-"""Clocks, passed as an argument: the clock that a vehicle boots with, real or simulated; dates in names."""
+"""Clocks, passed as an argument: the clock that a vehicle boots with, real or simulated; dates in texts and names."""
 
 import re
 import time
@@ -63,6 +63,12 @@ class SimulatedClock:
 
 OLDEST_UNIX_S: Final = 1e9
 """A computer without a clock believes in 1970; no dive was recorded before this time (2001)."""
+
+
+def utc_text(unix_s: float) -> str:
+    """`2026-11-20T09:12:03Z`."""
+    return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+
 
 _IN_NAME = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?:T(\d{2})(\d{2})Z)?")
 

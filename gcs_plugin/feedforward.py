@@ -50,6 +50,9 @@ NOT_HEARD_S: Final = 3.0  # three heartbeats
 AGAIN_S: Final = QUIET_S  # a mode reported again after this time is no answer that overtook another
 REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refusal of the next write
 
+LACKING_S: Final = 10.0
+"""Delay before it is believed that a vehicle has no feed-forward: its companion computer may be heard late."""
+
 REASONS: Final = {
     Topic.NO_SET: "no active set",
     Topic.UNPROVEN: "armed, shadow not good yet",
@@ -359,9 +362,9 @@ class Switch:
         """Whether no vehicle that was heard has a feed-forward."""
         return self.heard and all(vehicle.lacks_it for vehicle in self._vehicles.values())
 
-    def lacking_for_s(self, now_s: float) -> float:
-        """For how long no vehicle that was heard has had a feed-forward; 0 if one has."""
-        return 0.0 if self._lacking_since_s is None else now_s - self._lacking_since_s
+    def hopeless(self, now_s: float) -> bool:
+        """Whether it is long enough that no vehicle that was heard has had a feed-forward."""
+        return self._lacking_since_s is not None and now_s - self._lacking_since_s >= LACKING_S
 
     @property
     def refusal(self) -> str:

@@ -9,7 +9,7 @@ from typing import Final
 from bridge.errors import LinkError, LinkTimeout
 from bridge.wire.framing import Frame
 from gcs_plugin.params.session import News, news_of
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, Peers, Reception, Source, parameter_holder
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, Peers, Reception, Source
 
 SILENT_S: Final = 6.0
 """A vehicle without a HEARTBEAT for longer counts as absent: a false alarm once in a thousand, at 30 % loss of 1 Hz."""
@@ -48,27 +48,21 @@ class Fleet:
         recently that a companion may still follow; LinkError if several vehicles send HEARTBEATs and none is chosen, or
         if two vehicles share its address.
         """
-        systems = self.systems(now_s)
+        peers = self.peers.vehicles(now_s, SILENT_S)
         if self.chosen is not None:
-            if self.chosen not in systems:
+            peers = [peer for peer in peers if peer.source[0] == self.chosen]
+            if not peers:
                 raise LinkTimeout(
                     f"vehicle {self.chosen} has not beaten for {SILENT_S:.0f} s; check its link, "
                     "or choose another: seatrial vehicle N"
                 )
-            systems = (self.chosen,)
-        if not systems:
+        if not peers:
             raise LinkTimeout("no vehicle beats on any link; check cable, address, and that the bridge runs")
-        if len(systems) > 1:
-            there = ", ".join(map(str, systems))
-            raise LinkError(
-                f"several vehicles beat (systems {there}) and none is chosen; choose one: seatrial vehicle {systems[0]}"
-            )
-        if fault := self.peers.fault(systems[0]):
-            raise LinkError(fault)
-        of_system = [peer for peer in self.peers.vehicles(now_s) if peer.source[0] == systems[0]]
+        holder = self.peers.only_vehicle([peer.source for peer in peers], "choose one: seatrial vehicle N")
+        of_system = (peer for peer in self.peers.vehicles(now_s) if peer.source[0] == holder[0])
         if now_s - min(peer.vehicle_s for peer in of_system) < COMPANIONS_MAY_FOLLOW_S:
-            raise LinkTimeout(f"vehicle {systems[0]} was heard only just now; try again in two seconds")
-        return parameter_holder(peer.source for peer in of_system if peer.beats(now_s, SILENT_S))
+            raise LinkTimeout(f"vehicle {holder[0]} was heard only just now; try again in two seconds")
+        return holder
 
     def link_of(self, source: Source) -> str:
         """Name of the link of its last frame, "" if it was never heard."""

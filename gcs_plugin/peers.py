@@ -12,12 +12,13 @@ that take turns on one link. A reboot changes the clock once, and the old clock 
 import math
 import struct
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.errors import LinkError
 from bridge.links.link import Link
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame
@@ -439,6 +440,20 @@ class Peers:
     def vehicles(self, now_s: float, within_s: float = math.inf) -> list[Peer]:
         """The components of vehicles that sent a HEARTBEAT within that time."""
         return [peer for peer in self._peers.values() if peer.is_vehicle and peer.beats(now_s, within_s)]
+
+    def only_vehicle(self, components: Collection[Source], how_to_choose: str) -> Source:
+        """The component that holds the parameters of the only vehicle among these components.
+
+        Raises LinkError if they are of several vehicles, with `how_to_choose` one, or if two share its address.
+        """
+        systems = sorted({system for system, _ in components})
+        if len(systems) > 1:
+            raise LinkError(
+                f"several vehicles beat (systems {', '.join(map(str, systems))}) and none is chosen; {how_to_choose}"
+            )
+        if fault := self.fault(systems[0]):
+            raise LinkError(fault)
+        return parameter_holder(components)
 
     def armed(self, system: int) -> bool:
         """Whether any component of the system reports that it is armed."""

@@ -1,5 +1,7 @@
 """Figures of samples that several judgements share: 95 % intervals, spreads that outliers leave alone, residuals."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,14 @@ Array = NDArray[np.float64]
 
 Z95 = 1.959963984540054
 """Half the width of a normal distribution's 95 % interval, in standard deviations."""
+
+
+def wilson(share: float, count: float) -> tuple[float, float]:
+    """The 95 % bounds of a share of `count` independent cases (Wilson 1927)."""
+    spread = Z95**2 / count
+    middle = (share + spread / 2) / (1 + spread)
+    half = Z95 * math.sqrt(share * (1 - share) / count + spread / (4 * count)) / (1 + spread)
+    return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def bulk_std(left: Array) -> float:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from device_streams import ON_A_LINE, Say, a50_report
+from fakes.ports import open_pty
 
-from bridge.links.descriptor import open_pty
 from bridge.links.link import Link
 from bridge.sensors.bar30 import FakeBar30
 from bridge.vehicle.config import Device, Sensors

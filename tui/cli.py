@@ -9,13 +9,13 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 
 from bridge import exit_codes, reports
 from bridge.command_line import Parser
 from bridge.errors import SeatrialError
 from bridge.text import printable, say
+from bridge.version import installed
 from tui.options import Options
 from tui.verbs import VERBS
 
@@ -113,16 +113,9 @@ def _top_parser() -> argparse.ArgumentParser:
         epilog=f"verbs:\n{verbs}\n\nexit codes:\n{codes}\n\n{examples}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"seatrial {_version()}")
+    parser.add_argument("--version", action="version", version=f"seatrial {installed()}")
     parser.add_argument("verb", nargs="?", metavar="VERB", help="one of the verbs below")
     return parser
-
-
-def _version() -> str:
-    try:
-        return version("seatrial")
-    except PackageNotFoundError:
-        return "(not installed)"
 
 
 def _is_interrupt(error: BaseException | None) -> bool:

@@ -3,7 +3,7 @@
 import argparse
 from typing import Any, ClassVar
 
-from bridge.command_line import seconds, seed, size
+from bridge.command_line import above_zero, seconds, seed, size
 from bridge.links import secured
 
 NO_HUB = "none"
@@ -99,6 +99,10 @@ class Options:
     def vehicle(self, meaning: str, *, required: bool = False) -> None:
         self.value("--vehicle", "FILE[:CONFIGURATION]", meaning, required=required)
 
+    def vehicle_file(self, meaning: str, *, required: bool = False) -> None:
+        """A vehicle file without the choice of a configuration."""
+        self.value("--vehicle", "FILE", meaning, required=required)
+
     def vehicle_of_dive(self) -> None:
         self.vehicle(
             "the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
@@ -133,8 +137,18 @@ class Options:
     def report(self, meaning: str) -> None:
         """A page, and its figures as files."""
         self.value("--report", "HTML", meaning, type=Target)
-        meaning = "write each figure of the report as SVG and PNG, as wide as a paper's column"
-        self.value("--figures", "FOLDER", meaning, type=FolderTarget)
+        self.figures()
 
-    def run_for(self) -> None:
-        self.value("--seconds", "N", "stop after so long (default: at Ctrl-C)", type=seconds)
+    def out(self, meaning: str, default: str) -> None:
+        """The folder that it writes into."""
+        self.value("--out", "FOLDER", meaning, type=FolderTarget, default=default)
+
+    def positive(self, name: str, metavar: str, meaning: str, default: float | None = None) -> None:
+        """A number above 0."""
+        self.value(name, metavar, meaning, type=above_zero, default=default)
+
+    def seconds(self, meaning: str, default: float | None = None) -> None:
+        self.value("--seconds", "N", meaning, type=seconds, default=default)
+
+    def yes(self) -> None:
+        self.switch("--yes", "do not ask")

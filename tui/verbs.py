@@ -8,11 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bridge.command_line import above_zero, actions_of, port, seconds, seed, size
+from bridge.command_line import actions_of, port, seconds, seed, size
 from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, ORDERS, Mode
 from tui.options import (
-    FolderTarget,
     MissionTarget,
     NewFolder,
     Options,
@@ -85,7 +84,7 @@ def verb(sentence: str, example: str) -> Callable[[Callable[[Options], None]], N
 )
 def _demo(options: Options) -> None:
     options.seed()
-    options.value("--out", "FOLDER", "takes a folder for this run", type=FolderTarget, default="demo")
+    options.out("takes a folder for this run", "demo")
     options.json()
 
 
@@ -121,7 +120,7 @@ def _simulate(options: Options) -> None:
     )
     options.links("also stream there")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
-    options.value("--seconds", "N", "end idle after so long", type=seconds)
+    options.seconds("end idle after so long")
     options.json("what was dived")
 
 
@@ -135,7 +134,7 @@ def _tui(options: Options) -> None:
     options.takes_dive()
     options.value("--receipts", "FOLDER", "where uploads leave values before and receipt", default="receipts")
     options.switch("--unrecorded", "look at the link itself, and record nothing")
-    options.value("--fps", "N", "refreshes a second", type=above_zero, default=4.0)
+    options.positive("--fps", "N", "refreshes a second", 4.0)
     options.value("--theme", None, "default: that of last time", choices=("dark", "light", "sunlight"))
     options.value("--keymap", "FILE", "keys by action (default: ~/.config/seatrial/keymap.yaml)", type=Path)
     options.switch("--view-only", "look, and neither send, start nor write anything")
@@ -159,7 +158,7 @@ def _record(options: Options) -> None:
     options.value("--name", None, "the end of the dive folder's name", default="")
     options.vehicle("the vehicle file to name in dive.yaml")
     options.switch("--same-conditions", "water, tether, ballast and so on as in the dive before")
-    options.run_for()
+    options.seconds("stop after so long (default: at Ctrl-C)")
     options.switch("--heartbeat", "beat as a ground station, for a vehicle that waits to hear one")
     options.sign_key()
     options.value(
@@ -190,8 +189,8 @@ def _fetch(options: Options) -> None:
         "make a dive folder of what the vehicle kept since it was switched on, for a dive of which "
         "nothing was heard",
     )
-    options.value("--minutes", "N", "of --new: its last minutes alone", type=above_zero)
-    options.value("--out", "FOLDER", "where the dives are", type=FolderTarget, default="dives")
+    options.positive("--minutes", "N", "of --new: its last minutes alone")
+    options.out("where the dives are", "dives")
     options.value("--name", None, "of --new: the end of the dive folder's name", default="")
     options.vehicle("of --new: the vehicle file to name in dive.yaml")
     options.link()
@@ -260,7 +259,7 @@ def _watch(options: Options) -> None:
     options.system(
         "which vehicle, where several beat on the link (default: the vehicle file's, else the first)"
     )
-    options.run_for()
+    options.seconds("stop after so long (default: at Ctrl-C)")
     options.switch(
         "--once", "look for 3 s, print the tables, and end with 1 where a sensor is missing or bad"
     )
@@ -292,7 +291,7 @@ def _import(options: Options) -> None:
     options.value(
         "--out", "FOLDER", "the dive folder to make; without it, only say what there is", type=NewFolder
     )
-    options.value("--vehicle", "FILE", "the vehicle file to name in the dive folder")
+    options.vehicle_file("the vehicle file to name in the dive folder")
     options.columns()
     options.json("what it holds")
 
@@ -337,12 +336,8 @@ def _batch(options: Options) -> None:
         "--scheduler", "ADDRESS", "of a Dask cluster, as tcp://10.0.0.5:8786 (default: this computer's cores)"
     )
     options.value("--processes", "N", "on this computer (default: one a core)", type=size)
-    options.value(
-        "--out",
-        "FOLDER",
-        "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on",
-        type=FolderTarget,
-        default="batch",
+    options.out(
+        "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on", "batch"
     )
     options.columns()
     options.json("all")
@@ -361,15 +356,14 @@ def _plan(options: Options) -> None:
         "start from what this dive tells: a recording, or the JSON that identify wrote of one",
     )
     options.columns()
-    options.value("--minutes", "N", "time in all", type=above_zero, default=5.0)
-    options.value("--space", "METRES", "room across", type=above_zero, default=6.0)
-    options.value(
+    options.positive("--minutes", "N", "time in all", 5.0)
+    options.positive("--space", "METRES", "room across", 6.0)
+    options.positive(
         "--depth-space",
         "METRES",
         "room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
-        type=above_zero,
     )
-    options.value("--speed", "M_S", "fastest, in m/s; up and down half of it", type=above_zero, default=0.5)
+    options.positive("--speed", "M_S", "fastest, in m/s; up and down half of it", 0.5)
     options.value("--axes", "AXIS", "surge sway heave yaw (all)", nargs="+", choices=AXES, default=list(AXES))
     options.value(
         "--out",
@@ -387,12 +381,11 @@ def _plan(options: Options) -> None:
 )
 def _prior(options: Options) -> None:
     options.value("file", "FILE", "the JSON of identify, or a .param with its sidecar, that was accepted")
-    options.value("--vehicle", "FILE", "your vehicle file, which takes the priors", required=True)
-    options.value(
+    options.vehicle_file("your vehicle file, which takes the priors", required=True)
+    options.positive(
         "--widen",
         "PERCENT",
         "by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
-        type=above_zero,
     )
     options.despite_doubts("take an identification that did not converge, and values that are doubted")
     options.json("the priors")
@@ -411,7 +404,7 @@ def _params(options: Options) -> None:
             action.value("file", "FILE", before, nargs="?")
         else:
             action.value("file", "FILE", sent)
-            action.value("--vehicle", "FILE", "the vehicle file; needed where FILE is JSON")
+            action.vehicle_file("the vehicle file; needed where FILE is JSON")
             action.value("--only", "NAME", "these parameters alone", nargs="+")
         if name != "show":
             action.switch("--any-vehicle", "take what is of another vehicle all the same")
@@ -426,7 +419,7 @@ def _params(options: Options) -> None:
                 default=[],
             )
         if name in ("upload", "rollback"):
-            action.switch("--yes", "do not ask")
+            action.yes()
             action.switch("--dry-run", "show what it would change; sends no write")
             action.switch("--armed", "write to an armed vehicle too, while its feed-forward is off")
         action.value(
@@ -437,7 +430,7 @@ def _params(options: Options) -> None:
         )
         action.link()
         action.system()
-        action.value("--seconds", "N", "wait so long for it", type=seconds, default=5.0)
+        action.seconds("wait so long for it", 5.0)
         action.json()
 
 
@@ -450,8 +443,8 @@ def _ff(options: Options) -> None:
     options.value("mode", "MODE", modes, choices=ORDERS)
     options.link()
     options.system("its MAVLink system, where several beat (default of off: each of them)")
-    options.switch("--yes", "do not ask")
-    options.value("--seconds", "N", "try so long (default: 15; of off: until it is done)", type=seconds)
+    options.yes()
+    options.seconds("try so long (default: 15; of off: until it is done)")
     options.json("what came of it")
 
 
@@ -467,7 +460,7 @@ def _export(options: Options) -> None:
         "configuration has a model",
     )
     options.value("--to", "TARGET", "the simulator: gazebo, stonefish or ardusub-json", required=True)
-    options.value("--vehicle", "FILE", "the vehicle file, where MODEL is JSON or .param")
+    options.vehicle_file("the vehicle file, where MODEL is JSON or .param")
     options.value("--out", "FILE", "the file (where not given, standard output)", type=Target)
     options.despite_doubts()
     options.json("what did not fit in")
@@ -523,7 +516,7 @@ def _diagnose(options: Options) -> None:
 )
 def _validate(options: Options) -> None:
     options.value("dives", "DIVE", "a dive folder or a recording; one a mode", nargs="+")
-    options.value("--vehicle", "FILE", "the vehicle file: where its DVL sits", required=True)
+    options.vehicle_file("the vehicle file: where its DVL sits", required=True)
     options.columns()
     options.json("the errors")
     options.report("write a page with the errors and the curves")
@@ -569,7 +562,7 @@ def _challenge(options: Options) -> None:
 )
 def _reproduce(options: Options) -> None:
     options.seed()
-    options.value("--out", "FOLDER", "takes a folder for this run", type=FolderTarget, default="reproduction")
+    options.out("takes a folder for this run", "reproduction")
     options.network("its own, for hours")
     options.figures()
     options.json()
@@ -596,8 +589,8 @@ def _doctor(options: Options) -> None:
     options.link(
         "the link to the vehicle; without it, that of the recording that runs, else the ports of its devices"
     )
-    options.value("--out", "FOLDER", "where recordings go", type=FolderTarget, default="dives")
+    options.out("where recordings go", "dives")
     options.switch("--wet", "in the water: arm, push with each thruster once, disarm; about a minute")
     options.value("--confirm", "NAME", "the vehicle's name, so that --wet does not ask for it")
-    options.value("--seconds", "N", "listen so long", type=seconds, default=6.0)
+    options.seconds("listen so long", 6.0)
     options.json("the findings")

@@ -1,14 +1,12 @@
-"""Links over a file descriptor: serial ports (8N1, held by one program only), pseudo-terminals, TCP.
+"""Links over a file descriptor: serial ports (8N1, held by one program only), TCP.
 
 `tcp` connects to a peer, `tcpin` listens and serves one peer at a time.
 """
 
 import errno
 import os
-import pty
 import select
 import socket
-import tty
 from collections.abc import Callable
 from typing import Any
 
@@ -114,22 +112,6 @@ def _reason(port: str, error: serial.SerialException) -> str:
     if code in (errno.EBUSY, errno.EAGAIN):
         return "another program holds the port; stop that program, or give another port"
     return f"can't be opened ({error}); check that it is a serial port"
-
-
-def open_pty() -> tuple[DescriptorLink, str]:
-    """Return the device's end, and the path of the port for a reader to open; raw bytes both ways.
-
-    Closing the device's end pulls the plug: the reader's port is lost.
-    """
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    path = os.ttyname(slave)
-
-    def release() -> None:
-        os.close(slave)
-        os.close(master)
-
-    return DescriptorLink(f"pty:{path}", master, release), path
 
 
 CONNECT_S = 2.0  # plus the longest pause between tries: a device is back 3 s after its cable

@@ -4,5 +4,5 @@
 `esc` shaft speed · `drivers` the driver of each device · `samples` sample types, in the device's own axes and SI units
 · `mounting` turns them into the vehicle's axes · `streams` frames in bytes, a device's counter to time of arrival.
 
-The drivers do no I/O. Malformed bytes give no sample and raise nothing; the parser counts them by reason.
+The drivers do no I/O. Malformed bytes give no sample and raise nothing.
 """

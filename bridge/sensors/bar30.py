@@ -5,7 +5,6 @@ bluerobotics/ms5837-python. It measures 0 to 30 bar to about 0.2 mbar, but its o
 surface pressure before every dive.
 """
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, Self
@@ -126,15 +125,11 @@ def _second_order(first: float, excess: float, calibration: Calibration) -> tupl
 
 
 class Bar30:
-    """The sensor on a bus. `wait` sleeps for the given seconds.
-
-    counts: good, no conversion (the device returned none), out of range.
-    """
+    """The sensor on a bus. `wait` sleeps for the given seconds."""
 
     def __init__(self, bus: I2cBus, wait: Callable[[float], None], address: int = ADDRESS) -> None:
         """Reset the sensor and read its calibration. Raises LinkError if the calibration is corrupt, LinkLost if the
         sensor does not answer."""
-        self.counts: Counter[str] = Counter()
         self._bus = bus
         self._wait = wait
         self._address = address
@@ -152,17 +147,13 @@ class Bar30:
         d1 = self._convert(_CONVERT_D1)
         time_s = (begun_s + clock.boot_s()) / 2
         d2 = self._convert(_CONVERT_D2)
-        if d1 == 0 or d2 == 0:
-            self.counts["no conversion"] += 1
-            return None
+        # A conversion that the device did not make reads as 0, which lies outside of both ranges.
         pressure_pa, temperature_c = compensate(d1, d2, self._calibration)
         if not (
             _PRESSURES_PA[0] <= pressure_pa <= _PRESSURES_PA[1]
             and _TEMPERATURES_C[0] <= temperature_c <= _TEMPERATURES_C[1]
         ):
-            self.counts["out of range"] += 1
             return None
-        self.counts["good"] += 1
         return PressureSample(time_s, pressure_pa, temperature_c)
 
     def _convert(self, command: int) -> int:

@@ -10,7 +10,6 @@ after a pause of 1 ms; within a burst only the CRC finds it.
 """
 
 import struct
-from collections import Counter
 
 from fastcrc import crc8
 
@@ -46,13 +45,9 @@ def encode_esc(
 
 
 class EscParser:
-    """Parses the answers of `count` controllers on one line, asked in turn; motors with `poles` magnets.
-
-    counts: good, skipped bytes (of broken answers), out of range.
-    """
+    """Parses the answers of `count` controllers on one line, asked in turn; motors with `poles` magnets."""
 
     def __init__(self, count: int, poles: int = 14, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._count = count
         self._poles = poles
         self._latency_s = latency_s
@@ -80,11 +75,9 @@ class EscParser:
             temperature_c, centivolts, centiamps, _, field = _BODY.unpack_from(frame)
             voltage_v, current_a = centivolts / 100, centiamps / 100
             if temperature_c > _HOTTEST_C or not 0 < voltage_v <= _MOST_V or current_a > _MOST_A:
-                self.counts["out of range"] += 1
                 self._drop(FRAME)
                 continue
             self._cut(FRAME)
-            self.counts["good"] += 1
             samples.append(
                 EscSample(
                     time_s=time_s - self._latency_s,
@@ -105,7 +98,6 @@ class EscParser:
 
     def _drop(self, size: int) -> None:
         if size:
-            self.counts["skipped bytes"] += size
             self._skipped += size
             self._cut(size)
 

@@ -18,7 +18,6 @@ to 3 %) and removes the jitter; the frames of a chunk are dated backwards from i
 """
 
 import math
-from collections import Counter
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,14 +54,9 @@ def encode_kvh1750(rates: ArrayLike, first_count: int = 0, valid: ArrayLike = Tr
 
 
 class Kvh1750Parser:
-    """Parses rates about the gyro's axis, at most one FogBlock per feed.
-
-    counts: good (frames), invalid (flagged by the device), unconfirmed (the next frame's first byte does not show
-    normal operation), out of range, step (does not fit its neighbours), slip (lock lost), skipped bytes.
-    """
+    """Parses rates about the gyro's axis, at most one FogBlock per feed."""
 
     def __init__(self, rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
         self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
         self._buffer = b""  # locked: starts with the frame that waits to be confirmed
@@ -126,26 +120,10 @@ class Kvh1750Parser:
         rated = np.abs(rate) <= RATED_RAD_S
         steady = _steady(np.diff(rates, prepend=self._last_rate))
         self._last_rate = float(rate[-1])
-        valid = healthy[:-1] & healthy[1:] & rated & steady
-        good = int(np.count_nonzero(valid))
-        if good:
-            self.counts["good"] += good
-        if good < len(rate):
-            unconfirmed = healthy[:-1] & ~healthy[1:]
-            for reason, flags in (
-                ("invalid", ~healthy[:-1]),
-                ("unconfirmed", unconfirmed),
-                ("out of range", ~rated),
-                ("step", ~steady),
-            ):
-                if flags.any():
-                    self.counts[reason] += int(np.count_nonzero(flags))
-        return rate, valid
+        return rate, healthy[:-1] & healthy[1:] & rated & steady
 
     def _slip(self, at: int) -> int:
         """Drop the unconfirmed frame and look for the lock from its second byte on."""
-        self.counts["slip"] += 1
-        self.counts["skipped bytes"] += 1
         self._locked = False
         self._last_rate = np.nan
         self._clock.restart()
@@ -168,8 +146,6 @@ class Kvh1750Parser:
                 rivals = [k for k in range(first, first + FRAME) if run[k]]
                 best = max(rivals, key=lambda k: int(np.count_nonzero(healthy[k : k + _HUNTED : FRAME])))
                 self._locked = True
-        if best:
-            self.counts["skipped bytes"] += best
         return at + best
 
 

@@ -13,7 +13,6 @@ Time: arrivals fitted over the sequence, as for the DSP-1750.
 
 import math
 import struct
-from collections import Counter
 
 import numpy as np
 from fastcrc import crc32
@@ -60,18 +59,13 @@ def encode_setup(rate_hz: int) -> bytes:
 
 
 class Kvh1760Parser:
-    """Parses rates about z, at most one FogBlock per feed.
-
-    counts: good (frames), checksum, skipped bytes, unknown (other headers), invalid (flagged by the device), out of
-    range, lost (missing sequence numbers).
-    """
+    """Parses rates about z, at most one FogBlock per feed."""
 
     def __init__(self, rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._rate_hz = rate_hz
         self._latency_s = latency_s
         self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
-        self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
+        self._stream = Frames(_STARTS, self._size, _is_sound)
         self._sequence: int | None = None
         self._frames = 0
 
@@ -85,11 +79,10 @@ class Kvh1760Parser:
             self._count(sequence)
             rate = rotation * self._rate_hz
             if not math.isfinite(rate):
-                self.counts["out of range"] += 1
                 continue
             numbers.append(self._frames)
             rates.append(rate)
-            valid.append(self._is_valid(rate, status))
+            valid.append(bool(status & GYRO_Z_VALID) and abs(rate) <= RATED_RAD_S)
         if not rates:
             return []
         last_s = self._clock.time_of(numbers[-1], time_s - self._latency_s)
@@ -100,29 +93,13 @@ class Kvh1760Parser:
         if len(buffer) - at <= len(_PREFIX):
             return None
         layout = _LAYOUTS.get(buffer[at + len(_PREFIX)])
-        if layout is None:
-            self.counts["unknown"] += 1
-            return 0
-        return layout.size
+        return 0 if layout is None else layout.size
 
     def _count(self, sequence: int) -> None:
         """Advance the frame number, counting missing frames too."""
         if self._sequence is not None:
-            missing = (sequence - self._sequence - 1) % _SEQUENCES
-            if missing:
-                self.counts["lost"] += missing
-            self._frames += missing + 1
+            self._frames += (sequence - self._sequence - 1) % _SEQUENCES + 1
         self._sequence = sequence
-
-    def _is_valid(self, rate: float, status: int) -> bool:
-        if not status & GYRO_Z_VALID:
-            self.counts["invalid"] += 1
-        elif abs(rate) > RATED_RAD_S:
-            self.counts["out of range"] += 1
-        else:
-            self.counts["good"] += 1
-            return True
-        return False
 
 
 def _is_sound(frame: bytes) -> bool:

@@ -4,7 +4,6 @@ A parser gives samples in the device's own axes; `bridge.sensors.mounting` turns
 y right, z down).
 """
 
-from collections import Counter
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -109,12 +108,7 @@ class Arrival:
 
 
 class Parser(Protocol):
-    """Incremental parser of a device's byte stream.
-
-    `counts` holds the number of samples ("good") and of faults by kind ("checksum", "overlong", "out of range" ...).
-    """
-
-    counts: Counter[str]
+    """Incremental parser of a device's byte stream."""
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples completed by `data`, whose last byte arrived at boot time `time_s`."""

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -24,7 +23,7 @@ class Frames:
     """Cuts a byte stream into frames; after damage it looks for the next frame from byte to byte.
 
     `starts` matches wherever a frame may begin. `size(buffer, at)` returns the size of the frame at `at`, 0 if there
-    can be none, None if more bytes must tell. `is_sound(frame)` checks a checksum. `counts`: checksum, skipped bytes.
+    can be none, None if more bytes must tell. `is_sound(frame)` checks a checksum.
     """
 
     def __init__(
@@ -32,9 +31,8 @@ class Frames:
         starts: re.Pattern[bytes],
         size: Callable[[bytearray, int], int | None],
         is_sound: Callable[[bytes], bool],
-        counts: Counter[str],
     ) -> None:
-        self._starts, self._size, self._is_sound, self._counts = starts, size, is_sound, counts
+        self._starts, self._size, self._is_sound = starts, size, is_sound
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> list[bytes]:
@@ -43,10 +41,7 @@ class Frames:
         buffer += data
         while True:
             match = self._starts.search(buffer, at)
-            start = match.start() if match else len(buffer)
-            if start > at:
-                self._counts["skipped bytes"] += start - at
-                at = start
+            at = match.start() if match else len(buffer)
             size = self._size(buffer, at) if match else None
             if size is None or at + size > len(buffer):
                 break
@@ -55,9 +50,6 @@ class Frames:
                 frames.append(frame)
                 at += size
                 continue
-            if size:
-                self._counts["checksum"] += 1
-            self._counts["skipped bytes"] += 1
             at += 1
         del buffer[:at]
         return frames

@@ -11,7 +11,6 @@ import math
 import operator
 import re
 import struct
-from collections import Counter
 from functools import reduce
 from typing import Any, Final
 
@@ -76,16 +75,11 @@ _Place = tuple[float, float, float, float]  # latitude and longitude (deg), alti
 
 
 class UbloxParser:
-    """Parses the receiver's fixes.
-
-    counts: good, checksum, malformed, overlong, skipped bytes, out of range, ignored (messages of no use here,
-    sentences beside NAV-PVT).
-    """
+    """Parses the receiver's fixes; sentences beside NAV-PVT are not taken."""
 
     def __init__(self, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
-        self._stream = Frames(_START, self._size, _is_sound, self.counts)
+        self._stream = Frames(_START, self._size, _is_sound)
         self._sentences: dict[bytes, Any] = {}
         self._epoch = b""
         self._pvt_s = -math.inf
@@ -107,22 +101,15 @@ class UbloxParser:
         if len(buffer) - at < 6:
             return None
         length = int.from_bytes(buffer[at + 4 : at + 6], "little")
-        if length > _MAX_PAYLOAD:
-            self.counts["overlong"] += 1
-            return 0
-        if buffer[at + 2 : at + 4] == _PVT and length not in _PVT_BYTES:
-            self.counts["malformed"] += 1
-            return 0
-        return length + 8
+        is_odd = buffer[at + 2 : at + 4] == _PVT and length not in _PVT_BYTES
+        return 0 if length > _MAX_PAYLOAD or is_odd else length + 8
 
     def _ubx(self, message: bytes, time_s: float) -> GnssSample | None:
         if message[2:4] != _PVT:
-            self.counts["ignored"] += 1
             return None
         try:
             decoded: Any = UBXReader.parse(message)
         except (UBXParseError, UBXMessageError, UBXTypeError):
-            self.counts["malformed"] += 1
             return None
         self._pvt_s = time_s
         fix = _ubx_fix(decoded.fixType, decoded.gnssFixOk, decoded.diffSoln)
@@ -132,7 +119,6 @@ class UbloxParser:
     def _nmea(self, message: bytes, time_s: float) -> GnssSample | None:
         kind = message[3:6]
         if kind not in _FIELDS or time_s - self._pvt_s <= _SILENCE_S:
-            self.counts["ignored"] += 1
             return None
         fields = message.split(b",")
         try:
@@ -140,7 +126,6 @@ class UbloxParser:
         except (NMEAParseError, NMEAMessageError, NMEATypeError):
             decoded = None
         if decoded is None:
-            self.counts["malformed"] += 1
             return None
         if fields[1] != self._epoch:
             self._epoch, self._sentences = fields[1], {}
@@ -162,9 +147,7 @@ class UbloxParser:
         if fix == NO_FIX:
             latitude_deg = longitude_deg = altitude_m = sigma_m = speed_m_s = course_deg = math.nan
         elif not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):
-            self.counts["out of range"] += 1
             return None
-        self.counts["good"] += 1
         return GnssSample(
             time_s - self._latency_s,
             fix,

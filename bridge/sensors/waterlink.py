@@ -13,7 +13,6 @@ the times are absent or implausible, it is the arrival less the configured laten
 import json
 import math
 import re
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -103,9 +102,8 @@ def encode_waterlink_serial(
 class _Lines:
     """Splits bytes into lines of limited length; a longer line is discarded up to its end."""
 
-    def __init__(self, longest: int, counts: Counter[str]) -> None:
+    def __init__(self, longest: int) -> None:
         self._longest = longest
-        self._counts = counts
         self.buffer = bytearray()
         self._discarding = False
 
@@ -115,28 +113,20 @@ class _Lines:
         for line in whole:
             if self._discarding:
                 self._discarding = False
-            elif len(line) > self._longest:
-                self._counts["overlong"] += 1
-            elif line.strip():
+            elif len(line) <= self._longest and line.strip():
                 lines.append(bytes(line))
         if not self._discarding and len(tail) > self._longest:
-            self._counts["overlong"] += 1
             self._discarding = True
         self.buffer = bytearray() if self._discarding else tail
         return lines
 
 
 class WaterlinkJsonParser:
-    """Parses JSON velocity reports.
-
-    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (of another type), out of
-    range.
-    """
+    """Parses JSON velocity reports."""
 
     def __init__(self, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
-        self._lines = _Lines(_LONGEST_REPORT, self.counts)
+        self._lines = _Lines(_LONGEST_REPORT)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the reports that `data` completes."""
@@ -148,12 +138,8 @@ class WaterlinkJsonParser:
             report = json.loads(line.decode(), parse_constant=_nan)
         except (ValueError, RecursionError):
             report = None
-        if not isinstance(report, dict):
-            self.counts["malformed"] += 1
-            return None
-        if report.get("type") == "velocity":
+        if isinstance(report, dict) and report.get("type") == "velocity":
             return self._velocity(report, time_s)
-        self.counts["ignored"] += 1
         return None
 
     def _velocity(self, report: dict[str, Any], time_s: float) -> DvlSample | None:
@@ -164,23 +150,18 @@ class WaterlinkJsonParser:
         except (KeyError, TypeError, ValueError, OverflowError):
             locked = None
         if not isinstance(locked, bool):
-            self.counts["malformed"] += 1
             return None
         age_s = _age_s(*stamps)
         moment_s = time_s - (self._latency_s if age_s is None else age_s)
-        return _sample(self.counts, moment_s, locked, numbers)
+        return _sample(moment_s, locked, numbers)
 
 
 class WaterlinkSerialParser:
-    """Parses serial sentences: each `wrz` gives a sample.
-
-    counts: good, checksum, malformed, overlong, ignored (other sentences), out of range.
-    """
+    """Parses serial sentences: each `wrz` gives a sample."""
 
     def __init__(self, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
-        self._lines = _Lines(_LONGEST_SENTENCE, self.counts)
+        self._lines = _Lines(_LONGEST_SENTENCE)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the sentences that `data` completes."""
@@ -190,16 +171,13 @@ class WaterlinkSerialParser:
     def _sentence(self, line: bytes, time_s: float) -> DvlSample | None:
         body, star, checksum = line.rpartition(b"*")
         if not star or checksum != b"%02x" % crc8.smbus(body):
-            self.counts["checksum" if star else "malformed"] += 1
             return None
         name, *fields = body.split(b",")
         if name != b"wrz":
-            self.counts["ignored"] += 1
             return None
         try:
             return self._velocity(fields, time_s)
         except ValueError:
-            self.counts["malformed"] += 1
             return None
 
     def _velocity(self, fields: list[bytes], time_s: float) -> DvlSample | None:
@@ -213,20 +191,17 @@ class WaterlinkSerialParser:
         )
         age_s = _age_s(valid_at, sent_at)
         moment_s = time_s - (self._latency_s if age_s is None else age_s)
-        return _sample(self.counts, moment_s, valid == b"y", numbers)
+        return _sample(moment_s, valid == b"y", numbers)
 
 
-def _sample(counts: Counter[str], time_s: float, locked: bool, numbers: Sequence[float]) -> DvlSample | None:
+def _sample(time_s: float, locked: bool, numbers: Sequence[float]) -> DvlSample | None:
     """Build a sample from vx, vy, vz, figure of merit and altitude; without lock these are ignored, whatever their
     values."""
     x, y, z, sigma, altitude_m = numbers
     if not locked:
-        counts["good"] += 1
         return DvlSample(time_s, NAN3, math.nan, math.nan)
     if not all(abs(speed) <= _FASTEST_M_S for speed in (x, y, z)):
-        counts["out of range"] += 1
         return None
-    counts["good"] += 1
     return DvlSample(
         time_s,
         (x, y, z),

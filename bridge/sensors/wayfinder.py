@@ -17,7 +17,6 @@ the second. A sample's time is therefore the arrival of the packet less the conf
 
 import math
 import struct
-from collections import Counter
 from datetime import datetime
 
 from bridge.sensors.samples import DvlSample, Sample, Vector3
@@ -90,15 +89,12 @@ def encode_wayfinder(
 class WayfinderParser:
     """Parses velocity in instrument axes; the mean range to the bottom serves as the altitude.
 
-    counts: good (with lock or without), checksum, length, overlong, skipped bytes, ignored (answers, other packets and
-    structures), out of range, and coordinates: a DVL set to those of beams, ship or earth gives no sample, because its
-    numbers are not x y z.
+    A DVL set to the coordinates of beams, ship or earth gives no sample, because its numbers are not x y z.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
-        self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
-        self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
+        self._stream = Frames(_STARTS, self._size, _is_sound)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the packets that `data` completes."""
@@ -110,40 +106,29 @@ class WayfinderParser:
             return None
         length = int.from_bytes(buffer[at + 3 : at + 5], "little")
         if not _OVERHEAD + 4 <= length <= _MAX_PACKET:
-            self.counts["overlong" if length > _MAX_PACKET else "length"] += 1
             return 0
         if len(buffer) - at < 9:
             return None
         if int.from_bytes(buffer[at + 7 : at + 9], "little") != length - _OVERHEAD:
-            self.counts["length"] += 1
             return 0
         return length
 
     def _application(self, application: bytes, time_s: float) -> DvlSample | None:
         if application[:2] == bytes((_APPLICATION_VERSION, _DATA)):
             return self._data(application[4:], time_s)
-        self.counts["ignored"] += 1
         return None
 
     def _data(self, structure: bytes, time_s: float) -> DvlSample | None:
         if len(structure) < _OLD_DATA_SIZE or int.from_bytes(structure[2:6], "little") != len(structure):
-            self.counts["length"] += 1
             return None
-        if not _is_sound(structure):
-            self.counts["checksum"] += 1
-            return None
-        if structure[1] not in _DATA_VERSIONS:
-            self.counts["ignored"] += 1
+        if not _is_sound(structure) or structure[1] not in _DATA_VERSIONS:
             return None
         coordinates, *values = _VELOCITY_AND_RANGES.unpack_from(structure, _COORDINATES_AT)
         if coordinates != INSTRUMENT:
-            self.counts["coordinates"] += 1
             return None
         too_fast = any(abs(v) > _FASTEST_M_S for v in values[:4])
         if too_fast or any(v < 0 or v > _FARTHEST_M for v in values[4:]):
-            self.counts["out of range"] += 1
             return None
-        self.counts["good"] += 1
         return DvlSample(
             time_s=time_s - self._latency_s,
             velocity=(values[0], values[1], values[2]),

@@ -14,7 +14,6 @@ of the arrivals.
 """
 
 import struct
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from operator import itemgetter
@@ -113,7 +112,6 @@ _PREAMBLE = b"\xfa\xff"
 _STARTS = starting(_PREAMBLE)
 _MAX_DATA = 2048
 _LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind; garbage read as floats often exceeds it
-_MOST_LOST = 1000  # a larger gap means that the device restarted
 _MOST_LAYOUTS = 32
 _ENU = frozenset((0,))
 _SUGGESTED = struct.Struct(">4B HBH HBI HB3f HB3f HB4f HBI")
@@ -155,32 +153,26 @@ def encode_xsens(
 
 
 class XsensParser:
-    """Parses acceleration, rate of turn and, if sent, attitude and temperature.
+    """Parses acceleration, rate of turn and, if sent, temperature and attitude.
 
-    counts: good, checksum, overlong, malformed, skipped bytes, ignored (other messages), incomplete (no acceleration
-    or rate of turn), out of range, attitude invalid (flagged by the device, or not of length 1), attitude frame (not
-    ENU), lost (packet counter).
+    An attitude that is not in ENU, not of length 1, or flagged by the device is left out.
     """
 
     def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
-        self.counts: Counter[str] = Counter()
         self._latency_s = latency_s
         self._clock = clock
-        self._stream = Frames(_STARTS, self._size, _is_sound, self.counts)
+        self._stream = Frames(_STARTS, self._size, _is_sound)
         self._layouts: dict[int, Layout] = {}
-        self._packet: int | None = None
         self._ticks = 0
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the frames that `data` completes."""
         samples: list[Sample] = []
         for frame in self._stream.feed(data):
-            if frame[2] != MT_DATA2:
-                self.counts["ignored"] += 1
-                continue
-            sample = self._sample(frame[6 if frame[3] == 0xFF else 4 : -1], time_s)
-            if sample is not None:
-                samples.append(sample)
+            if frame[2] == MT_DATA2:
+                sample = self._sample(frame[6 if frame[3] == 0xFF else 4 : -1], time_s)
+                if sample is not None:
+                    samples.append(sample)
         return samples
 
     def _size(self, buffer: bytearray, at: int) -> int | None:
@@ -192,37 +184,27 @@ class XsensParser:
         if have < 6:
             return None
         length = buffer[at + 4] << 8 | buffer[at + 5]
-        if length > _MAX_DATA:
-            self.counts["overlong"] += 1
-            return 0
-        return 7 + length
+        return 7 + length if length <= _MAX_DATA else 0
 
     def _sample(self, data: bytes, time_s: float) -> ImuSample | None:
-        counts = self.counts
         layout = self._layouts.get(len(data))
         if layout is not None:
             values = layout.unpack(data)
         if layout is None or layout.headers_of(values) != layout.headers:
             layout = layout_of(data)
             if layout is None:
-                counts["malformed"] += 1
                 return None
             if len(self._layouts) >= _MOST_LAYOUTS:
                 self._layouts.clear()
             self._layouts[len(data)] = layout
             values = layout.unpack(data)
         vectors, integers = layout.vectors, layout.integers
-        if PACKET_COUNTER in integers:
-            self._count_lost(values[integers[PACKET_COUNTER]])
         if ACCELERATION not in vectors or RATE_OF_TURN not in vectors:
-            counts["incomplete"] += 1
             return None
         fx, fy, fz = vectors[ACCELERATION](values)
         p, q, r = vectors[RATE_OF_TURN](values)
         if not abs(fx) + abs(fy) + abs(fz) + abs(p) + abs(q) + abs(r) < _LARGEST:
-            counts["out of range"] += 1
             return None
-        counts["good"] += 1
         if self._clock is not None and SAMPLE_TIME_FINE in integers:
             self._ticks += (values[integers[SAMPLE_TIME_FINE]] - self._ticks) & 0xFFFFFFFF
             time_s = self._clock.time_of(self._ticks, time_s)
@@ -235,24 +217,13 @@ class XsensParser:
         )
 
     def _attitude(self, layout: Layout, values: Values) -> Quaternion | None:
-        if QUATERNION not in layout.vectors:
-            return None
-        if layout.frames != _ENU:
-            self.counts["attitude frame"] += 1
+        if QUATERNION not in layout.vectors or layout.frames != _ENU:
             return None
         status = values[layout.integers[STATUS_WORD]] if STATUS_WORD in layout.integers else ORIENTATION_VALID
         w, x, y, z = layout.vectors[QUATERNION](values)
         if not status & ORIENTATION_VALID or not 0.98 < w * w + x * x + y * y + z * z < 1.02:
-            self.counts["attitude invalid"] += 1
             return None
         return w, x, y, z
-
-    def _count_lost(self, packet: int) -> None:
-        if self._packet is not None:
-            missing = (packet - self._packet - 1) & 0xFFFF
-            if 0 < missing < _MOST_LOST:
-                self.counts["lost"] += missing
-        self._packet = packet
 
 
 def _is_sound(frame: bytes) -> bool:

@@ -39,12 +39,12 @@ class Leg:
 
     surge, sway and heave in m/s (body axes, heave down), yaw in rad/s. A `transient_s` of 0 jumps. `push_surge_n` to
     `push_yaw_nm`: during the leg the thrusters hold that force (N, N m; 0 lets the vehicle coast) and the controller
-    leaves the axis alone.
+    leaves the axis alone. `alternate` stands for so many legs, of which every second is mirrored (a square wave).
     """
 
-    name: str
-    phase: Phase
     duration_s: float
+    name: str = ""
+    phase: Phase = "steady"
     surge_m_s: float = 0.0
     sway_m_s: float = 0.0
     heave_m_s: float = 0.0
@@ -54,6 +54,7 @@ class Leg:
     push_sway_n: float | None = None
     push_heave_n: float | None = None
     push_yaw_nm: float | None = None
+    alternate: int = 1
 
     def __post_init__(self) -> None:
         if not self.duration_s > 0 or not 0 <= self.transient_s <= self.duration_s:
@@ -71,10 +72,26 @@ class Leg:
         """The pushes in the form of `Reference.push`."""
         return self.push_surge_n, self.push_sway_n, self.push_heave_n, None, None, self.push_yaw_nm
 
+    def each(self) -> list["Leg"]:
+        """The legs that it stands for, one after the other."""
+        ahead = replace(self, alternate=1)
+        wanted = {name: getattr(self, name) for name in MIRRORED}
+        back = replace(ahead, **{name: -value for name, value in wanted.items() if value is not None})
+        return [back if number % 2 else ahead for number in range(self.alternate)]
+
+    def line(self) -> str:
+        """The leg as a line of a mission file, without the fields at their defaults."""
+        values = ((key.name, getattr(self, key.name), key.default) for key in fields(self))
+        given = {name: value for name, value, default in values if value != default}
+        return f"- {yaml.safe_dump(given, default_flow_style=True, sort_keys=False, width=math.inf).strip()}"
+
 
 @dataclass(frozen=True)
 class Mission:
-    """Legs in order, starting from rest at a heading and depth. A pure function of time."""
+    """Legs in order, starting from rest at a heading and depth. A pure function of time.
+
+    `legs` are as a mission file lists them; an instance has each alternation of theirs, and a name for each.
+    """
 
     name: str
     legs: tuple[Leg, ...]
@@ -84,11 +101,15 @@ class Mission:
     _poses: tuple[tuple[float, float], ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        named = (
+            leg if leg.name else replace(leg, name=f"leg {number}") for number, leg in enumerate(self.legs, 1)
+        )
+        object.__setattr__(self, "legs", tuple(each for leg in named for each in leg.each()))
         if not self.legs:
             raise ValueError("legs: a mission needs at least one")
         starts = (0.0, *accumulate(leg.duration_s for leg in self.legs))
         poses = [(self.start_heading_rad, self.start_depth_m)]
-        for before, leg in pairwise((Leg("start", "rest", 1.0), *self.legs)):
+        for before, leg in pairwise((Leg(1.0), *self.legs)):
             motion = [
                 _axis(a, b, leg, leg.duration_s) for a, b in zip(before.velocity, leg.velocity, strict=True)
             ]
@@ -132,7 +153,7 @@ def _axis(start: float, end: float, leg: Leg, since_s: float) -> tuple[float, fl
 
 
 def rest(name: str, duration_s: float) -> list[Leg]:
-    return [Leg(name, "rest", duration_s)]
+    return [Leg(duration_s, name, "rest")]
 
 
 def run(name: str, surge_m_s: float, sway_m_s: float, distance_m: float) -> list[Leg]:
@@ -140,11 +161,11 @@ def run(name: str, surge_m_s: float, sway_m_s: float, distance_m: float) -> list
     steady_s = distance_m / math.hypot(surge_m_s, sway_m_s) - TRANSIENT_S
     if steady_s <= 0:
         raise ValueError(f"leg '{name}': {distance_m} m are too short for its speed; make it longer")
-    velocity = {"surge_m_s": surge_m_s, "sway_m_s": sway_m_s}
+    steady = Leg(round(steady_s, 1), name, "steady", surge_m_s=surge_m_s, sway_m_s=sway_m_s)
     return [
-        Leg(name, "acceleration", TRANSIENT_S, transient_s=TRANSIENT_S, **velocity),
-        Leg(name, "steady", round(steady_s, 1), **velocity),
-        Leg(name, "deceleration", TRANSIENT_S, transient_s=TRANSIENT_S),
+        replace(steady, duration_s=TRANSIENT_S, phase="acceleration", transient_s=TRANSIENT_S),
+        steady,
+        Leg(TRANSIENT_S, name, "deceleration", transient_s=TRANSIENT_S),
     ]
 
 
@@ -152,14 +173,14 @@ def turn(name: str, angle_rad: float, rate_rad_s: float, heading: HeadingReferen
     """Legs that turn on the spot. `smooth` reaches the rate by a double-S; `linear`, as in the paper, jumps to it."""
     rate = math.copysign(rate_rad_s, angle_rad)
     if heading == "linear":
-        return [Leg(name, "turning", abs(angle_rad) / rate_rad_s, yaw_rad_s=rate)]
+        return [Leg(abs(angle_rad) / rate_rad_s, name, "turning", yaw_rad_s=rate)]
     steady_s = abs(angle_rad) / rate_rad_s - TRANSIENT_S
     if steady_s <= 0:
         raise ValueError(f"turn '{name}': over before {rate_rad_s} rad/s is reached; lower the rate")
     return [
-        Leg(name, "turning", TRANSIENT_S, yaw_rad_s=rate, transient_s=TRANSIENT_S),
-        Leg(name, "turning", steady_s, yaw_rad_s=rate),
-        Leg(name, "turning", TRANSIENT_S, transient_s=TRANSIENT_S),
+        Leg(TRANSIENT_S, name, "turning", yaw_rad_s=rate, transient_s=TRANSIENT_S),
+        Leg(steady_s, name, "turning", yaw_rad_s=rate),
+        Leg(TRANSIENT_S, name, "turning", transient_s=TRANSIENT_S),
     ]
 
 
@@ -168,9 +189,9 @@ def dive(name: str, down_m: float, heave_m_s: float = 0.05, transient_s: float =
     rate = math.copysign(heave_m_s, down_m)
     steady_s = abs(down_m) / heave_m_s - transient_s
     return [
-        Leg(name, "diving", transient_s, heave_m_s=rate, transient_s=transient_s),
-        Leg(name, "diving", steady_s, heave_m_s=rate),
-        Leg(name, "diving", transient_s, transient_s=transient_s),
+        Leg(transient_s, name, "diving", heave_m_s=rate, transient_s=transient_s),
+        Leg(steady_s, name, "diving", heave_m_s=rate),
+        Leg(transient_s, name, "diving", transient_s=transient_s),
     ]
 
 
@@ -238,56 +259,6 @@ def mission_named(name: str, configuration: Configuration, heading: HeadingRefer
     return load_mission(Path(name))
 
 
-@dataclass(frozen=True)
-class Step:
-    """An entry of a mission file: a leg, or `alternate` legs of which every second is mirrored (a square wave)."""
-
-    duration_s: float
-    name: str = ""
-    phase: Phase = "steady"
-    surge_m_s: float = 0.0
-    sway_m_s: float = 0.0
-    heave_m_s: float = 0.0
-    yaw_rad_s: float = 0.0
-    transient_s: float = 0.0
-    push_surge_n: float | None = None
-    push_sway_n: float | None = None
-    push_heave_n: float | None = None
-    push_yaw_nm: float | None = None
-    alternate: int = 1
-
-    def legs(self, number: int = 0) -> list[Leg]:
-        """The legs of the entry; `number` names them if the entry has no name of its own."""
-        given = {field.name: getattr(self, field.name) for field in fields(Leg)}
-        given["name"] = self.name or f"leg {number + 1}"
-        ahead = Leg(**given)
-        mirrored = {key: -given[key] for key in MIRRORED if given[key] is not None}
-        return [ahead if i % 2 == 0 else replace(ahead, **mirrored) for i in range(self.alternate)]
-
-    def line(self) -> str:
-        """The entry as a line of YAML, without the fields at their defaults."""
-        set_fields = {
-            f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default
-        }
-        return (
-            "- "
-            + yaml.safe_dump(set_fields, default_flow_style=True, sort_keys=False, width=math.inf).strip()
-        )
-
-
-@dataclass(frozen=True)
-class MissionFile:
-    name: str
-    legs: tuple[Step, ...]
-    start_depth_m: float = DEPTH_M
-    start_heading_rad: float = 0.0
-
-
 def load_mission(path: Path) -> Mission:
     """Load a mission from the user's file. Raises ConfigError with the file and the key."""
-    data = schema.build(MissionFile, schema.load_yaml(path), str(path))
-    try:
-        legs = [leg for number, step in enumerate(data.legs) for leg in step.legs(number)]
-        return Mission(data.name, tuple(legs), data.start_depth_m, data.start_heading_rad)
-    except ValueError as error:
-        raise ConfigError(f"{path}: {error}") from None
+    return schema.build(Mission, schema.load_yaml(path), str(path))

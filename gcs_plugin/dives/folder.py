@@ -23,7 +23,7 @@ from typing import Final
 import yaml
 
 from bridge import schema
-from bridge.clock import OLDEST_UNIX_S, date_in_name
+from bridge.clock import OLDEST_UNIX_S, date_in_name, utc_text
 from bridge.errors import ConfigError, LogError
 from bridge.files import read_small, whole
 from bridge.plain import from_json
@@ -213,11 +213,6 @@ def load_folder(path: Path) -> DiveFolder:
 def about_vehicle(file: VehicleFile, configuration: str, notes: str = "") -> About:
     """Content of `dive.yaml` for a new dive with this vehicle."""
     return About(str(file.path), file.sha256, configuration, notes)
-
-
-def utc_text(unix_s: float) -> str:
-    """`2026-11-20T09:12:03Z`."""
-    return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
 
 
 def last_conditions(root: Path, before: Path) -> Conditions:

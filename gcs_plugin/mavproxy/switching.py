@@ -20,8 +20,6 @@ SHOW_EVERY_S: Final = 2.0
 GIVE_UP_S: Final = 30.0
 """For any mode except off: switching to off never gives up by itself."""
 AGREE_WITHIN_S: Final = 60.0
-LACKING_S: Final = 5.0
-"""How long a vehicle may report that it lacks the parameter: it may still be starting."""
 
 
 class Switching:
@@ -75,7 +73,7 @@ class Switching:
             )
         messages = switch.tick(now_s)
         self._marks.mark(messages)
-        if switch.done or switch.lacking_for_s(now_s) >= LACKING_S:
+        if switch.done or switch.hopeless(now_s):
             self._end("")
         elif switch.mode is not Mode.OFF and (switch.refusal or now_s - self._began_s >= GIVE_UP_S):
             self._end("given up, ")

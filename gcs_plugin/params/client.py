@@ -12,7 +12,7 @@ from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import News, Order, Progress, Session, Step, news_of
 from gcs_plugin.params.transfer import Result, Source
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, parameter_holder
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers
 
 POLL_S: Final = 0.02
 
@@ -51,15 +51,7 @@ class ParameterClient:
         candidates = self._candidates(system)
         if not candidates:
             raise LinkTimeout(self._nobody(timeout_s, system))
-        systems = sorted({source[0] for source in candidates})
-        if len(systems) > 1:
-            numbers = ", ".join(map(str, systems))
-            raise LinkError(
-                f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
-            )
-        vehicle = parameter_holder(candidates)
-        if fault := self._peers.fault(vehicle[0]):
-            raise LinkError(fault)
+        vehicle = self._peers.only_vehicle(candidates, "name one with --system")
         self._session = Session(self._peers, vehicle, self._clock)
         return vehicle
 

@@ -36,7 +36,7 @@ from gcs_plugin.params.plan import (
     unit_of,
     value_text,
 )
-from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.plausible import half_a_model, implausible, other_half
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.transfer import Source
@@ -251,6 +251,58 @@ class Comparison:
     obstacle_armed: str
     notes: tuple[str, ...]
     parameters: tuple[Compared, ...]
+
+    @property
+    def doubted(self) -> bool:
+        """Whether it comes from an identification that did not converge."""
+        return self.outcome not in ("", CONVERGED)
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Lines that an upload of the whole file would write."""
+        return tuple(line.name for line in self.parameters if line.changes)
+
+    @property
+    def staged(self) -> tuple[str, ...]:
+        """Lines that any upload would put in force without writing them."""
+        return tuple(line.name for line in self.parameters if line.staged)
+
+    @property
+    def choosable(self) -> tuple[str, ...]:
+        """Lines that can be written."""
+        return tuple(line.name for line in self.parameters if line.choosable)
+
+    @property
+    def waits(self) -> bool:
+        """Whether the vehicle holds values that are not in force; with no set in force, zero values do not count."""
+        if self.staged_crc is None or self.active_crc in (None, self.staged_crc):
+            return False
+        return bool(self.active_crc) or any(line.present for line in self.parameters)
+
+    def only(self, chosen: Collection[str]) -> tuple[str, ...]:
+        """Names for `--only`: the chosen lines and the staged lines that take effect with them; empty for all lines."""
+        if set(chosen) == set(self.choosable):
+            return ()
+        return tuple(line.name for line in self.parameters if line.staged or line.name in chosen)
+
+    def half(self, chosen: Collection[str]) -> str:
+        """Say which chosen line would leave half of a model without its other half, "" if none does."""
+        values = {
+            line.name: (line.target if line.staged or line.name in chosen else line.present) or 0.0
+            for line in self.parameters
+        }
+        for line in self.parameters:
+            # Another half outside the file is the vehicle's own, and was judged together with it.
+            counterpart = other_half(line.name)
+            if not line.changes or line.name not in chosen or counterpart not in values:
+                continue
+            if against := half_a_model(line.name, line.target, values):
+                return f"{line.name}: {against}: choose {counterpart} too, or neither"
+        return ""
+
+    def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
+        """Chosen lines that are written although they are implausible."""
+        return tuple(line.name for line in self.parameters if line.implausible and line.name in chosen)
 
     @classmethod
     def from_json(cls, data: Any, source: str) -> "Comparison":

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,6 +11,7 @@ from bridge.plain import is_number
 from bridge.text import as_clause
 from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import VehicleFile
+from bridge.version import installed
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import LINE_END, Interval, Sidecar, text_in, write_parameters, write_sidecar
 
@@ -146,7 +146,7 @@ def sidecar_of(data: Mapping[str, Any], veh_cfg: int) -> Sidecar:
         str(data["vehicle"]["sha256"]),
         data["configuration"],
         str(data.get("method", "")),
-        version("seatrial"),
+        installed(),
         {
             OF_HULL[name].parameter_id(veh_cfg): Interval(
                 name, estimate.unit, estimate.low95, estimate.high95

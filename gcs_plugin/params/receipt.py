@@ -19,6 +19,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
+from bridge.clock import utc_text
 from bridge.errors import ParamRejected
 from bridge.files import open_own, read_small, sync_folder
 from bridge.plain import from_json
@@ -143,7 +144,7 @@ def begin(
     ParamUnwritten if they can't be written: then nothing may be sent, and none of the files is left behind, for they
     would look like an upload.
     """
-    started_utc = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+    started_utc = utc_text(unix_s)
     begun = dict.fromkeys((Verdict.CHANGED, Verdict.STAGED), Outcome.BEGUN)
     outcomes = {**begun, Verdict.SAME: Outcome.SAME}
     lines = tuple(

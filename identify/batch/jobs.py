@@ -11,13 +11,13 @@ import sys
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
 from bridge.vehicle.config import VehicleFile
+from bridge.version import installed
 
 _COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -59,11 +59,7 @@ ANSWERING = (
 
 def our_version() -> str:
     """Text such as `0.1.0, code 3f09c1d2aa`."""
-    try:
-        release = version("seatrial")
-    except PackageNotFoundError:
-        release = "(not installed)"
-    return f"{release}, code {code_stamp(PLACE)}"
+    return f"{installed()}, code {code_stamp(PLACE)}"
 
 
 def answering(place: Path) -> list[Path]:

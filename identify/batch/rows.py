@@ -7,11 +7,10 @@ import io
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from itertools import combinations
 from typing import Any
 
-from bridge.clock import date_in_name
+from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
 from identify.batch.jobs import Result
 from identify.identification import Culprit, Doubt, Outcome
@@ -150,7 +149,7 @@ def to_json(row: Row) -> dict[str, Any]:
 
 def iso(unix_s: float | None) -> str:
     """Text such as `2026-11-20T09:12:03Z`; empty for no date."""
-    return "" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+    return "" if unix_s is None else utc_text(unix_s)
 
 
 def _row(result: Result) -> Row:

@@ -12,7 +12,7 @@ from typing import Any
 from bridge.errors import LogError
 from identify.challenge.plants import ABSORBED
 from identify.challenge.vehicles import LAG_S
-from identify.statistics import Z95
+from identify.statistics import wilson
 
 CLEAR = 0.5
 """Size over the noise floor from which an effect counts as clear."""
@@ -66,12 +66,7 @@ class Rate:
 
     def bounds(self) -> tuple[float, float]:
         """95 % interval of the share (Wilson 1927)."""
-        if not self.of:
-            return 0.0, 1.0
-        n, p = self.of, self.share
-        middle = (p + Z95**2 / (2 * n)) / (1 + Z95**2 / n)
-        half = Z95 / (1 + Z95**2 / n) * math.sqrt(p * (1 - p) / n + Z95**2 / (4 * n * n))
-        return max(middle - half, 0.0), min(middle + half, 1.0)
+        return wilson(self.share, self.of) if self.of else (0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -100,7 +100,7 @@ class Tank:
 
     def dive(self, legs: list[Leg]) -> Trial:
         """Simulate the legs between two rests."""
-        pause = [Leg("rest", "rest", REST_S)]
+        pause = [Leg(REST_S, "rest", "rest")]
         run = simulate_truth(
             self._file,
             self._configuration,

@@ -8,7 +8,7 @@ velocity and position swing about zero from the start.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from bridge.simulator.missions import TRANSIENT_S, Leg, Step
+from bridge.simulator.missions import TRANSIENT_S, Leg
 from bridge.vehicle.coefficients import DOFS
 
 SURGE, SWAY, HEAVE, YAW = 0, 1, 2, 5
@@ -46,7 +46,7 @@ class Manoeuvre:
     drives: tuple[Drive, ...]
     amplitudes: tuple[float, ...]
     period_s: float
-    steps: tuple[Step, ...]
+    steps: tuple[Leg, ...]
     by_hand: str
 
     @property
@@ -71,7 +71,7 @@ class Manoeuvre:
         return f"{self.name} {strength}, {self.period_s:g} s period, {self.duration_s:g} s"
 
     def legs(self) -> list[Leg]:
-        return [leg for step in self.steps for leg in step.legs()]
+        return [leg for step in self.steps for leg in step.each()]
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Family:
     kind: str
     drives: tuple[Drive, ...]
     period_s: float
-    build: Callable[[dict[str, float], int], tuple[list[Step], str]]
+    build: Callable[[dict[str, float], int], tuple[list[Leg], str]]
 
     @property
     def cycles(self) -> int:
@@ -99,7 +99,7 @@ class Family:
 def square(period_s: float, *drives: Drive) -> Family:
     """To and fro at full strength, all drives together."""
 
-    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Step], str]:
+    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Leg], str]:
         name = f"{' and '.join(DOFS[drive.dof] for drive in drives)} square wave"
         return _wave(name, amplitudes, period_s, cycles), _wave_by_hand(drives, period_s, cycles)
 
@@ -109,7 +109,7 @@ def square(period_s: float, *drives: Drive) -> Family:
 def sweep(drive: Drive) -> Family:
     """Square waves with decreasing periods."""
 
-    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Step], str]:
+    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Leg], str]:
         steps = [
             step
             for _ in range(cycles)
@@ -129,10 +129,10 @@ def sweep(drive: Drive) -> Family:
 def coast_down(period_s: float, drive: Drive) -> Family:
     """Push up to speed, then no thrust at all, so that drag alone slows the vehicle; then the same backwards."""
 
-    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Step], str]:
+    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Leg], str]:
         part_s, force = period_s / 4, amplitudes[drive.key]
         name = f"{DOFS[drive.dof]} coast-down"
-        thrust, coast = Step(part_s, name, "acceleration"), Step(part_s, name, "deceleration")
+        thrust, coast = Leg(part_s, name, "acceleration"), Leg(part_s, name, "deceleration")
         once = [
             step
             for way in (force, -force)
@@ -152,16 +152,16 @@ def laps(length_m: float, drive: Drive) -> Family:
     steady_s = max(round(length_m / drive.amplitude - TRANSIENT_S, 1), 0.1)
     period_s = 2 * (2 * TRANSIENT_S + steady_s + LAP_REST_S)
 
-    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Step], str]:
+    def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Leg], str]:
         name = f"{DOFS[drive.dof]} laps"
         once = []
         for way in (1.0, -1.0):
             wanted = {drive.key: way * amplitudes[drive.key]}
             once += [
-                _driven(Step(TRANSIENT_S, name, "acceleration", transient_s=TRANSIENT_S), wanted),
-                _driven(Step(steady_s, name), wanted),
-                Step(TRANSIENT_S, name, "deceleration", transient_s=TRANSIENT_S),
-                Step(LAP_REST_S, name, "rest"),
+                _driven(Leg(TRANSIENT_S, name, "acceleration", transient_s=TRANSIENT_S), wanted),
+                _driven(Leg(steady_s, name), wanted),
+                Leg(TRANSIENT_S, name, "deceleration", transient_s=TRANSIENT_S),
+                Leg(LAP_REST_S, name, "rest"),
             ]
         ahead, astern = WAYS[drive.dof]
         return once * cycles, (
@@ -172,13 +172,13 @@ def laps(length_m: float, drive: Drive) -> Family:
     return Family("laps", (drive,), period_s, build)
 
 
-def _wave(name: str, amplitudes: dict[str, float], period_s: float, cycles: int) -> list[Step]:
+def _wave(name: str, amplitudes: dict[str, float], period_s: float, cycles: int) -> list[Leg]:
     back = {key: -value for key, value in amplitudes.items()}
-    quarter, halves = Step(period_s / 4, name), Step(period_s / 2, name, alternate=2 * cycles - 1)
+    quarter, halves = Leg(period_s / 4, name), Leg(period_s / 2, name, alternate=2 * cycles - 1)
     return [_driven(quarter, amplitudes), _driven(halves, back), _driven(quarter, amplitudes)]
 
 
-def _driven(step: Step, amplitudes: dict[str, float]) -> Step:
+def _driven(step: Leg, amplitudes: dict[str, float]) -> Leg:
     return replace(step, **amplitudes)  # type: ignore[arg-type]
 
 

@@ -174,7 +174,7 @@ def mission_legs(manoeuvres: Sequence[Manoeuvre]) -> list[Leg]:
     """Legs of all manoeuvres, with a rest between consecutive manoeuvres."""
     legs: list[Leg] = []
     for i, manoeuvre in enumerate(manoeuvres):
-        legs += [Leg("rest", "rest", REST_S)] if i else []
+        legs += [Leg(REST_S, "rest", "rest")] if i else []
         legs += manoeuvre.legs()
     return legs
 

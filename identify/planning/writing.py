@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bridge.simulator.missions import Step
+from bridge.simulator.missions import Leg
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.planning.knowledge import NAMES, Knowledge
@@ -110,7 +110,7 @@ def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> st
     lines = [f"{TITLE} {title}", f"# Dive it in simulation: {command}", "#"]
     lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
     lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
-    pause = "  " + Step(REST_S, "rest", "rest").line()
+    pause = "  " + Leg(REST_S, "rest", "rest").line()
     for number, part in enumerate(proposal.parts, start=1):
         lines += [pause, f"  # {number}. {instruction(part)}"]
         lines += [f"  #    {line}" for line in _broken(f"By hand: {part.manoeuvre.by_hand}.")]

@@ -8,13 +8,13 @@ import re
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from itertools import starmap
 from pathlib import Path
 
 from bridge.errors import LogError
 from bridge.files import whole
 from bridge.vehicle.config import VehicleFile
+from bridge.version import installed
 from identify.dive import Dive
 from identify.report import picture, traces
 from identify.report.plot import DARK, LIGHT, Draw
@@ -329,7 +329,7 @@ def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mappin
         *((dive.name, dive.source.name, lengths[sha], "recording", sha) for sha, dive in seen.items()),
         (file.vehicle.name, file.path.name, MISSING, "vehicle file", file.sha256),
     )
-    versions = (("Python", platform.python_version()), *((name, _version(name)) for name in PACKAGES))
+    versions = (("Python", platform.python_version()), *((name, installed(name)) for name in PACKAGES))
     tables = [
         Table(("Name", "File", "Length", "What", "SHA-256"), sources, "What was read."),
         Table(("Made with", "Version"), versions),
@@ -337,10 +337,3 @@ def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mappin
     if settings:
         tables.append(Table(("Setting", "Value"), tuple(settings.items()), "As given on the command line."))
     return Section("Provenance", tables=tuple(tables))
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"

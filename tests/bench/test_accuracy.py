@@ -20,7 +20,7 @@ from bench.bound import cramer_rao, information, kernel
 from bench.coverage import Tried
 from bench.missions import Mission
 from bench.missions.mission import draw_one
-from bench.pooled import effective_count, share95, wilson
+from bench.pooled import effective_count, share95
 from bench.remembered import Data, Remembered
 from bench.tally import inside95, median_ratio, root_mean_square, tally
 from identify.estimators.likelihood import estimate
@@ -344,10 +344,6 @@ def test_the_page_counts_what_lies_inside_and_how_far_off_the_worst_is() -> None
     assert "38 of 40 inside, 95.0 %" in page
     assert "2 beyond 3 standard errors, the largest 3.5" in page
     assert "| survey | M_u | 20 | 95 % | +0.65 |" in page
-
-
-def test_wilsons_bounds_are_those_of_its_table() -> None:
-    assert wilson(0.9, 10) == pytest.approx((0.5958, 0.9821), abs=1e-4)
 
 
 def test_cases_alike_within_a_group_count_once() -> None:

@@ -261,8 +261,8 @@ def test_a_parameter_settles_where_it_last_left_its_end() -> None:
 
 def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way() -> None:
     legs = (
-        (Leg("change", "acceleration", 5.0, surge_m_s=-0.4, transient_s=5.0), 0.0, 5.0),
-        (Leg("hold", "steady", 10.0, surge_m_s=-0.4), 5.0, 15.0),
+        (Leg(5.0, "change", "acceleration", surge_m_s=-0.4, transient_s=5.0), 0.0, 5.0),
+        (Leg(10.0, "hold", "steady", surge_m_s=-0.4), 5.0, 15.0),
     )
     nu = np.zeros((round(17.0 / 0.05), 6))
     since_s = 0.05 * np.arange(1, len(nu) + 1) - 1.0

@@ -266,7 +266,10 @@ def test_of_two_vehicles_with_one_address_none_is_switched_on(vehicle, capsys):
 def test_of_two_vehicles_the_one_that_is_named_is_switched_on(vehicle, capsys):
     vehicle.twin = afloat(vehicle.clock, 2)
     assert run("shadow", "--yes") == exit_codes.LINK
-    assert "several vehicles beat (systems 1, 2); name one with --system" in capsys.readouterr().err
+    assert (
+        "several vehicles beat (systems 1, 2) and none is chosen; name one with --system"
+        in capsys.readouterr().err
+    )
     assert run("shadow", "--yes", "--system", "1") == exit_codes.DONE
     assert vehicle.server.mode == 1
 

@@ -1,9 +1,30 @@
-"""A port of this computer that nobody holds."""
+"""Ports of this computer: one of the network that nobody holds, and a serial one with a device behind it."""
 
+import os
+import pty
 import socket
+import tty
+
+from bridge.links.descriptor import DescriptorLink
 
 
 def free_port(kind=socket.SOCK_STREAM):
     with socket.socket(type=kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+def open_pty() -> tuple[DescriptorLink, str]:
+    """The device's end, and the path of the port for a reader to open; raw bytes both ways.
+
+    Closing the device's end pulls the plug: the reader's port is lost.
+    """
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    path = os.ttyname(slave)
+
+    def release() -> None:
+        os.close(slave)
+        os.close(master)
+
+    return DescriptorLink(f"pty:{path}", master, release), path

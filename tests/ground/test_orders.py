@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, utc_text
 from bridge.errors import LinkError, LogError
-from gcs_plugin.dives.folder import utc_text
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.orders import Order
 from gcs_plugin.recording.state import Holding, held, hung, release, state_file, write_holding

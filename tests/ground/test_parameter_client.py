@@ -254,7 +254,9 @@ def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, 
 
 def test_of_two_vehicles_one_must_be_named(client, vehicle):
     vehicle.others = [beat_of(2, 1, dialect.MAV_TYPE_SUBMARINE, 0)]
-    with pytest.raises(LinkError, match=r"several vehicles beat \(systems 1, 2\); name one"):
+    with pytest.raises(
+        LinkError, match=r"several vehicles beat \(systems 1, 2\) and none is chosen; name one"
+    ):
         client.find_vehicle()
     assert client.find_vehicle(system=2) == (2, 1)
 

@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 
 import pytest
+from fakes.ports import open_pty
 from figures import keep
 
 from bridge.clock import SystemClock
-from bridge.links.descriptor import open_pty
 from bridge.links.open import open_link
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import TlogWriter, read_tlog

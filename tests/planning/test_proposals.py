@@ -405,8 +405,8 @@ def test_a_vehicle_that_lost_its_velocity_is_pushed_no_more() -> None:
 def test_a_pushed_body_ends_at_force_over_damping_and_then_coasts() -> None:
     truth = load_truth(FILE, "hovering").calm()
     legs = (
-        Leg("ahead", "steady", 20.0, push_surge_n=20.0),
-        Leg("coast", "deceleration", 4.0, push_surge_n=0.0),
+        Leg(20.0, "ahead", "steady", push_surge_n=20.0),
+        Leg(4.0, "coast", "deceleration", push_surge_n=0.0),
     )
     run = simulate_truth(FILE, "hovering", Mission("push", legs), seed=1, noise=QUIET, truth=truth)
     steady = 20.0 / truth.damping[0]

@@ -47,7 +47,6 @@ def test_an_answer_may_arrive_in_any_pieces_also_with_pauses_between():
             parser = four()
             found = [s for i, piece in enumerate(pieces) for s in parser.feed(piece, 1.0 + i * gap_s)]
             assert [s.rpm for s in found] == [3500.0]
-            assert parser.counts == {"good": 1}
 
 
 @pytest.mark.parametrize("kept", range(10))
@@ -58,7 +57,6 @@ def test_an_answer_cut_short_takes_its_turn_and_the_pause_starts_the_next(kept):
     assert [s.current_a for s in samples] == [0.0, 2.0, 3.0]
     turned = 1 if kept >= 3 else 0
     assert [s.index for s in samples] == [0, 1 + turned, 2 + turned]
-    assert parser.counts["skipped bytes"] == kept
 
 
 @pytest.mark.parametrize("pause_s", [0.005, 0.0])
@@ -72,19 +70,17 @@ def test_a_broken_answer_takes_its_turn_after_a_pause_and_in_the_middle_of_a_bur
 @pytest.mark.parametrize(
     "values", [(0.0, 5.0, 30.0), (81.0, 5.0, 30.0), (16.0, 301.0, 30.0), (16.0, 5.0, 151.0)]
 )
-def test_what_no_controller_reports_is_counted_out_of_range_and_takes_its_turn(values):
+def test_what_no_controller_reports_gives_no_sample_and_takes_its_turn(values):
     voltage_v, current_a, temperature_c = values
     parser = four()
-    parser.feed(encode_esc(0.0, 14, voltage_v, current_a, temperature_c), 0.0)
+    assert parser.feed(encode_esc(0.0, 14, voltage_v, current_a, temperature_c), 0.0) == []
     (sample,) = parser.feed(answer(1), 0.005)
     assert sample.index == 1
-    assert parser.counts["out of range"] == 1
 
 
 def test_a_line_held_low_gives_no_sample():
     parser = four()
     assert parser.feed(bytes(1000), 0.0) == []
-    assert parser.counts["out of range"] == 100
 
 
 @settings(max_examples=50, deadline=None)

@@ -51,7 +51,6 @@ def test_ten_counter_steps_lock_and_each_frame_waits_for_the_next_to_confirm_it(
     assert parser.feed(frames[: 10 * 6], 0.0) == []
     np.testing.assert_array_equal(rates_of(parser, [frames[60:66]]), sine(12)[:10])
     np.testing.assert_array_equal(rates_of(parser, [frames[66:]]), sine(12)[10:11])
-    assert parser.counts == {"good": 11}
 
 
 @pytest.mark.parametrize("offset", range(6))
@@ -68,7 +67,6 @@ def test_a_noiseless_ramp_does_not_lock_on_its_own_data(slope):
         parser = Kvh1750Parser()
         rates = rates_of(parser, [encode_kvh1750(ramp)[offset:]])
         np.testing.assert_array_equal(rates, ramp[1 if offset else 0 : -1])
-        assert parser.counts["slip"] == 0
 
 
 def test_a_stream_may_arrive_in_any_pieces():
@@ -77,7 +75,6 @@ def test_a_stream_may_arrive_in_any_pieces():
     for pieces in (*splits(data), tuple(bytewise(data))):
         parser = Kvh1750Parser()
         np.testing.assert_array_equal(rates_of(parser, pieces), expected)
-        assert parser.counts == {"good": 13}
 
 
 def test_a_whole_chunk_is_one_block_with_times_backwards_from_its_last_byte():
@@ -129,7 +126,6 @@ def test_a_lost_byte_is_one_slip_and_no_wrong_rate(lost):
     parser = Kvh1750Parser()
     blocks = parser.feed(data[:at] + data[at + 1 :], 0.06)
     (block,) = blocks
-    assert parser.counts["slip"] == 1
     assert set(block.rate[block.valid]) <= set(sine(60))
     assert block.rate.size >= 56
     assert np.all(np.diff(block.time_s) >= 0)
@@ -147,7 +143,6 @@ def test_any_cut_and_any_insertion_relocks_and_the_result_does_not_depend_on_the
     whole, pieced = Kvh1750Parser(), Kvh1750Parser()
     rates = rates_of(whole, [data])
     np.testing.assert_array_equal(rates_of(pieced, random_chunks(data, rng)), rates)
-    assert whole.counts == pieced.counts
     assert np.isin(rates, truth).sum() >= len(rates) - 4
     assert rates.size > 150 - 30 - (lost + len(junk)) // 6
 
@@ -159,7 +154,6 @@ def test_a_frame_called_invalid_or_out_of_order_and_the_one_before_it_are_flagge
     parser = Kvh1750Parser()
     (block,) = parser.feed(bytes(data), 0.0)
     assert list(np.flatnonzero(~block.valid)) == [11, 12]
-    assert parser.counts == {"good": 27, "invalid": 1, "unconfirmed": 1}
 
 
 def test_a_head_with_the_bit_that_is_always_zero_set_is_a_slip():
@@ -168,14 +162,12 @@ def test_a_head_with_the_bit_that_is_always_zero_set_is_a_slip():
     parser = Kvh1750Parser()
     (block,) = parser.feed(bytes(data), 0.0)
     np.testing.assert_array_equal(block.rate, np.delete(sine(40)[:-1], [11, 12]))
-    assert parser.counts["slip"] == 1
 
 
-def test_a_rate_beyond_the_rated_range_is_flagged_and_counted():
+def test_a_rate_beyond_the_rated_range_is_flagged():
     parser = Kvh1750Parser()
     (block,) = parser.feed(encode_kvh1750(np.full(20, math.radians(491))), 0.0)
     assert not block.valid.any()
-    assert parser.counts == {"out of range": 19}
 
 
 def flagged(rates: np.ndarray) -> list[int]:

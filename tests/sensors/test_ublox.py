@@ -56,7 +56,6 @@ def test_nav_pvt_is_a_fix_at_arrival_less_latency():
     (sample,) = parser.feed(PVT, 10.0)
     assert sample.time_s == 9.75
     assert_the_fix(sample)
-    assert parser.counts == {"good": 1}
 
 
 def test_the_84_bytes_of_a_u_blox_7_are_read_as_the_92_of_later_ones():
@@ -118,7 +117,6 @@ def test_nav_pvt_silences_the_sentences_until_it_has_been_silent_itself():
     assert len(parser.feed(PVT, 2.0)) == 1
     assert parser.feed(GGA + RMC, 2.1) == []
     assert len(parser.feed(GGA + RMC, 8.0)) == 1
-    assert parser.counts == {"good": 3, "ignored": 2}
 
 
 def test_sentences_of_different_epochs_are_not_put_together():
@@ -127,24 +125,23 @@ def test_sentences_of_different_epochs_are_not_put_together():
 
 
 @pytest.mark.parametrize(
-    ("data", "reason"),
+    "data",
     [
-        (encode_nmea("GPGSV,1,1,00"), "ignored"),
-        (encode_nmea("PUBX,00,1"), "ignored"),
-        (encode_ubx(b"\x01\x30", bytes(20)), "ignored"),
-        (encode_ubx(b"\x05\x01", b"\x06\x01"), "ignored"),
-        (encode_nmea("GPGGA,123519,4807.038,N,01131.000,E,x,08,0.9,545.4,M,46.9,M,,"), "malformed"),
-        (GGA.replace(b"4807", b"4808"), "checksum"),
-        (GGA.replace(b"*47", b""), "checksum"),
-        (PVT[:30] + bytes((PVT[30] ^ 1,)) + PVT[31:], "checksum"),
-        (encode_ubx(b"\x01\x07", bytes(10)), "malformed"),
-        (nav("PVT", **{**PVT_FIELDS, "lat": 91.0}), "out of range"),
+        encode_nmea("GPGSV,1,1,00"),
+        encode_nmea("PUBX,00,1"),
+        encode_ubx(b"\x01\x30", bytes(20)),
+        encode_ubx(b"\x05\x01", b"\x06\x01"),
+        encode_nmea("GPGGA,123519,4807.038,N,01131.000,E,x,08,0.9,545.4,M,46.9,M,,"),
+        GGA.replace(b"4807", b"4808"),
+        GGA.replace(b"*47", b""),
+        PVT[:30] + bytes((PVT[30] ^ 1,)) + PVT[31:],
+        encode_ubx(b"\x01\x07", bytes(10)),
+        nav("PVT", **{**PVT_FIELDS, "lat": 91.0}),
     ],
 )
-def test_what_gives_no_fix_is_counted_and_the_next_is_read(data, reason):
-    parser = UbloxParser()
-    assert len(fed(parser, [data, PVT, PVT])) >= 1
-    assert parser.counts[reason] == 1
+def test_what_gives_no_fix_is_passed_over_and_the_next_is_read(data):
+    # What looks like the head of a message may take the next one with it.
+    assert 1 <= len(fed(UbloxParser(), [data, PVT, PVT])) <= 2
 
 
 def test_numbers_that_are_none_do_not_become_a_fix():
@@ -158,7 +155,6 @@ def test_numbers_that_are_none_do_not_become_a_fix():
 def test_an_overlong_sentence_is_passed_over(data):
     parser = UbloxParser()
     assert len(parser.feed(data + PVT, 0.0)) == 1
-    assert parser.counts["skipped bytes"] == len(data)
 
 
 @settings(max_examples=50, deadline=None)

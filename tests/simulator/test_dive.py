@@ -271,8 +271,8 @@ def test_a_vehicle_whose_dvl_falls_silent_stays_at_its_depth_and_heading():
 
 
 GROUND = Encoder(255, 190)
-AHEAD = Leg("ahead", "steady", 12.0, surge_m_s=0.4, transient_s=5.0)
-BACK = Leg("back", "steady", 12.0, surge_m_s=-0.4, transient_s=5.0)
+AHEAD = Leg(12.0, "ahead", "steady", surge_m_s=0.4, transient_s=5.0)
+BACK = Leg(12.0, "back", "steady", surge_m_s=-0.4, transient_s=5.0)
 TO_AND_FRO = Mission("to and fro", (AHEAD, BACK) * 3)
 
 

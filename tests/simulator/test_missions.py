@@ -139,7 +139,7 @@ def test_a_mission_file_that_makes_no_sense_is_refused(tmp_path, text, says):
 
 
 def test_before_and_after_a_mission_its_ends_hold():
-    mission = Mission("x", (Leg("turn", "turning", 2.0, yaw_rad_s=0.5),), 1.0, 0.25)
+    mission = Mission("x", (Leg(2.0, "turn", "turning", yaw_rad_s=0.5),), 1.0, 0.25)
     assert mission.reference(-1.0).heading_rad == 0.25
     assert mission.reference(99.0).heading_rad == pytest.approx(1.25)
     assert mission.spans() == ((mission.legs[0], 0.0, 2.0),)

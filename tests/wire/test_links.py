@@ -5,13 +5,13 @@ import threading
 
 import pytest
 from fakes.lossy import Lossy
-from fakes.ports import free_port
+from fakes.ports import free_port, open_pty
 from fakes.vehicle import FakeLink
 from links_read import SOON_S, read_exactly
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
-from bridge.links.descriptor import open_pty, open_tcpin
+from bridge.links.descriptor import open_tcpin
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.links.open import open_link

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fakes.ports import open_pty
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import in_real_time, vehicle
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError
-from bridge.links.descriptor import open_pty
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer

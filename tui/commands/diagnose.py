@@ -4,7 +4,6 @@ import argparse
 import math
 from collections.abc import Collection, Mapping
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.version import installed
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import Interval, Sidecar
 from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
@@ -316,7 +316,7 @@ def write_accepted(
             file.sha256,
             configuration,
             "diagnose",
-            version("seatrial"),
+            installed(),
             {
                 ids[name]: Interval(name, item.unit, item.low95, item.high95)
                 for name, item in accepted.values.items()

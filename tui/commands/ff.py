@@ -26,9 +26,8 @@ from gcs_plugin.watch.hearing import StatusTexts
 from tui import links, show
 
 PATIENCE_S = 15.0
-LACKING_S = 10.0
 SILENT_S = 10.0
-"""Delay before "no feed-forward" is believed: a companion computer that has a feed-forward may be heard late."""
+"""Delay before silence is spoken of."""
 FIND_S = 5.0
 TELL_EVERY_S = 2.0
 
@@ -156,7 +155,7 @@ class Course:
         return (
             self._switch.done
             or (self._seconds is not None and now_s - self._start_s >= self._seconds)
-            or self._switch.lacking_for_s(now_s) >= LACKING_S
+            or self._switch.hopeless(now_s)
         )
 
     def told(self, json: str | None) -> int:

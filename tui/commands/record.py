@@ -11,7 +11,7 @@ from typing import Any
 
 from bridge import clock as clocks
 from bridge import command_line, exit_codes
-from bridge.clock import Clock, EvenClock
+from bridge.clock import Clock, EvenClock, utc_text
 from bridge.command_line import check_folder
 from bridge.errors import LogError
 from bridge.links import secured
@@ -19,7 +19,7 @@ from bridge.links.addresses import of_links, of_served
 from bridge.links.secured import Opener
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.conditions import NOTHING_SAID
-from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions, utc_text
+from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions
 from gcs_plugin.dives.recorded import RecordedDive, RecordedDives
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders

@@ -13,13 +13,13 @@ from rich.text import Text
 
 from bridge import clock as clocks
 from bridge import command_line, exit_codes
-from bridge.clock import Clock
+from bridge.clock import Clock, utc_text
 from bridge.links import secured
 from bridge.links.reconnecting import Reconnecting
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Framer
-from gcs_plugin.dives.folder import DiveFolder, utc_text
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import (
     Armed,

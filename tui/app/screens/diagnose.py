@@ -17,7 +17,7 @@ from tui.app.drawing import Line, Lines, Role, apart, bar, cut, number, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
-from tui.app.screens.on_dive import DiveScreen
+from tui.app.screens.on_dive import SectionScreen
 
 JSON, REPORT, PARAM = "diagnosis.json", "diagnosis.html", "diagnosed.param"
 PHASES: Final = {
@@ -330,7 +330,7 @@ def what_next(answer: Answer, cells: int) -> Lines:
 MAKES: Final = {"where": where, "which": which, "far": how_far, "next": what_next}
 
 
-class DiagnoseScreen(DiveScreen):
+class DiagnoseScreen(SectionScreen):
     """Result of `seatrial diagnose`; a key chooses the check dive."""
 
     VERB = "diagnose"

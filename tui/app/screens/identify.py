@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.containers import VerticalScroll
@@ -11,9 +11,8 @@ from bridge import exit_codes
 from bridge.reports import Report
 from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
-from tui.app.jobs import JobState
 from tui.app.keys import LOOKS, Action, bindings
-from tui.app.screens.frame import Drawn, StationScreen
+from tui.app.screens.frame import Drawn
 from tui.app.screens.identify_lines import (
     Identified,
     curves,
@@ -25,16 +24,16 @@ from tui.app.screens.identify_lines import (
     result,
     words_for,
 )
+from tui.app.screens.on_dive import DiveScreen
 from tui.app.view import View
 
-VERB: Final = "identify"
 
-
-class IdentifyScreen(StationScreen):
+class IdentifyScreen(DiveScreen):
     """Bars and curves while it runs; then the result, even while its page is being written. A key shows the curves."""
 
+    VERB = "identify"
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action("identify.begin", "i", "Identify", "identify the chosen dive, now"),
+        Action("identify.begin", "i", "Identify", "identify the chosen dive, now", call="start"),
         Action("identify.parameters", "p", "Parameters", "compare and upload what was found"),
         Action("identify.curves", "c", "Curves", "how the values converged, and back", LOOKS),
         Action("identify.cancel", "x", "Cancel", "end the identification that runs"),
@@ -52,12 +51,8 @@ class IdentifyScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
-        self._dive: Path | None = None
         self._shown: Identified | None = None
-        self._seen: JobState | None = None
-        self._refused = ""
         self._curves = False
-        self._offered: object = None
         self._then = False
 
     def body(self) -> ComposeResult:
@@ -66,53 +61,30 @@ class IdentifyScreen(StationScreen):
         with VerticalScroll(id="identify-scroll"):
             yield Drawn(self._result, id="identify-result")
 
-    def on_screen_resume(self) -> None:
-        self._look()
-
     def on_screen_suspend(self) -> None:
-        if self._then and self.desk.jobs.runs(VERB):
+        if self._then and self.at_work:
             self.notify("Parameters opens no more by itself: Identify was left", severity="warning")
         self._then = False
 
+    def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
+        return words_for(str(dive), vehicle, places(dive))
+
     def show(self, view: View) -> None:
-        state = self.desk.jobs.state(VERB)
-        if state is not self._seen:
-            before, self._seen = self._seen, state
-            if state is not None and state.answered and (before is None or not before.answered):
-                self._curves = False
-                self._look()
-                # Not after a failure: older values may still lie there.
-                succeeded = state.unkept is None and (
-                    state.done is None or state.done.code == exit_codes.DONE
-                )
-                if self._then and succeeded:
-                    self.call_later(self.action_parameters)
-                self._then = False
-        self._arrange()
+        before = self._seen
         super().show(view)
+        state = self._seen
+        if state is not None and state.answered and (before is None or not before.answered):
+            self._curves = False
+            # Not after a failure: older values may still lie there.
+            succeeded = state.unkept is None and (state.done is None or state.done.code == exit_codes.DONE)
+            if self._then and succeeded:
+                self.call_later(self.action_parameters)
+            self._then = False
+            self._draw()
 
-    def begin(self) -> None:
-        """Identify the chosen dive unless an identification runs."""
-        if self.check_action("begin", ()):
-            self.action_begin()
-
-    def action_begin(self) -> None:
-        self._look()
-        self._curves, self._refused = False, ""
-        if self._dive is None:
-            self._refused = self.desk.no_dive
-        elif not (vehicle := self.desk.vehicle_of(self._dive)):
-            self._refused = (
-                f"{self._dive}: names no vehicle file that is there; start the app with --vehicle NAME"
-            )
-        else:
-            self.desk.dive = self._dive
-            self.desk.jobs.start(VERB, words_for(str(self._dive), vehicle, places(self._dive)))
-        self._draw()
-
-    def action_cancel(self) -> None:
-        self.desk.jobs.cancel(VERB)
-        self._draw()
+    def action_start(self) -> None:
+        self._curves = False
+        super().action_start()
 
     def action_curves(self) -> None:
         self._curves = not self._curves
@@ -125,17 +97,12 @@ class IdentifyScreen(StationScreen):
             self._draw()
             return
         # The run may have answered since the last view, so an earlier result may be outdated.
-        self._look()
+        self.look()
         if self._shown is not None and self._shown.param is not None:
             self.desk.param = self._shown.param
             await self.begin_on("parameters")
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        runs = self.desk.jobs.runs(VERB)
-        if action == "begin":
-            return not runs
-        if action == "cancel":
-            return runs
         if action == "curves":
             return self._answered and bool(passes_of(self._reports()))
         if action == "parameters":
@@ -146,17 +113,13 @@ class IdentifyScreen(StationScreen):
         if self._curves:
             self.action_curves()
 
-    def _look(self) -> None:
-        """Load the chosen dive and its identification."""
-        self._dive = self.desk.chosen()
-        if self._dive is None:
+    def look_again(self, *, other: bool) -> None:
+        """Load the dive's identification, but not at each pass of one that runs."""
+        if self.dive is None:
             self._shown = None
-        else:
-            unkept = self.desk.jobs.unkept(VERB, self._dive)
-            self._shown = load_identified(self._dive, self.desk.receipts, unkept)
-
-    def _state(self) -> JobState | None:
-        return self.desk.jobs.about(VERB, self._dive)
+        elif other or self._answered:
+            self._shown = load_identified(self.dive, self.desk.receipts, self.unkept)
+        self._arrange()
 
     @property
     def _has_values(self) -> bool:
@@ -165,47 +128,39 @@ class IdentifyScreen(StationScreen):
     @property
     def _answered(self) -> bool:
         """Whether no identification runs, or only its page is still being written."""
-        state = self.desk.jobs.state(VERB)
+        state = self.desk.jobs.state(self.VERB)
         return state is None or state.answered
 
     def _reports(self) -> tuple[Report, ...]:
-        state = self._state()
-        return () if state is None else state.reports
+        return () if self.job is None else self.job.reports
 
     def _draw(self) -> None:
         self._arrange()
+        self.refresh_bindings()
         self.draw()
 
     def _arrange(self) -> None:
         """Show the curves until the result exists or when they are asked for, otherwise the result."""
-        runs, answered = self.desk.jobs.runs(VERB), self._answered
-        self.set_class(not answered or self._curves, "-curves")
-        self.set_class(runs and answered and not self._curves, "-writes")
-        offered = (runs, answered, self._curves, self._shown)
-        if offered != self._offered:
-            self._offered = offered
-            self.refresh_bindings()
+        self.set_class(not self._answered or self._curves, "-curves")
+        self.set_class(self.at_work and self._answered and not self._curves, "-writes")
 
     def _progress(self, cells: int, _: int) -> Lines:
-        state = self._state()
+        state = self.job
         return () if state is None else progress(state, self.desk.jobs.now_s(), cells, self._then)
 
     def _charts(self, cells: int, rows: int) -> Lines:
         return curves(self._reports(), cells, rows)
 
     def _result(self, cells: int, _: int) -> Lines:
-        state = self._state()
-        lines = hanging(self._refused, "bad", cells) if self._refused else ()
-        if state is not None:
-            lines = (*lines, *ended(state, cells))
+        ending = ended(self.job, cells) if self.job is not None else ()
+        lines = (*hanging(self.obstacle, "warn", cells), *ending) if self.obstacle else ending
         if self._shown is not None:
             return (*lines, *result(self._shown, cells))
-        if self._dive is None:
-            return lines or hanging(self.desk.no_dive, "plain", cells)
-        head = heading(self._dive.name, "", cells)
-        key = self.key_of("identify.begin")
+        if self.dive is None:
+            return lines
+        head = heading(self.dive.name, "", cells)
         words = "not identified yet"
-        if key:
+        if key := self.key_of("identify.begin"):
             words += f"; {key} identifies it"
         elif self.view_only:
             words += "; this view only looks, and identifies nothing"

@@ -1,4 +1,4 @@
-"""Common base of the screens that run a verb on the chosen dive and show its result."""
+"""Common bases of the screens that run a verb on the chosen dive and show its result."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -12,34 +12,109 @@ from textual.containers import Container, Vertical, VerticalScroll
 from tui.app.desk import check_dives
 from tui.app.drawing import Lines, heading, wrapped
 from tui.app.header import Tab
-from tui.app.jobs import job_lines
+from tui.app.jobs import JobState, job_lines
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.view import View
 
 
 class DiveScreen(StationScreen):
-    """A verdict on top and sections below: all at once if they fit, otherwise one at a time.
+    """Runs a verb on the chosen dive, `dive`, by actions that call `start` and `cancel`.
 
-    Subclasses give the verb and its sections with their titles, and implement the methods that raise
-    NotImplementedError; their action ids have the verb before the point: `VERB.start`, `VERB.section`, `VERB.cancel`.
-    `dive` is the chosen dive; `others` are dives of the same vehicle and configuration, the newest first.
+    Subclasses give the verb and its command line, and take in a new result in `look_again`.
     """
 
     VERB: ClassVar[str]
-    SECTIONS: ClassVar[dict[str, str]]
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
         self.dive: Path | None = None
-        self.others: tuple[Path, ...] = ()
-        self._names = tuple(self.SECTIONS)
-        self._section = 0
-        self._seen: object = None
-        self.add_class(f"-{self._names[0]}")
+        self._seen: JobState | None = None
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         """The command line that works on the dive."""
         raise NotImplementedError
+
+    def look_again(self, *, other: bool) -> None:
+        """Called when the verb has gone on or the screen appears; `other`: another dive is chosen than before."""
+
+    @property
+    def at_work(self) -> bool:
+        return self.desk.jobs.runs(self.VERB)
+
+    @property
+    def job(self) -> JobState | None:
+        """The verb's running job, whatever its dive, or its last one if that was of this dive."""
+        return self.desk.jobs.about(self.VERB, self.dive)
+
+    @property
+    def unkept(self) -> Any:
+        """The verb's new result for the dive if it could not be stored next to it; None if it could."""
+        return self.desk.jobs.unkept(self.VERB, self.dive)
+
+    @property
+    def obstacle(self) -> str:
+        """Why the verb can't run on the chosen dive, "" if it can."""
+        if self.dive is None:
+            return self.desk.no_dive
+        if not self.desk.vehicle_of(self.dive):
+            return f"No vehicle file is known of {self.dive.name}; start `seatrial tui` with --vehicle FILE."
+        return ""
+
+    def on_screen_resume(self) -> None:
+        self.look()
+
+    def show(self, view: View) -> None:
+        state = self.desk.jobs.state(self.VERB)
+        if state is not self._seen or self.desk.chosen() != self.dive:
+            self._seen = state
+            self.look()
+        super().show(view)
+
+    def begin(self) -> None:
+        self.look()
+        if self.check_action("start", ()):
+            self.action_start()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "start":
+            return not self.at_work and not self.obstacle
+        if action == "cancel":
+            return self.at_work
+        return super().check_action(action, parameters)
+
+    def action_start(self) -> None:
+        if self.dive is not None:
+            self.desk.dive = self.dive
+            self.desk.jobs.start(self.VERB, self.words(self.dive, self.desk.vehicle_of(self.dive)))
+            self.look()
+
+    def action_cancel(self) -> None:
+        self.desk.jobs.cancel(self.VERB)
+
+    def look(self) -> None:
+        """Update the chosen dive and what is known of it."""
+        before, self.dive = self.dive, self.desk.chosen()
+        self.look_again(other=self.dive != before)
+        self.refresh_bindings()
+        self.draw()
+
+
+class SectionScreen(DiveScreen):
+    """A verdict on top and sections below: all at once if they fit, otherwise one at a time.
+
+    Subclasses give the sections with their titles, and implement the methods that raise NotImplementedError; their
+    action ids have the verb before the point: `VERB.start`, `VERB.section`, `VERB.cancel`. `others` are dives of the
+    same vehicle and configuration, the newest first.
+    """
+
+    SECTIONS: ClassVar[dict[str, str]]
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
+        self.others: tuple[Path, ...] = ()
+        self._names = tuple(self.SECTIONS)
+        self._section = 0
+        self.add_class(f"-{self._names[0]}")
 
     def result(self) -> Any:
         """The result that the verb left next to the dive; a false value if there is none."""
@@ -77,50 +152,13 @@ class DiveScreen(StationScreen):
                     with VerticalScroll():
                         yield Drawn(partial(self._lines, name), id=f"{self.VERB}-{name}-lines")
 
-    def on_screen_resume(self) -> None:
-        self._look()
-
     def on_resize(self, _: events.Resize) -> None:
         self.refresh_bindings()
 
-    def show(self, view: View) -> None:
-        state = self.desk.jobs.state(self.VERB)
-        if state is not self._seen or self.desk.chosen() != self.dive:
-            self._seen = state
-            self._look()
-        super().show(view)
-
-    def begin(self) -> None:
-        self._look()
-        if self.check_action("start", ()):
-            self.action_start()
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        if action == "start":
-            return not self.at_work and self.dive is not None and bool(self.desk.vehicle_of(self.dive))
-        if action == "cancel":
-            return self.at_work
         if action == "section":
             return not (self.has_class("-wide") and self.has_class("-tall"))
         return super().check_action(action, parameters)
-
-    @property
-    def unkept(self) -> Any:
-        """The verb's new result for the dive if it could not be stored next to it; None if it could."""
-        return self.desk.jobs.unkept(self.VERB, self.dive)
-
-    @property
-    def at_work(self) -> bool:
-        return self.desk.jobs.runs(self.VERB)
-
-    def action_start(self) -> None:
-        if self.dive is not None:
-            self.desk.dive = self.dive
-            self.desk.jobs.start(self.VERB, self.words(self.dive, self.desk.vehicle_of(self.dive)))
-            self._look()
-
-    def action_cancel(self) -> None:
-        self.desk.jobs.cancel(self.VERB)
 
     def action_section(self) -> None:
         self.remove_class(f"-{self._names[self._section]}")
@@ -128,20 +166,15 @@ class DiveScreen(StationScreen):
         self.add_class(f"-{self._names[self._section]}")
         self.call_after_refresh(self.draw)
 
-    def _look(self) -> None:
-        """Update the chosen dive and the list of other dives."""
-        dive = self.desk.chosen()
-        before, self.dive = self.dive, dive
-        self.others = self.comparable(dive) if dive is not None else ()
-        if dive != before:
+    def look_again(self, *, other: bool) -> None:
+        self.others = self.comparable(self.dive) if self.dive is not None else ()
+        if other:
             self.on_other_dive()
-        self.refresh_bindings()
-        self.draw()
 
     def _top(self, cells: int, _: int) -> Lines:
         if self.dive is None:
             return wrapped(self.desk.no_dive, "plain", cells)
-        state = self.desk.jobs.about(self.VERB, self.dive)
+        state = self.job
         job = job_lines(self.VERB, state, self.desk.jobs.now_s(), cells)
         if state is not None and state.runs:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
@@ -155,8 +188,8 @@ class DiveScreen(StationScreen):
     def _offer(self, again: bool) -> str:
         """Sentence on the key and the task that it starts."""
         assert self.dive is not None
-        if not self.desk.vehicle_of(self.dive):
-            return f"No vehicle file is known of {self.dive.name}; start `seatrial tui` with --vehicle FILE."
+        if self.obstacle:
+            return self.obstacle
         if self.view_only:
             return f"{self.dive.name}; this view only looks, and can't {self.VERB} it."
         does, how = self.aim()

@@ -184,7 +184,7 @@ class ParametersScreen(StationScreen):
 
     @property
     def _entries(self) -> tuple[Compared, ...]:
-        return self._transfer.shown.entries if self._transfer.shown is not None else ()
+        return self._transfer.shown.parameters if self._transfer.shown is not None else ()
 
     def _entry(self) -> Compared | None:
         return self._entries[self._at] if self._at < len(self._entries) else None

@@ -2,15 +2,15 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
-from gcs_plugin.params.comparison import Compared
+from gcs_plugin.params.comparison import Compared, Comparison
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, around, cut, heading, lines_of, wrapped
 from tui.app.jobs import JobState, progress
-from tui.app.screens.transfer import Comparison
 
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
@@ -87,11 +87,11 @@ def table(
     """
 
     def row(n: int) -> Line:
-        entry = shown.entries[n]
+        entry = shown.parameters[n]
         return _row(entry, entry.name in chosen, n == at, became.get(entry.name), cells, stale=stale)
 
     head = _head(cells, back, "was" if became else "staged" if shown.waits else "vehicle")
-    return (head, *around(len(shown.entries), at, rows, row))
+    return (head, *around(len(shown.parameters), at, rows, row))
 
 
 def _head(cells: int, back: bool, present: str) -> Line:
@@ -177,9 +177,9 @@ def top(
 ) -> Lines:
     """Heading: the file, the number of lines chosen (or written, once `done`), and the age of stale values."""
     if back:
-        title = f"ROLL BACK to the values before {_when(shown.file.name)}"
+        title = f"ROLL BACK to the values before {_when(Path(shown.file).name)}"
     else:
-        title = f"{shown.file.name} OF {shown.of}" if shown.of else str(shown.file)
+        title = f"{Path(shown.file).name} OF {shown.of}" if shown.of else shown.file
     count = f"{len(chosen)} of {len(shown.choosable)} chosen"
     if shown.staged:
         count = f"{len(shown.staged)} staged, {count}" if shown.choosable else f"{len(shown.staged)} staged"
@@ -200,7 +200,7 @@ def waiting(shown: Comparison, key: str, cells: int) -> Lines:
     """Warning that the vehicle holds values that it does not use; `key` puts them in force."""
     if not shown.waits:
         return ()
-    flies = f"another set flies ({shown.active_crc})" if shown.active_crc else "none of it flies"
+    flies = f"another set flies ({shown.active_crc:.0f})" if shown.active_crc else "none of it flies"
     commit = f": commit it with {key}" if key and shown.staged else ""
     return wrapped(f"{DOUBT} staged, and {flies}{commit}", "bad", cells)
 
@@ -214,9 +214,12 @@ def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bo
         task = f"put {lines_of(staged)} in force on"
     else:
         task = f"{write} {lines_of(chosen)} and put the {staged} staged in force on"
-    sentence = f"To {task} vehicle {shown.system}, type {needed} and Enter; escape leaves it."
+    sentence = f"To {task} vehicle {shown.vehicle.system}, type {needed} and Enter; escape leaves it."
     if armed:
-        return (((f" ■ vehicle {shown.system} is ARMED ", "armed"),), *wrapped(sentence, "strong", cells))
+        return (
+            ((f" ■ vehicle {shown.vehicle.system} is ARMED ", "armed"),),
+            *wrapped(sentence, "strong", cells),
+        )
     return wrapped(sentence, "strong", cells)
 
 

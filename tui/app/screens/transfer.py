@@ -2,19 +2,16 @@
 
 import contextlib
 import re
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import NothingLeft
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params import comparison as comparing
-from gcs_plugin.params.comparison import Compared
+from gcs_plugin.params.comparison import Comparison
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import Verdict
-from gcs_plugin.params.plausible import half_a_model, other_half
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk
 from tui.app.jobs import JobState, written_ns
@@ -25,7 +22,6 @@ DOUBTED: Final = "DOUBTED"
 
 _WORD = re.compile(r"[A-Z]+|\d+")
 
-CONVERGED: Final = "converged"
 ACTING: Final = (2, 3)
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
@@ -44,106 +40,15 @@ def agrees(typed: str, asked: str) -> bool:
     return sorted(_WORD.findall(typed.upper())) == sorted(asked.split()) and bool(typed.strip())
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Result of comparing a file with a vehicle. `active_crc` and `staged_crc` are the checksums of the parameter set
-    in force, 0 for none, and of the set that the vehicle holds; None if the vehicle has no sets.
-
-    `needs_disarmed`: it changes more than an armed vehicle accepts without confirmation; `of` is the dive it comes
-    from.
-    """
-
-    file: Path
-    of: str
-    outcome: str
-    summary: str
-    notes: tuple[str, ...]
-    system: int
-    armed: bool
-    ff_mode: int | None
-    active_crc: int | None
-    staged_crc: int | None
-    needs_disarmed: bool
-    entries: tuple[Compared, ...]
-
-    @property
-    def doubted(self) -> bool:
-        """Whether it comes from an identification that did not converge."""
-        return self.outcome not in ("", CONVERGED)
-
-    @property
-    def changed(self) -> tuple[str, ...]:
-        """Lines that an upload of the whole file would write."""
-        return tuple(entry.name for entry in self.entries if entry.changes)
-
-    @property
-    def waits(self) -> bool:
-        """Whether the vehicle holds values that are not in force; with no set in force, zero values do not count."""
-        if self.staged_crc is None or self.active_crc in (None, self.staged_crc):
-            return False
-        return bool(self.active_crc) or any(entry.present for entry in self.entries)
-
-    @property
-    def staged(self) -> tuple[str, ...]:
-        """Lines that any upload would put in force without writing them."""
-        return tuple(entry.name for entry in self.entries if entry.staged)
-
-    @property
-    def choosable(self) -> tuple[str, ...]:
-        """Lines that can be written."""
-        return tuple(entry.name for entry in self.entries if entry.choosable)
-
-    def only(self, chosen: Collection[str]) -> tuple[str, ...]:
-        """Names for `--only`: the chosen lines and the staged lines that take effect with them; empty for all lines."""
-        if set(chosen) == set(self.choosable):
-            return ()
-        return tuple(entry.name for entry in self.entries if entry.staged or entry.name in chosen)
-
-    def half(self, chosen: Collection[str]) -> str:
-        """Say which chosen line would leave half of a model without its other half, "" if none does."""
-        values = {
-            entry.name: (entry.target if entry.staged or entry.name in chosen else entry.present) or 0.0
-            for entry in self.entries
-        }
-        for entry in self.entries:
-            # Another half outside the file is the vehicle's own, and was judged together with it.
-            counterpart = other_half(entry.name)
-            if not entry.changes or entry.name not in chosen or counterpart not in values:
-                continue
-            if against := half_a_model(entry.name, entry.target, values):
-                return f"{entry.name}: {against}: choose {counterpart} too, or neither"
-        return ""
-
-    def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
-        """Chosen lines that are written although they are implausible."""
-        return tuple(entry.name for entry in self.entries if entry.implausible and entry.name in chosen)
-
-
 def comparison(data: Any) -> Comparison | None:
     """The comparison that a verb left, without lines that can only be read; None if it is missing or not a
     comparison."""
     try:
-        read = comparing.Comparison.from_json(data, READ)
+        read = Comparison.from_json(data, READ)
     except ConfigError:
         return None
-    return Comparison(
-        Path(read.file),
-        read.of,
-        read.outcome,
-        read.summary,
-        read.notes,
-        read.vehicle.system,
-        read.vehicle.armed,
-        _whole(read.ff_mode),
-        _whole(read.active_crc),
-        read.staged_crc,
-        read.needs_disarmed,
-        tuple(line for line in read.parameters if line.verdict != Verdict.READ_ONLY.value),
-    )
-
-
-def _whole(value: float | None) -> int | None:
-    return None if value is None else int(value)
+    lines = (line for line in read.parameters if line.verdict != Verdict.READ_ONLY.value)
+    return replace(read, parameters=tuple(lines))
 
 
 class Transfer:
@@ -230,11 +135,11 @@ class Transfer:
             return True
         if self.back:
             # The file holds all of the vehicle's earlier values; lines that already agree are of no interest.
-            entries = tuple(e for e in self.shown.entries if e.changes or e.staged)
+            entries = tuple(e for e in self.shown.parameters if e.changes or e.staged)
             if not entries:
                 self._leave_back(f"the vehicle holds all of {self.shown.file} already")
                 return True
-            self.shown = replace(self.shown, entries=entries)
+            self.shown = replace(self.shown, parameters=entries)
         self.chosen = set(self.shown.changed)
         stamp, decided = self._decided
         if not self.back and stamp == self._read_of:
@@ -255,15 +160,15 @@ class Transfer:
         if done is None or done.code or shown is None:
             return
         # The last accepted values have changed: to this upload, or to those before the upload taken back.
-        now = last_accepted(self._desk.receipts, shown.system)
+        now = last_accepted(self._desk.receipts, shown.vehicle.system)
         values = {name: (accepted.value, accepted.time) for name, accepted in now.items()}
         entries = (
             replace(
                 e, accepted=values.get(e.name, (None, ""))[0], accepted_at=values.get(e.name, (None, ""))[1]
             )
-            for e in shown.entries
+            for e in shown.parameters
         )
-        self.shown = replace(shown, entries=tuple(entries))
+        self.shown = replace(shown, parameters=tuple(entries))
 
     def choose_all(self) -> None:
         """Choose all lines that change, or none if all of them were chosen."""
@@ -291,7 +196,7 @@ class Transfer:
         ):
             return None
         age_s = self._desk.jobs.now_s() - state.ended_s
-        links = [link for link in picture.links if link.system == shown.system]
+        links = [link for link in picture.links if link.system == shown.vehicle.system]
         heard = any(not link.lost and link.age_s <= STALE_S for link in links)
         return None if heard and age_s <= OLD_S else age_s
 
@@ -308,13 +213,13 @@ class Transfer:
         if None in (flies, picture.active_set) or picture.active_set == flies:
             return False
         reported_s = self._desk.jobs.now_s() - picture.active_set_age_s
-        return reported_s > since_s and any(link.system == shown.system for link in picture.links[:1])
+        return reported_s > since_s and any(link.system == shown.vehicle.system for link in picture.links[:1])
 
     def armed(self, picture: Picture | None) -> bool:
         """Whether the vehicle is armed, by its newest HEARTBEAT, else by the comparison."""
         armed = picture.armed if picture is not None else Armed.UNKNOWN
         if armed is Armed.UNKNOWN:
-            return self.shown is not None and self.shown.armed
+            return self.shown is not None and self.shown.vehicle.armed
         return armed is not Armed.DISARMED
 
     def needed(self, picture: Picture | None) -> str:
@@ -351,7 +256,8 @@ class Transfer:
         if not agrees(typed, asked):
             self.trouble = f"'{typed}' is not '{asked}': nothing was sent"
             return False
-        if not self.back and (shown.file, written_ns(shown.file)) != self._read_of:
+        file = Path(shown.file)
+        if not self.back and (file, written_ns(file)) != self._read_of:
             self.read(back=False)
             self.trouble = f"{shown.file} has changed since it was shown: nothing was sent; look again"
             return True
@@ -363,8 +269,8 @@ class Transfer:
     def _words(self, shown: Comparison, *, armed: bool) -> tuple[str, ...]:
         """Command line that writes the chosen lines."""
         action = "rollback" if self.back else "upload"
-        words = ["params", action, str(shown.file), "--yes", "--receipts", str(self._desk.receipts)]
-        words += ["--system", str(shown.system)]
+        words = ["params", action, shown.file, "--yes", "--receipts", str(self._desk.receipts)]
+        words += ["--system", str(shown.vehicle.system)]
         words += ["--armed"] if armed else []
         if not self.back:
             words += self._vehicle()

@@ -17,7 +17,7 @@ from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, numbe
 from tui.app.header import Tab
 from tui.app.jobs import Kept, real
 from tui.app.keys import LOOKS, Action, bindings
-from tui.app.screens.on_dive import DiveScreen
+from tui.app.screens.on_dive import SectionScreen
 
 JSON, REPORT = "validation.json", "validation.html"
 MOST_BESIDE: Final = 3
@@ -213,7 +213,7 @@ def axes_of(runs: Sequence[Run]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(curve.axis for run in runs for curve in run.curves))
 
 
-class ValidateScreen(DiveScreen):
+class ValidateScreen(SectionScreen):
     """Result of `seatrial validate` on the chosen dive and on dives compared with it."""
 
     VERB = "validate"
