@@ -27,6 +27,7 @@ from identify.ingest.tlog import read_tlog
 LONGEST_DIVE_S = 30 * 86_400.0
 """Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
 HEARD = (".tlog", ".tlog.gz")
+TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
 FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
@@ -73,7 +74,9 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"{path}: holds several recordings ({names}); name one of them")
     if ours:
         return [*chosen, *logs_beside(path)]
-    chosen = chosen or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
+    chosen = chosen or [
+        file for file in path.glob("telemetry.*") if file.name.lower().endswith((".bin", *TABLES))
+    ]
     if not chosen:
         raise LogError(f"{path}: holds no recording; {FORMS}")
     return chosen
@@ -107,7 +110,7 @@ def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[st
         return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
         return read_dataflash(files[0])[0]
-    if name.endswith(".csv"):
+    if name.endswith(TABLES):
         if columns is None:
             raise LogError(f"{source}: a table needs a column map; give one with --columns FILE")
         return read_table(files[0], column_map(columns))
@@ -116,7 +119,7 @@ def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[st
 
 def _name(path: Path) -> str:
     name = path.resolve().name
-    for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv"):
+    for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv", ".txt", ".tsv"):
         name = name.removesuffix(ending)
     return name
 

@@ -1,7 +1,5 @@
 """Reads a dive from a table (`.csv`) and a column map: YAML with the column and unit of each signal."""
 
-import csv
-import io
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -12,10 +10,11 @@ from numpy.typing import NDArray
 from bridge import schema
 from bridge.errors import ConfigError, LogError
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
-from bridge.wire.tlog import load_bytes
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.clock import iso_s, within_seconds
 from identify.ingest.commands import spread
+from identify.ingest.text_table import TextTable, no_number, read_text_table
 
 Mask = NDArray[np.bool_]
 
@@ -44,20 +43,24 @@ WIDTHS = {
     "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
     "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
 }  # fmt: skip
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+ISO = "iso"
+SPARSE = 0.5
+"""The rows of a table with this share of empty cells hold a part of a sample each."""
 RADIANS_PER_RPM = 2 * np.pi / 60
 
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The time column and its unit."""
+    """The time column and its unit; `iso` for dates and times as words, `2026-07-19T10:15:00.25Z`."""
 
     column: str
     unit: str = "s"
 
     def __post_init__(self) -> None:
-        if self.unit not in TIME_UNITS:
-            raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(TIME_UNITS)}")
+        known = (*TIME_UNITS, ISO)
+        if self.unit not in known:
+            raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(known)}")
 
 
 @dataclass(frozen=True)
@@ -150,9 +153,14 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     A row in which all cells of a signal are empty has no sample of it; a cell `nan` is an unknown value. Rows of the
     same time become one row as far as their cells do not contradict each other.
     """
-    header, cells, empty, notes = _cells(path)
-    time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
+    table = read_text_table(path)
+    header, cells, empty = _cells(path, table, columns)
     used = np.array(sorted({header.index(name) for name in columns.names if name in header}), np.intp)
+    time_s, notes = _time_s(path, table, columns.time), table.notes
+    apart_s = within_seconds(time_s) if columns.time.unit in ("s", ISO) else None
+    if apart_s is not None and np.mean(empty[:, used] if len(used) else 0.0) < SPARSE:
+        time_s = apart_s
+        notes += ("Its clock tells whole seconds: the rows of each were spread evenly over it.",)
     rows, taken = _merged(time_s, cells, empty, used)
     if taken < len(time_s):
         notes += (f"{len(time_s) - taken} rows without a time of their own were left out.",)
@@ -202,34 +210,41 @@ def _merged(time_s: Array, cells: Array, empty: Mask, used: NDArray[np.intp]) ->
     return known[starts], taken
 
 
-def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
-    """Header, numbers (rows, columns) with NaN for empty cells, mask of empty cells, and notes on omitted rows."""
-    data, _ = load_bytes(path)
-    try:
-        lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
-    except (UnicodeDecodeError, csv.Error):
-        raise LogError(f"{path}: is no table of text; give a .csv with a line of names first") from None
-    lines = [line for line in lines if line]
-    if len(lines) < 2:
-        raise LogError(f"{path}: holds no rows; give a .csv with a line of names and a line for each sample")
-    header, body = [name.strip() for name in lines[0]], lines[1:]
-    notes: tuple[str, ...] = ()
-    if len(body[-1]) < len(header):
-        body, notes = body[:-1], ("The last row is cut off and was left out.",)
-    rows = []
-    for number, line in enumerate(body, start=2):
-        if len(line) != len(header):
+def _cells(path: Path, table: TextTable, columns: ColumnMap) -> tuple[list[str], Array, Mask]:
+    """Names of the columns of numbers, their numbers (rows, columns), mask of empty cells. Raises LogError."""
+    for name in columns.names & table.stream.text.keys():
+        words = table.stream.text[name]
+        row, word = next((i, word) for i, word in enumerate(words) if not _is_number(word))
+        raise LogError(f"{path}: row {table.lines[row]} {no_number(word)}; mend it")
+    numbers, rows = table.stream.columns, len(table.lines)
+    full = np.zeros(rows, np.bool_)
+    return (
+        list(numbers),
+        np.column_stack([np.zeros((rows, 0)), *numbers.values()]),
+        np.column_stack([np.zeros((rows, 0), np.bool_), *(table.empty.get(name, full) for name in numbers)]),
+    )
+
+
+def _time_s(path: Path, table: TextTable, time: TimeColumn) -> Array:
+    stream = table.stream
+    if time.column not in (*stream.columns, *stream.text):
+        known = ", ".join((*stream.columns, *stream.text))
+        raise LogError(f"{path}: has no column '{time.column}'; it has {known}: mend the column map")
+    if time.unit != ISO:
+        if time.column in stream.text:
             raise LogError(
-                f"{path}: row {number} has {len(line)} cells, the first line names {len(header)}; mend it"
+                f"{path}: its times in '{time.column}' are words, as '{stream.text[time.column][0]}'; give the time "
+                f"the unit {ISO} in the column map if they are dates"
             )
-        try:
-            rows.append([float(cell) if cell.strip() else np.nan for cell in line])
-        except ValueError:
-            wrong = next(cell for cell in line if not _is_number(cell))
-            raise LogError(f"{path}: row {number} holds '{wrong}', which is no number; mend it") from None
-    shape = -1, len(header)
-    empty = np.array([[not cell.strip() for cell in line] for line in body], np.bool_).reshape(shape)
-    return header, np.array(rows, np.float64).reshape(shape), empty, notes
+        return stream.columns[time.column] * TIME_UNITS[time.unit]
+    if time.column not in stream.text:
+        raise LogError(f"{path}: its times in '{time.column}' are numbers, not dates; mend their unit, {ISO}")
+    try:
+        return iso_s(stream.text[time.column])
+    except ValueError as error:
+        raise LogError(
+            f"{path}: '{error}' in '{time.column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z; mend it"
+        ) from None
 
 
 def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
