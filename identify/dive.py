@@ -70,6 +70,10 @@ class Signal:
         known = np.isfinite(self.value).all(axis=1)
         return Signal(self.time_s[known], self.value[known])
 
+    def in_part(self) -> "Signal":
+        """The samples (m, j) of the columns that are known at any time, of which every value is known."""
+        return Signal(self.time_s, self.value[:, np.isfinite(self.value).any(axis=0)]).finite()
+
     def held_at(self, time_s: Array) -> Array:
         """The latest value at each time, (m, k); NaN before the first sample."""
         index = np.searchsorted(self.time_s, time_s, side="right") - 1

@@ -81,7 +81,7 @@ def without_frozen(dive: Dive) -> Dive:
     notes = []
     for name, words in WORDS.items():
         signal = dive.signals().get(name)
-        known = signal.finite() if signal is not None else None
+        known = signal.in_part() if signal is not None else None
         runs = _runs(known) if known is not None and len(known) >= FEWEST else None
         if signal is None or known is None or runs is None or not runs.long.any():
             continue
@@ -94,7 +94,7 @@ def without_frozen(dive: Dive) -> Dive:
         )
         stays = ~np.isin(signal.time_s, known.time_s[index])
         left = Signal(signal.time_s[stays], signal.value[stays])
-        kept[name] = left if np.isfinite(left.value).all(axis=1).sum() > np.count_nonzero(frozen) else None
+        kept[name] = left if len(left.in_part()) > np.count_nonzero(frozen) else None
         notes.append(_note(words, stretches[name], len(index) / len(known)))
     if stretches:
         dive = replace(dive, **kept, frozen=stretches, notes=dive.notes + tuple(notes))

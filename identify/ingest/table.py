@@ -19,6 +19,10 @@ from identify.ingest.text_table import TextTable, no_number, read_text_table
 Mask = NDArray[np.bool_]
 
 NOTHING = "-"
+UNKNOWN = (None, "?")
+WHOLE = ("quaternion", "euler", "tau_cmd")
+"""Signals of which no column can be unknown: an attitude is one turn, and an unknown force could be any. Nor can one of
+an autopilot's velocity, which is turned to when it was true."""
 DEGREE = np.pi / 180
 
 UNITS: dict[str, float] = {
@@ -65,23 +69,31 @@ class TimeColumn:
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros.
+    """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros, null (or `?`) for one that
+    is unknown.
 
     value = (cell + offset) * scale, converted from `unit` to SI; `offset` and `scale` are in the file's unit, one per
     column (default: all 0, all 1).
     """
 
-    columns: tuple[str, ...]
+    columns: tuple[str | None, ...]
     unit: str
     offset: tuple[float, ...] = ()
     scale: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        if not any(self.named):
+            raise ValueError("every column is unknown; name one, or leave the signal out")
         for name in ("offset", "scale"):
             if len(getattr(self, name)) not in (0, len(self.columns)):
                 raise ValueError(
                     f"{name} needs one number for each of the {len(self.columns)} columns, or none"
                 )
+
+    @property
+    def named(self) -> tuple[str | None, ...]:
+        """The columns, None for one that is unknown."""
+        return tuple(None if name in UNKNOWN else name for name in self.columns)
 
 
 @dataclass(frozen=True)
@@ -117,11 +129,17 @@ class ColumnMap:
             width = WIDTHS.get(name, len(columns.columns))
             if len(columns.columns) != width:
                 raise ValueError(f"{name}: needs {width} columns, {len(columns.columns)} are given")
+            whole = name in WHOLE or (name == "velocity" and self.velocity_is_filtered)
+            if whole and None in columns.named:
+                raise ValueError(
+                    f"{name}: can't be known in part; name every column, write '{NOTHING}' for one that is zero all "
+                    "the dive, or leave the signal out"
+                )
 
     @property
     def names(self) -> set[str]:
         """All columns that a signal is taken from."""
-        return {name for source in self.signals().values() for name in source.columns}
+        return {name for source in self.signals().values() for name in source.named if name is not None}
 
     def signals(self) -> dict[str, Columns]:
         return {
@@ -249,7 +267,7 @@ def _time_s(path: Path, table: TextTable, time: TimeColumn) -> Array:
 
 def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
     """Rows (n,) in which a signal has a non-empty cell."""
-    places = [header.index(name) for name in source.columns if name in header]
+    places = [header.index(name) for name in source.named if name in header]
     return np.asarray(~empty[:, places].all(axis=1) if places else np.ones(len(empty), np.bool_))
 
 
@@ -261,7 +279,9 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _column(path: Path, header: list[str], cells: Array, name: str) -> Array:
+def _column(path: Path, header: list[str], cells: Array, name: str | None) -> Array:
+    if name is None:
+        return np.full(len(cells), np.nan)
     if name == NOTHING:
         return np.zeros(len(cells))
     if name not in header:
@@ -270,7 +290,7 @@ def _column(path: Path, header: list[str], cells: Array, name: str) -> Array:
 
 
 def _values(path: Path, header: list[str], cells: Array, signal: str, source: Columns) -> Array:
-    value = np.column_stack([_column(path, header, cells, name) for name in source.columns])
+    value = np.column_stack([_column(path, header, cells, name) for name in source.named])
     value = (value + np.array(source.offset or 0.0)) * np.array(source.scale or 1.0)
     if source.unit == "rad/s" and signal == "rpm":
         factor = 1 / RADIANS_PER_RPM
