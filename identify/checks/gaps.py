@@ -75,11 +75,11 @@ def _rates(dive: Dive) -> list[str]:
 
 
 def _forces(dive: Dive) -> list[str]:
-    if dive.pwm is None and dive.tau_cmd is None:
+    recorded = (dive.thruster_commands, dive.effort, dive.tau_cmd)
+    signal = next((commands for commands in recorded if commands is not None), None)
+    if signal is None:
         return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
     notes = []
-    signal = dive.pwm if dive.pwm is not None else dive.tau_cmd
-    assert signal is not None
     if sampled_slowly(signal):
         notes.append(
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: what they "

@@ -40,8 +40,8 @@ KINDS: dict[str, tuple[str, ...]] = {
     "specific_force": ("m/s2", "g", "mg"), "quaternion": ("1",), "euler": ("rad", "deg"),
     "pressure": ("Pa", "hPa", "mbar", "bar", "psi"),
     "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
-    "pwm": ("us",), "rpm": ("rpm", "rev/s", "rad/s"), "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"),
-    "armed": ("1",),
+    "pwm": ("us", "1", "N", "kgf", "lbf"), "rpm": ("rpm", "rev/s", "rad/s"),
+    "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"), "armed": ("1",),
 }  # fmt: skip
 WIDTHS = {
     "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
@@ -51,6 +51,8 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ISO = "iso"
 SPARSE = 0.5
 """The rows of a table with this share of empty cells hold a part of a sample each."""
+COMMANDS = {"us": "pwm", "1": "effort"}
+"""The Dive's signal for thruster commands of a unit; forces are its `thrust_cmd`."""
 RADIANS_PER_RPM = 2 * np.pi / 60
 
 
@@ -100,7 +102,8 @@ class Columns:
 class ColumnMap:
     """The column of each signal. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are shown to the user.
 
-    `commands_hold`: each thruster command, or wrench, holds until the next recorded command, however much later.
+    `pwm` in microseconds, as commands from -1 to 1 (unit 1), or as the force of each thruster. `commands_hold`: each
+    thruster command, or wrench, holds until the next recorded command, however much later.
     """
 
     time: TimeColumn
@@ -186,6 +189,8 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     for name, source in columns.signals().items():
         with_sample = rows[_told(header, empty[rows], source)]
         signals[name] = Signal(time_s[with_sample], _values(path, header, cells[with_sample], name, source))
+    if columns.pwm is not None:
+        signals[COMMANDS.get(columns.pwm.unit, "thrust_cmd")] = signals.pop("pwm")
     euler = signals.pop("euler", None)
     if euler is not None:
         signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))
@@ -194,7 +199,7 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
         signals["attitude"] = quaternion
     if columns.commands_hold:
         end_s = max((float(signal.time_s[-1]) for signal in signals.values() if len(signal)), default=0.0)
-        for name in {"pwm", "tau_cmd"} & signals.keys():
+        for name in {*COMMANDS.values(), "thrust_cmd", "tau_cmd"} & signals.keys():
             signals[name] = spread(signals[name], end_s)
     return {
         **signals,
