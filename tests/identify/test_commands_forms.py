@@ -8,7 +8,6 @@ import pytest
 
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
-from identify.checks.frozen import without_frozen
 from identify.diagnose.nominal import with_later_commands
 from identify.dive import Dive, Signal
 from identify.forces import asked_thrusts, tells_thrusters, wrench
@@ -51,6 +50,7 @@ def test_the_same_thrust_is_the_same_wrench_however_it_is_stated(
     )
     forces = wrench(dive, file, "only")
     np.testing.assert_allclose(forces.asked[:2, [0, 2, 5]], [[10, 0, -2], [0, 10, 0]], atol=1e-12)
+    assert forces.notes == ()
     assert tells_thrusters(dive, file.vehicle.configurations["only"])
 
 
@@ -109,16 +109,15 @@ def test_later_commands_are_later_in_newtons_too() -> None:
     assert with_later_commands(dive, 0.25).thrust_cmd.time_s.tolist() == [0.25, 1.25, 2.25]
 
 
-def test_a_vehicle_that_rests_at_another_pulse_is_not_taken_for_one_that_pushes() -> None:
-    time_s = np.arange(0.0, 60.0, 0.1)
-    read = np.random.default_rng(0).normal(size=(600, 3))
-    read[200:500] = read[200]
-    dive = Dive(
-        "d",
-        Path("d.csv"),
-        "0" * 64,
-        velocity=Signal(time_s, read),
-        pwm=Signal(time_s, np.full((600, 1), 1100.0)),
-    )
-    assert without_frozen(dive, 1100.0).frozen == {}
-    assert "velocity" in without_frozen(dive, 1500.0).frozen
+@pytest.mark.parametrize(("neutral_us", "left"), [(1100.0, 600), (1500.0, 301)])
+def test_a_vehicle_that_rests_at_another_pulse_is_not_taken_for_one_that_pushes(
+    tmp_path: Path, neutral_us: float, left: int
+) -> None:
+    u, v, w = np.random.default_rng(0).normal(size=(3, 600))
+    for axis in (u, v, w):
+        axis[200:500] = axis[200]
+    rows = [f"{k / 10},{u[k]},{v[k]},{w[k]},1100,1100" for k in range(600)]
+    (tmp_path / "dive.csv").write_text("t,u,v,w,a,b\n" + "\n".join(rows) + "\n")
+    (tmp_path / "columns.yaml").write_text(MAP % "us" + "velocity: {columns: [u, v, w], unit: m/s}\n")
+    file = vehicle_file(replace(ONE_WAY, neutral_us=neutral_us))
+    assert len(read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", file).velocity) == left
