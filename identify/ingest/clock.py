@@ -10,6 +10,7 @@ from identify.dive import Array
 
 EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 TICK: Final = timedelta(microseconds=1)
+DAY_S: Final = 86_400.0
 FEWEST_SECONDS: Final = 3
 NEARLY, MOST = 0.15, 0.8
 """Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, or off by one row."""
@@ -29,6 +30,22 @@ def _unix_s(word: str) -> float:
     except ValueError:
         raise ValueError(word) from None
     return ((at if at.tzinfo else at.replace(tzinfo=UTC)) - EPOCH) / TICK * 1e-6
+
+
+def of_day_s(stamps: Array) -> Array:
+    """Time (n,) in s of stamps (n,) that write hours, minutes and seconds as one number, 202459 for 20:24:59.
+
+    Past midnight it runs on. Raises ValueError with the first stamp that is no such time.
+    """
+    hours, below = np.divmod(stamps, 10_000)
+    minutes, seconds = np.divmod(below, 100)
+    wrong = (hours < 0) | (hours > 23) | (minutes > 59) | (seconds >= 61)
+    if wrong.any():
+        raise ValueError(f"{stamps[np.argmax(wrong)]:.10g}")
+    time_s = 3600 * hours + 60 * minutes + seconds
+    known = np.flatnonzero(np.isfinite(time_s))
+    time_s[known[1:]] += DAY_S * np.cumsum(np.diff(time_s[known]) < -0.5 * DAY_S)
+    return np.asarray(time_s)
 
 
 def within_seconds(time_s: Array) -> Array | None:

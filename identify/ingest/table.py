@@ -12,7 +12,7 @@ from bridge.errors import ConfigError, LogError
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
-from identify.ingest.clock import iso_s, within_seconds
+from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.commands import spread
 from identify.ingest.text_table import TextTable, no_number, read_text_table
 
@@ -48,7 +48,7 @@ WIDTHS = {
     "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
 }  # fmt: skip
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-ISO = "iso"
+ISO, OF_DAY = "iso", "hhmmss"
 SPARSE = 0.5
 """The rows of a table with this share of empty cells hold a part of a sample each."""
 COMMANDS = {"us": "pwm", "1": "effort"}
@@ -58,13 +58,14 @@ RADIANS_PER_RPM = 2 * np.pi / 60
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The time column and its unit; `iso` for dates and times as words, `2026-07-19T10:15:00.25Z`."""
+    """The time column and its unit; `iso` for dates and times as words, `2026-07-19T10:15:00.25Z`; `hhmmss` for
+    the time of day as a number, 202459 for 20:24:59."""
 
     column: str
     unit: str = "s"
 
     def __post_init__(self) -> None:
-        known = (*TIME_UNITS, ISO)
+        known = (*TIME_UNITS, ISO, OF_DAY)
         if self.unit not in known:
             raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(known)}")
 
@@ -178,7 +179,7 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     header, cells, empty = _cells(path, table, columns)
     used = np.array(sorted({header.index(name) for name in columns.names if name in header}), np.intp)
     time_s, notes = _time_s(path, table, columns.time), table.notes
-    apart_s = within_seconds(time_s) if columns.time.unit in ("s", ISO) else None
+    apart_s = within_seconds(time_s) if columns.time.unit in ("s", ISO, OF_DAY) else None
     if apart_s is not None and np.mean(empty[:, used] if len(used) else 0.0) < SPARSE:
         time_s = apart_s
         notes += ("Its clock tells whole seconds: the rows of each were spread evenly over it.",)
@@ -259,6 +260,8 @@ def _time_s(path: Path, table: TextTable, time: TimeColumn) -> Array:
                 f"{path}: its times in '{time.column}' are words, as '{stream.text[time.column][0]}'; give the time "
                 f"the unit {ISO} in the column map if they are dates"
             )
+        if time.unit == OF_DAY:
+            return _of_day_s(path, stream.columns[time.column], time.column)
         return stream.columns[time.column] * TIME_UNITS[time.unit]
     if time.column not in stream.text:
         raise LogError(f"{path}: its times in '{time.column}' are numbers, not dates; mend their unit, {ISO}")
@@ -267,6 +270,16 @@ def _time_s(path: Path, table: TextTable, time: TimeColumn) -> Array:
     except ValueError as error:
         raise LogError(
             f"{path}: '{error}' in '{time.column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z; mend it"
+        ) from None
+
+
+def _of_day_s(path: Path, stamps: Array, column: str) -> Array:
+    try:
+        return of_day_s(stamps)
+    except ValueError as error:
+        raise LogError(
+            f"{path}: {error} in '{column}' is no time of day as a number, 202459 for 20:24:59; mend the time's unit "
+            "in the column map"
         ) from None
 
 

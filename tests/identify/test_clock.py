@@ -7,7 +7,7 @@ import pytest
 
 from bridge.errors import LogError
 from identify.dive import Dive
-from identify.ingest.clock import iso_s, within_seconds
+from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.open import read_dive
 
 MAP = "time: {column: t, unit: %s}\ndepth: {columns: [z], unit: m}\n"
@@ -47,6 +47,8 @@ def test_a_table_with_dates_keeps_their_steps(tmp_path: Path) -> None:
     [
         ("19.07.2026 10:15", "iso", "'19.07.2026 10:15' in 't' is no time that ISO 8601 knows"),
         ("12.5", "iso", "its times in 't' are numbers, not dates"),
+        ("202461", "hhmmss", "202461 in 't' is no time of day"),
+        ("206059", "hhmmss", "206059 in 't' is no time of day"),
         ("2026-07-19T10:15:00Z", "s", "its times in 't' are words, as '2026-07-19T10:15:00Z'"),
     ],
 )
@@ -98,3 +100,15 @@ def test_rows_that_hold_a_part_of_a_sample_each_stay_one_sample(tmp_path: Path) 
     (tmp_path / "dive.csv").write_text(f"t,z,h,v\n{rows}")
     dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
     assert dive.depth.time_s.tolist() == dive.altitude.time_s.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_a_time_of_day_as_a_number_runs_on_over_minutes_and_midnight() -> None:
+    stamps = np.array([202459.0, 202500.5, np.nan, 235959.0, 0.0, 101.0])
+    expected = [73_499.0, 73_500.5, np.nan, 86_399.0, 86_400.0, 86_461.0]
+    np.testing.assert_array_equal(of_day_s(stamps), expected)
+
+
+def test_a_time_of_day_of_whole_seconds_is_spread_over_them(tmp_path: Path) -> None:
+    rows = "".join(f"{stamp},{k}.5\n" for stamp in (202458, 202459, 202500, 202501) for k in range(4))
+    dive = dive_of(tmp_path, f"t,z\n{rows}", "hhmmss")
+    assert np.diff(dive.depth.time_s) == pytest.approx(np.full(15, 0.25))
