@@ -54,13 +54,9 @@ def within_seconds(time_s: Array) -> Array | None:
     The first second may have begun before the first row: its rows lie at its end. None if the clock is another: one
     that tells more than seconds, runs back, or has seconds of different numbers of rows.
     """
-    known = time_s[np.isfinite(time_s)]
-    if (
-        len(known) < len(time_s)
-        or not len(known)
-        or (known != np.rint(known)).any()
-        or (np.diff(known) < 0).any()
-    ):
+    has_time = np.isfinite(time_s)
+    known = time_s[has_time]
+    if not len(known) or (known != np.rint(known)).any() or (np.diff(known) < 0).any():
         return None
     second, first, count = np.unique(known, return_index=True, return_counts=True)
     if len(second) < FEWEST_SECONDS:
@@ -73,4 +69,6 @@ def within_seconds(time_s: Array) -> Array | None:
     rows = count.astype(np.float64)
     rows[[0, -1]] = np.maximum(rows[[0, -1]], usual)
     place[: count[0]] += int(rows[0]) - count[0]
-    return np.asarray(known + place / np.repeat(rows, count))
+    spread_s = np.full(len(time_s), np.nan)
+    spread_s[has_time] = known + place / np.repeat(rows, count)
+    return spread_s

@@ -68,6 +68,11 @@ def test_rows_of_a_clock_of_whole_seconds_are_spread_over_each() -> None:
     )
 
 
+def test_a_row_without_a_time_stays_without_one_and_moves_no_other() -> None:
+    spread = within_seconds(np.array([1.0, 1.0, 2.0, 2.0, np.nan, 3.0, 3.0]))
+    np.testing.assert_array_equal(spread, [1.0, 1.5, 2.0, 2.5, np.nan, 3.0, 3.5])
+
+
 @pytest.mark.parametrize(
     "time_s",
     [
@@ -76,7 +81,6 @@ def test_rows_of_a_clock_of_whole_seconds_are_spread_over_each() -> None:
         np.repeat([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [4, 20, 4, 40, 3, 4]),
         np.repeat([3.0, 2.0, 1.0], 4),
         np.repeat([1.0, 2.0], 4),
-        np.array([1.0, 1.0, 2.0, 2.0, np.nan, 3.0, 3.0]),
         np.zeros(0),
     ],
 )
