@@ -70,6 +70,10 @@ class Signal:
         known = np.isfinite(self.value).all(axis=1)
         return Signal(self.time_s[known], self.value[known])
 
+    def in_part(self) -> "Signal":
+        """The samples (m, j) of the columns that are known at any time, of which every value is known."""
+        return Signal(self.time_s, self.value[:, np.isfinite(self.value).any(axis=0)]).finite()
+
     def held_at(self, time_s: Array) -> Array:
         """The latest value at each time, (m, k); NaN before the first sample."""
         index = np.searchsorted(self.time_s, time_s, side="right") - 1
@@ -101,9 +105,11 @@ class Dive:
     dive was dated.
     gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its interval.
     specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only if the
-    recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm: (n, thrusters), signed.
-    voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
-    nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
+    recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. thrust_cmd: (n, thrusters) N
+    that each thruster is asked for, before its lag, if the recording states them instead of pulses. effort: (n,
+    thrusters) commands from -1 to 1, which are pulses once the vehicle is known. rpm: (n, thrusters), signed. voltage:
+    (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
+    heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
     notes: losses in the recording, in sentences for the user.
     frozen: by signal, the intervals in s in which its readings were frozen and therefore left out.
@@ -122,6 +128,8 @@ class Dive:
     depth: Signal | None = None
     altitude: Signal | None = None
     pwm: Signal | None = None
+    thrust_cmd: Signal | None = None
+    effort: Signal | None = None
     rpm: Signal | None = None
     voltage: Signal | None = None
     tau_pid: Signal | None = None
@@ -180,6 +188,11 @@ class Dive:
         if self.gyro is None or not len(self.gyro):
             return None
         return Signal(self.gyro.time_s, self.gyro.value[:, 2:])
+
+    @property
+    def thruster_commands(self) -> Signal | None:
+        """The command of each thruster, (n, thrusters): pulses, or else newtons."""
+        return self.pwm if self.pwm is not None else self.thrust_cmd
 
     def depth_by(self, water: Water) -> Signal | None:
         """Depth (n, 1) in m, positive down: as recorded, otherwise from pressure through the water's density."""

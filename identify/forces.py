@@ -1,5 +1,5 @@
-"""Wrench of a dive as a function of time, from the thruster commands (through curve, lag and geometry) or from
-TAU_CMD.
+"""Wrench of a dive as a function of time, from the thruster commands (through curve, lag and geometry; commands in
+newtons need no curve) or from TAU_CMD.
 
 A command holds from its own time to the next command's. All thrusters share one first-order lag, so the lag acts on
 the wrench: between two commands the wrench is W + (w - W) exp(-s / lag), with W the commanded wrench, w the wrench at
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, VehicleFile
-from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
 from identify.ingest.commands import held_commands, never_known, sampled_slowly
 from identify.statistics import bulk_std
@@ -32,6 +32,9 @@ BETWEEN = 8
 
 FAR = 6.0
 """A change of the wrench by more than this many standard deviations of rounding is not rounding."""
+
+BY_FAR_US = 50.0
+"""A pulse further than this from neutral lies beyond any thruster's dead zone."""
 
 LAST = 9
 """Number of commands whose median is the level: half a second of a stock autopilot's log."""
@@ -47,7 +50,8 @@ class WrenchHistory:
     `integral` (n, 6): integral of the wrench from the first command on. `moment` (n, 6): integral of `integral`.
     `hidden` (6,): white force that the log hides, in N (N m) per square root of 1/s, from rounding commands to whole
     microseconds and from sampling them slowly.
-    `sampled_s`: time between slow samples of the commands, 0 if the commands are known at all times.
+    `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
+    commands, 0 if the commands are known at all times.
     """
 
     time_s: Array
@@ -123,7 +127,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
 
     The wrench comes from PWM if the recording has an output for every thruster, otherwise from TAU_CMD. A thrust
     table next to the vehicle file is found only if `vehicle` is a VehicleFile. Raises FitError if the recording has
-    neither, ConfigError for a thrust table that can't be read.
+    neither, or pulses at which the thrust curve gives no thrust; ConfigError for a thrust table that can't be read.
     """
     if isinstance(vehicle, VehicleFile):
         directory, vehicle = vehicle.path.parent, vehicle.vehicle
@@ -132,13 +136,13 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     commanded = dive.tau_cmd if dive.tau_cmd is not None and len(dive.tau_cmd) else None
     from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name, commanded)
     curve = vehicle.thrust_curve
-    if from_pwm is not None and dive.pwm is not None:
+    if from_pwm is not None and dive.thruster_commands is not None:
         if commanded is not None:
             notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
         variance = _hidden(dive, vehicle, directory, configuration_name)
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
-        if sampled_slowly(dive.pwm):
+        if sampled_slowly(dive.thruster_commands):
             return _sampled(from_pwm, curve, "pwm", notes, rounded)
         history = _history(Signal(from_pwm.time_s, unrounded(from_pwm.value, variance)), curve, "pwm", notes)
         return replace(history, hidden=np.sqrt(rounded))
@@ -156,8 +160,40 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
 
 def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
     """Whether a recording has an output for every thruster of a configuration."""
-    outputs = 0 if dive.pwm is None or not len(dive.pwm) else dive.pwm.value.shape[1]
+    commands = dive.thruster_commands
+    outputs = 0 if commands is None or not len(commands) else commands.value.shape[1]
     return 0 < len(configuration.thrusters) <= outputs
+
+
+def asked_thrusts(dive: Dive, file: VehicleFile, name: str) -> Signal:
+    """The thrust (n, k) in N that each thruster of a configuration is asked for; none where its command is unknown."""
+    commands = dive.thruster_commands
+    assert commands is not None
+    value = commands.value[:, : len(file.vehicle.configurations[name].thrusters)]
+    return Signal(commands.time_s, _thrust_n(dive, value, file.vehicle, file.path.parent))
+
+
+def _thrust_n(dive: Dive, commands: Array, vehicle: Vehicle, directory: Path) -> Array:
+    """Thrust (n, k) of the dive's commands (n, k): a pulse through the curve, and none for no pulse or no number."""
+    if dive.pwm is None:
+        return np.nan_to_num(commands)
+    curve = thrust_curve(vehicle.thrust_curve, directory)
+    return curve.thrust(np.where(commands > 0, commands, curve.neutral_us))
+
+
+def _refuse_thrustless(dive: Dive, pulses_us: Array, vehicle: Vehicle, directory: Path) -> None:
+    """Raise FitError if no pulse (n, k), far as they lie from neutral, gives any thrust by the vehicle's curve."""
+    curve = thrust_curve(vehicle.thrust_curve, directory)
+    sent = pulses_us[pulses_us > 0]
+    if not (np.abs(sent - curve.neutral_us) > BY_FAR_US).any() or curve.thrust(sent).any():
+        return
+    low_us, high_us = curve.ends_us
+    raise FitError(
+        f"the vehicle file's thrust curve gives no thrust at any recorded pulse: these lie between {sent.min():.0f} "
+        f"and {sent.max():.0f} us, and the curve goes from {low_us:.0f} to {high_us:.0f} us with its neutral at "
+        f"{curve.neutral_us:.0f} us; mend thrust_curve: neutral_us, or the unit of the commands",
+        of=dive.source,
+    )
 
 
 def evenly_between(samples: Signal) -> Signal:
@@ -203,8 +239,9 @@ def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, name: str) -
 def _hidden(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
     """Variance (n, 6) of the part of each command's wrench that rounding to whole microseconds hides. Zero if the
     commanded wrench is recorded too, because the readings that it responds to are then recorded as well."""
+    commands = dive.thruster_commands
     if dive.pwm is None or (dive.tau_cmd is not None and len(dive.tau_cmd)):
-        return np.zeros((0 if dive.pwm is None else len(dive.pwm), 6))
+        return np.zeros((0 if commands is None else len(commands), 6))
     return _rounding(dive.pwm, vehicle, directory, name)
 
 
@@ -217,7 +254,7 @@ def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Arra
     if len(pwm) < 2 or not np.array_equal(pulses[known], np.round(pulses[known])):
         return np.zeros((len(pwm), 6))
     curve = thrust_curve(vehicle.thrust_curve, directory)
-    sent = np.where(known & (pulses > 0), pulses, NEUTRAL_US)
+    sent = np.where(known & (pulses > 0), pulses, curve.neutral_us)
     slope = 0.5 * (curve.thrust(sent + 1.0) - curve.thrust(sent - 1.0))
     return np.asarray(slope**2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
 
@@ -256,24 +293,25 @@ def _asked_by_pwm(
     """
     configuration = vehicle.configurations[name]
     thrusters = len(configuration.thrusters)
-    if dive.pwm is None or len(dive.pwm) == 0:
+    commands = dive.thruster_commands
+    if commands is None or len(commands) == 0:
         return None, ("No thruster commands are recorded.",)
     if thrusters == 0:
         return None, (f"The vehicle file names no thrusters for '{name}'.",)
-    outputs = dive.pwm.value.shape[1]
+    outputs = commands.value.shape[1]
     if outputs < thrusters:
         return None, (f"{outputs} thruster outputs are recorded, the vehicle file names {thrusters}.",)
-    time_s = dive.pwm.time_s
-    pwm_us = held_commands(Signal(time_s, dive.pwm.value[:, :thrusters])).value
+    time_s = commands.time_s
+    held = held_commands(Signal(time_s, commands.value[:, :thrusters])).value
     notes = []
-    unknown = ~np.isfinite(pwm_us)
-    silent: NDArray[np.bool_] = ~unknown & (pwm_us <= 0)
+    unknown = ~np.isfinite(held)
+    silent: NDArray[np.bool_] = ~unknown & (held <= 0) & (dive.pwm is not None)
     if silent.any():
         rows = int(np.count_nonzero(silent.any(axis=1)))
         notes.append(f"{_commands(rows, 'leave')} a thruster without a pulse: taken to be at rest.")
-    pwm_us = np.where(silent | unknown, NEUTRAL_US, pwm_us)
-    thrust_n = thrust_curve(vehicle.thrust_curve, directory).thrust(pwm_us)
-    asked: Array = thrust_n @ allocation_matrix(configuration).T
+    if dive.pwm is not None:
+        _refuse_thrustless(dive, held, vehicle, directory)
+    asked: Array = _thrust_n(dive, held, vehicle, directory) @ allocation_matrix(configuration).T
     if commanded is None and unknown.any(axis=1).all():
         never = np.asarray(unknown.all(axis=0))
         reason = never_known(never) if never.any() else "at no time are those of all thrusters numbers"

@@ -8,7 +8,7 @@ from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, conditions_of
-from identify.ingest.open import recording_files
+from identify.ingest.open import TABLES, recording_files
 from identify.ingest.table import map_file
 from identify.run.recordings import Recording
 
@@ -24,7 +24,7 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
     if not name:
         return None
     files = [file for recording in recordings for file in recording_files(Path(recording))]
-    if not any(file.suffix.lower() == ".csv" for file in files):
+    if not any(file.name.lower().endswith(TABLES) for file in files):
         raise UsageError(
             f"--columns {name}: {' and '.join(recordings)} {'are' if len(recordings) > 1 else 'is'} no table (.csv), "
             f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"

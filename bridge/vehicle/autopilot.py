@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bridge.errors import ConfigError
 from bridge.vehicle.accepted_effects import Supply, known_effects
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vehicle
@@ -89,6 +90,11 @@ class Autopilot:
         shape = vehicle.configurations[configuration]
         table = load_gains(shape.gains, gains)
         curve = thrust_curve(vehicle.thrust_curve, directory)
+        if curve.neutral_us != NEUTRAL_US:
+            raise ConfigError(
+                f"thrust_curve: neutral_us is {curve.neutral_us:g}, and the bridge holds a thruster at rest by "
+                f"{NEUTRAL_US:g} us alone; set the speed controllers to that"
+            )
         self._parameters = parameters
         self._allocator = Allocator(shape, curve)
         self._reach = tuple(float(limit) for limit in self._allocator.reach())

@@ -66,7 +66,8 @@ class ThrustCurve:
     """The curve from PWM to thrust: a table under configs/thrusters (or next to the vehicle file), or a formula.
 
     - kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
-    - kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
+    - kind `quadratic`: thrust = max_n * o |o| with o = (pwm - neutral_us) / span_us, zero within `dead_band_us`.
+    - `neutral_us`: the pulse of a thruster at rest. `one_way`: pulses below it give no thrust.
     - `delay_s` is the dead time between a command and the onset of its thrust, `lag_s` the first-order lag after it;
       `max_n` also scales the quadratic formula.
     - `scale_std`: relative standard deviation of a common factor on all thrust. 0.1 is the geometric middle of the 5
@@ -85,9 +86,11 @@ class ThrustCurve:
     forward_n_s2: float = 0.01427
     reverse_n_s2: float = 0.01135
     scale_std: float = 0.1
+    neutral_us: float = 1500.0
+    one_way: bool = False
 
     def __post_init__(self) -> None:
-        _above_zero(max_n=self.max_n, span_us=self.span_us)
+        _above_zero(max_n=self.max_n, span_us=self.span_us, neutral_us=self.neutral_us)
         _above_zero(forward_n_s2=self.forward_n_s2, reverse_n_s2=self.reverse_n_s2)
         _not_negative(
             lag_s=self.lag_s, delay_s=self.delay_s, dead_band_us=self.dead_band_us, scale_std=self.scale_std

@@ -17,6 +17,9 @@ from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve
 Array = NDArray[np.float64]
 NEUTRAL_US = 1500.0
 
+WRONG_SHARE = 0.1
+"""A measured thrust on the wrong side of neutral is noise up to this share of the largest."""
+
 TABLES = 16
 """Number of thrust tables kept in the cache."""
 
@@ -30,23 +33,37 @@ class Curve(Protocol):
     @property
     def max_n(self) -> float: ...
 
+    @property
+    def neutral_us(self) -> float:
+        """The pulse width of a thruster at rest."""
+        ...
+
+    @property
+    def ends_us(self) -> tuple[float, float]:
+        """Pulse widths of full thrust astern and ahead; neutral is the first of a thruster that pushes one way."""
+        ...
+
     def thrust(self, pwm_us: ArrayLike) -> Array:
         """Thrust (N) at each pulse width, held at the ends of the curve."""
         ...
 
     def pwm(self, thrust_n: ArrayLike) -> Array:
-        """Pulse width for each thrust, held at the ends; zero thrust is 1500 us."""
+        """Pulse width for each thrust, held at the ends; zero thrust is neutral."""
         ...
 
 
 class TableCurve:
     """A measured curve: straight lines between the points of a table.
 
-    The inverse jumps over the dead zone: any thrust above zero lies beyond its edge.
+    The inverse jumps over the dead zone: any thrust above zero lies beyond its edge. With `one_way`, points below
+    neutral do not count.
     """
 
-    def __init__(self, pwm_us: Array, thrust_n: Array) -> None:
-        forward, reverse = pwm_us >= NEUTRAL_US, pwm_us <= NEUTRAL_US
+    def __init__(
+        self, pwm_us: Array, thrust_n: Array, neutral_us: float = NEUTRAL_US, one_way: bool = False
+    ) -> None:
+        self._neutral_us = neutral_us
+        forward, reverse = pwm_us >= neutral_us, pwm_us == neutral_us if one_way else pwm_us <= neutral_us
         rising = np.maximum.accumulate(np.maximum(thrust_n[forward], 0.0))
         falling = np.minimum.accumulate(np.minimum(thrust_n[reverse][::-1], 0.0))
         self._pwm_us = np.concatenate([pwm_us[reverse], pwm_us[forward]])
@@ -62,6 +79,14 @@ class TableCurve:
     def max_n(self) -> float:
         return float(self._thrust_n[-1])
 
+    @property
+    def neutral_us(self) -> float:
+        return self._neutral_us
+
+    @property
+    def ends_us(self) -> tuple[float, float]:
+        return float(self._pwm_us[0]), float(self._pwm_us[-1])
+
     def thrust(self, pwm_us: ArrayLike) -> Array:
         return np.asarray(np.interp(np.asarray(pwm_us, dtype=float), self._pwm_us, self._thrust_n))
 
@@ -69,7 +94,7 @@ class TableCurve:
         wanted = np.asarray(thrust_n, dtype=float)
         ahead = np.interp(wanted, *self._forward)
         astern = np.interp(-wanted, *self._reverse)
-        return np.where(wanted > 0, ahead, np.where(wanted < 0, astern, NEUTRAL_US))
+        return np.where(wanted > 0, ahead, np.where(wanted < 0, astern, self._neutral_us))
 
 
 def _inverse(pwm_us: Array, magnitude_n: Array) -> tuple[Array, Array]:
@@ -80,7 +105,8 @@ def _inverse(pwm_us: Array, magnitude_n: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class QuadraticCurve:
-    """thrust = limit_n o |o| with o = (pwm - 1500) / span_us, zero within the dead band.
+    """thrust = limit_n o |o| with o = (pwm - neutral_us) / span_us, zero within the dead band, and below neutral for a
+    thruster that pushes one way.
 
     Thrusts smaller than the step at the band's edge are unavailable: their pulse widths lie inside the band.
     """
@@ -88,6 +114,8 @@ class QuadraticCurve:
     limit_n: float
     span_us: float
     dead_band_us: float
+    neutral_us: float = NEUTRAL_US
+    one_way: bool = False
 
     @property
     def max_n(self) -> float:
@@ -95,16 +123,20 @@ class QuadraticCurve:
 
     @property
     def min_n(self) -> float:
-        return -self.limit_n
+        return 0.0 if self.one_way else -self.limit_n
+
+    @property
+    def ends_us(self) -> tuple[float, float]:
+        return self.neutral_us - (0.0 if self.one_way else self.span_us), self.neutral_us + self.span_us
 
     def thrust(self, pwm_us: ArrayLike) -> Array:
-        offset = np.asarray(pwm_us, dtype=float) - NEUTRAL_US
-        o = np.clip(offset / self.span_us, -1.0, 1.0)
+        offset = np.asarray(pwm_us, dtype=float) - self.neutral_us
+        o = np.clip(offset / self.span_us, 0.0 if self.one_way else -1.0, 1.0)
         return np.where(np.abs(offset) <= self.dead_band_us, 0.0, self.limit_n * o * np.abs(o))
 
     def pwm(self, thrust_n: ArrayLike) -> Array:
-        share = np.clip(np.asarray(thrust_n, dtype=float) / self.limit_n, -1.0, 1.0)
-        return NEUTRAL_US + self.span_us * np.sign(share) * np.sqrt(np.abs(share))
+        share = np.clip(np.asarray(thrust_n, dtype=float) / self.limit_n, 0.0 if self.one_way else -1.0, 1.0)
+        return self.neutral_us + self.span_us * np.sign(share) * np.sqrt(np.abs(share))
 
 
 def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
@@ -114,7 +146,7 @@ def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
     directory: a vehicle file may come with a stranger's dive.
     """
     if curve.kind == "quadratic":
-        return QuadraticCurve(curve.max_n, curve.span_us, curve.dead_band_us)
+        return QuadraticCurve(curve.max_n, curve.span_us, curve.dead_band_us, curve.neutral_us, curve.one_way)
     name = Path(curve.file)
     if name.is_absolute() or ".." in name.parts:
         raise ConfigError(
@@ -124,7 +156,22 @@ def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
     path = directory / name
     if not path.exists():
         path = CONFIGS / "thrusters" / name
-    return TableCurve(*_table_at(path, curve.voltage_v))
+    pwm_us, thrust_n = _table_at(path, curve.voltage_v, curve.neutral_us)
+    _check_sides(path, pwm_us, thrust_n, curve)
+    return TableCurve(pwm_us, thrust_n, curve.neutral_us, curve.one_way)
+
+
+def _check_sides(path: Path, pwm_us: Array, thrust_n: Array, curve: ThrustCurve) -> None:
+    """Raise ConfigError if a table pushes the wrong way on either side of neutral, where it would count for none."""
+    wrong = np.where(pwm_us < curve.neutral_us, 0.0 if curve.one_way else thrust_n, 0.0)
+    wrong = np.where(pwm_us > curve.neutral_us, -thrust_n, wrong)
+    worst = int(np.argmax(wrong))
+    if wrong[worst] > WRONG_SHARE * np.abs(thrust_n).max():
+        side, way = ("below", "ahead") if pwm_us[worst] < curve.neutral_us else ("above", "astern")
+        raise ConfigError(
+            f"{path}: it pushes {way} at {pwm_us[worst]:g} us, {side} thrust_curve: neutral_us of "
+            f"{curve.neutral_us:g}; give the pulse at which its thrusters rest, and positive thrust above it"
+        )
 
 
 @lru_cache(TABLES)
@@ -141,7 +188,7 @@ def _points(path: Path, _changed_ns: int, _size: int) -> Array:
         raise ConfigError(f"{path}: a line holds something else than three numbers; mend it") from None
 
 
-def _table_at(path: Path, voltage_v: float) -> tuple[Array, Array]:
+def _table_at(path: Path, voltage_v: float, neutral_us: float) -> tuple[Array, Array]:
     try:
         status = path.stat()
         table = _points(path, status.st_mtime_ns, status.st_size)
@@ -156,7 +203,7 @@ def _table_at(path: Path, voltage_v: float) -> tuple[Array, Array]:
     above = voltages[np.searchsorted(voltages, voltage_v)]
     below = voltages[np.searchsorted(voltages, voltage_v, side="right") - 1]
     low, high = (_sorted(table[table[:, 0] == v]) for v in (below, above))
-    pwm_us = np.union1d(np.union1d(low[:, 1], high[:, 1]), [NEUTRAL_US])
+    pwm_us = np.union1d(np.union1d(low[:, 1], high[:, 1]), [neutral_us])
     share = (voltage_v - below) / (above - below) if above > below else 0.0
     at_low, at_high = (np.interp(pwm_us, t[:, 1], t[:, 2]) for t in (low, high))
     return pwm_us, (1 - share) * at_low + share * at_high
@@ -184,9 +231,17 @@ def allocation_matrix(configuration: Configuration) -> Array:
 
 
 class Allocator:
-    """Converts a wrench to thrusts by the pseudo-inverse; scales all down together if any would exceed its limit."""
+    """Converts a wrench to thrusts by the pseudo-inverse; scales all down together if any would exceed its limit.
+
+    Raises ConfigError for thrusters that push one way alone: the pseudo-inverse asks for both.
+    """
 
     def __init__(self, configuration: Configuration, curve: Curve) -> None:
+        if not curve.min_n < 0 < curve.max_n:
+            raise ConfigError(
+                "thrust_curve: its thrusters push one way alone: their dives can be identified and diagnosed, but such "
+                "a vehicle can be neither driven nor planned for; give a curve with thrust ahead and astern for that"
+            )
         self.matrix = allocation_matrix(configuration)
         self.high_n = min(configuration.thruster_limit_n, curve.max_n)
         self.low_n = max(-configuration.thruster_limit_n, curve.min_n)

@@ -241,7 +241,7 @@ def conditions_of(dive: Path) -> Conditions:
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
 _HEARD: Final = (".tlog", ".tlog.gz")
-_MADE_ELSEWHERE: Final = (".bin", ".csv")
+_MADE_ELSEWHERE: Final = (".bin", ".csv", ".csv.gz", ".txt", ".tsv")
 _STAMP: Final = struct.Struct(">Q")
 _KEPT: Final = 4096
 
@@ -249,8 +249,8 @@ _KEPT: Final = 4096
 def recordings(folder: Path) -> list[Path]:
     """Recordings of a dive folder, sorted by name, whether they can be opened or not.
 
-    These are `telemetry*.tlog` and `.tlog.gz`, or without any, `telemetry.*` files in .bin or .csv. Empty if the folder
-    can't be read.
+    These are `telemetry*.tlog` and `.tlog.gz`, or without any, `telemetry.*` files in .bin or as a table. Empty if
+    the folder can't be read.
     """
     try:
         names = [name for name in sorted(os.listdir(folder)) if name.startswith("telemetry")]

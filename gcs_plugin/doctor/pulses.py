@@ -52,6 +52,11 @@ def pulses(vehicle: Vehicle, configuration: str, curve: Curve) -> tuple[PlannedP
     """
     shape = vehicle.configurations[vehicle.configuration_named(configuration)]
     count = len(shape.thrusters)
+    if curve.neutral_us != NEUTRAL_US:
+        raise ConfigError(
+            f"thrust_curve: neutral_us is {curve.neutral_us:g}, and thrusters are tested from rest at "
+            f"{NEUTRAL_US:g} us alone; set the speed controllers to that"
+        )
     if not count:
         raise ConfigError(f"configuration '{configuration}' has no thrusters; add them to the vehicle file")
     every_s = max((WHOLE_S - REST_S) / count, PULSE_S + LEAST_GAP_S)

@@ -323,7 +323,7 @@ def steered_doubts(
 
 
 def _commanded(dive: Dive) -> bool:
-    return any(signal is not None and len(signal) > 1 for signal in (dive.pwm, dive.tau_cmd))
+    return any(signal is not None and len(signal) > 1 for signal in (dive.thruster_commands, dive.tau_cmd))
 
 
 def _lacking(dive: Dive) -> list[str]:

@@ -71,8 +71,10 @@ class Runs:
         return (self.count >= FEWEST) & (self.end_s - self.start_s >= SHORTEST_S)
 
 
-def without_frozen(dive: Dive) -> Dive:
+def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
     """The dive without frozen readings, with a note for each sensor; the first reading of each run stays.
+
+    rest_us: the pulse of a thruster at rest.
 
     A signal with no other readings left is removed.
     """
@@ -81,11 +83,11 @@ def without_frozen(dive: Dive) -> Dive:
     notes = []
     for name, words in WORDS.items():
         signal = dive.signals().get(name)
-        known = signal.finite() if signal is not None else None
+        known = signal.in_part() if signal is not None else None
         runs = _runs(known) if known is not None and len(known) >= FEWEST else None
         if signal is None or known is None or runs is None or not runs.long.any():
             continue
-        frozen = _frozen(dive, name, known, runs)
+        frozen = _frozen(dive, name, known, runs, rest_us)
         if not frozen.any():
             continue
         stretches[name] = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
@@ -94,13 +96,13 @@ def without_frozen(dive: Dive) -> Dive:
         )
         stays = ~np.isin(signal.time_s, known.time_s[index])
         left = Signal(signal.time_s[stays], signal.value[stays])
-        kept[name] = left if np.isfinite(left.value).all(axis=1).sum() > np.count_nonzero(frozen) else None
+        kept[name] = left if len(left.in_part()) > np.count_nonzero(frozen) else None
         notes.append(_note(words, stretches[name], len(index) / len(known)))
     if stretches:
         dive = replace(dive, **kept, frozen=stretches, notes=dive.notes + tuple(notes))
     for name, axes in AXES.items():
         for column, axis in enumerate(axes):
-            dive = _without_frozen_axis(dive, name, column, axis)
+            dive = _without_frozen_axis(dive, name, column, axis, rest_us)
     return dive
 
 
@@ -109,7 +111,7 @@ def axis_key(name: str, axis: str) -> str:
     return f"{name} in {axis}"
 
 
-def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
+def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us: float) -> Dive:
     """The dive with NaN where a single axis of a signal is frozen, except for the first reading of each run."""
     signal = dive.signals().get(name)
     if signal is None:
@@ -123,7 +125,7 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
     frozen = np.zeros(len(runs.long), np.bool_)
     for i in np.flatnonzero(runs.long):
         stands = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
-        frozen[i] = _pushed(dive, stands) and _is_unlikely(int(runs.count[i]), likely, len(known))
+        frozen[i] = _pushed(dive, stands, rest_us) and _is_unlikely(int(runs.count[i]), likely, len(known))
     if not frozen.any():
         return dive
     index = np.concatenate([np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)])
@@ -168,14 +170,14 @@ def _runs(signal: Signal) -> Runs:
     return Runs(first, last, signal.time_s[first], signal.time_s[last])
 
 
-def _frozen(dive: Dive, name: str, signal: Signal, runs: Runs) -> NDArray[np.bool_]:
+def _frozen(dive: Dive, name: str, signal: Signal, runs: Runs, rest_us: float) -> NDArray[np.bool_]:
     """Which runs (k,) are frozen."""
     likely = _log_chance(signal, runs)
     frozen = np.zeros(len(runs.first), dtype=np.bool_)
     for i in np.flatnonzero(runs.long):
         span_s = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
         by_noise = likely is not None and _is_unlikely(int(runs.count[i]), likely, len(signal))
-        frozen[i] = _pushed(dive, span_s) and (by_noise or _moved(dive, name, span_s))
+        frozen[i] = _pushed(dive, span_s, rest_us) and (by_noise or _moved(dive, name, span_s))
     return frozen
 
 
@@ -204,14 +206,13 @@ def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None
     return float(np.log(max(likely, least)))
 
 
-def _pushed(dive: Dive, span_s: tuple[float, float]) -> bool:
+def _pushed(dive: Dive, span_s: tuple[float, float], rest_us: float) -> bool:
     """Whether thrust was commanded within a span of time."""
     if dive.pwm is not None and len(dive.pwm):
-        pushed = np.abs(dive.pwm.between(*span_s).value - NEUTRAL_US)
+        pushed = np.abs(dive.pwm.between(*span_s).value - rest_us)
         return bool((pushed[np.isfinite(pushed)] > IDLE_US).any())
-    return dive.tau_cmd is not None and bool(
-        (np.nan_to_num(dive.tau_cmd.between(*span_s).value) != 0.0).any()
-    )
+    force = dive.tau_cmd if dive.tau_cmd is not None else dive.thrust_cmd
+    return force is not None and bool((np.nan_to_num(force.between(*span_s).value) != 0.0).any())
 
 
 def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
@@ -228,9 +229,10 @@ def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
         return _range(thrust.between(*span_s).value[:, columns]) > FORCE_SHARE * _range(
             thrust.value[:, columns]
         )
-    if name != "velocity" or dive.pwm is None:
+    commands = dive.thruster_commands
+    if name != "velocity" or commands is None:
         return False
-    return _range(dive.pwm.between(*span_s).value) > FORCE_SHARE * _range(dive.pwm.value)
+    return _range(commands.between(*span_s).value) > FORCE_SHARE * _range(commands.value)
 
 
 def _turn_rad(gyro: Signal | None, span_s: tuple[float, float]) -> float:

@@ -6,6 +6,9 @@ from bridge.vehicle.coefficients import DOFS
 from identify.checks.frozen import axis_key
 from identify.dive import Array, Dive
 from identify.ingest.commands import sampled_slowly
+from identify.words import axes_named
+
+HEAVE = 2
 
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
@@ -33,7 +36,10 @@ def _velocity(dive: Dive) -> list[str]:
     notes = []
     if signal.rate_hz < SLOWEST_VELOCITY_HZ:
         notes.append(f"Velocity comes at {signal.rate_hz:.1f} Hz, too slow to identify masses.")
-    unknown = ~np.isfinite(signal.value).all(axis=1)
+    axes = np.isfinite(signal.value).any(axis=0)
+    if not axes.all():
+        notes.append(_lacking(dive, np.flatnonzero(axes).tolist(), np.flatnonzero(~axes).tolist()))
+    unknown = ~np.isfinite(signal.value[:, axes]).all(axis=1)
     for axis in DOFS[:3]:
         for start_s, end_s in dive.frozen.get(axis_key("velocity", axis), ()):
             unknown &= (signal.time_s < start_s) | (signal.time_s > end_s)
@@ -41,6 +47,16 @@ def _velocity(dive: Dive) -> list[str]:
     if share > 0.01:
         notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
     return notes
+
+
+def _lacking(dive: Dive, known: list[int], lacking: list[int]) -> str:
+    """A sentence on the axes of the velocity that no sample tells."""
+    by_depth = HEAVE in lacking and (dive.depth is not None or dive.pressure is not None)
+    untold = [dof for dof in lacking if not (dof == HEAVE and by_depth)]
+    cannot = [f"mass and damping in {axes_named(untold)} can't be identified"] if untold else []
+    if by_depth:
+        cannot.append(f"{'those' if untold else 'mass and damping'} in heave by depth alone")
+    return f"Velocity is known in {axes_named(known)} alone: {', '.join(cannot)}."
 
 
 def _rates(dive: Dive) -> list[str]:
@@ -59,11 +75,11 @@ def _rates(dive: Dive) -> list[str]:
 
 
 def _forces(dive: Dive) -> list[str]:
-    if dive.pwm is None and dive.tau_cmd is None:
+    recorded = (dive.thruster_commands, dive.effort, dive.tau_cmd)
+    signal = next((commands for commands in recorded if commands is not None), None)
+    if signal is None:
         return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
     notes = []
-    signal = dive.pwm if dive.pwm is not None else dive.tau_cmd
-    assert signal is not None
     if sampled_slowly(signal):
         notes.append(
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: what they "

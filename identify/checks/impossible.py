@@ -102,9 +102,10 @@ def without_repeated(dive: Dive) -> Dive:
     """
     if dive.velocity is None:
         return dive
-    known = np.isfinite(dive.velocity.value).all(axis=1)
-    read = dive.velocity.value[known]
-    if len(read) < 2:
+    axes = np.isfinite(dive.velocity.value).any(axis=0)
+    known = np.isfinite(dive.velocity.value[:, axes]).all(axis=1)
+    read = dive.velocity.value[known][:, axes]
+    if len(read) < 2 or not axes.any():
         return dive
     first = np.flatnonzero(np.concatenate([[True], (read[1:] != read[:-1]).any(axis=1)]))
     lengths = np.diff(first, append=len(read))

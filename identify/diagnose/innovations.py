@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.diagnose.evidence import Block
 from identify.dive import Dive, Signal
 from identify.effects.course import Course
@@ -32,7 +31,7 @@ from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL
 from identify.estimators.scoring import slopes
-from identify.forces import evenly_between, tells_thrusters, unrounded_thrusts
+from identify.forces import asked_thrusts, evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import sampled_slowly
 from identify.ingest.rotation import attitude_at, euler_angles
 from identify.side_by_side import side_by_side
@@ -413,11 +412,8 @@ def course_of(
 def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
     """Thrust (n, k) that each thruster is asked for; the wrench (n, 6) if the pulses of each are not recorded."""
     shape = file.vehicle.configurations[configuration]
-    if dive.pwm is not None and tells_thrusters(dive, shape):
-        pulses = dive.pwm.value[:, : len(shape.thrusters)]
-        sent = np.where(pulses > 0, pulses, NEUTRAL_US)
-        curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
-        asked = Signal(dive.pwm.time_s, curve.thrust(sent))
+    if tells_thrusters(dive, shape):
+        asked = asked_thrusts(dive, file, configuration)
         if not sampled_slowly(asked):
             return unrounded_thrusts(asked, dive, file, configuration)
     elif dive.tau_cmd is not None and len(dive.tau_cmd):

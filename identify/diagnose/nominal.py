@@ -6,6 +6,7 @@ reading.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -255,12 +256,12 @@ def late_samples_s(filters: Filters) -> float:
 
 def with_later_commands(dive: Dive, by_s: float) -> Dive:
     """The dive with its thruster commands delayed by `by_s`."""
-    later = {
+    later: dict[str, Any] = {
         name: Signal(signal.time_s + by_s, signal.value)
-        for name, signal in {"pwm": dive.pwm, "tau_cmd": dive.tau_cmd}.items()
-        if signal is not None
+        for name, signal in dive.signals().items()
+        if name in ("pwm", "thrust_cmd", "tau_cmd")
     }
-    return replace(dive, pwm=later.get("pwm"), tau_cmd=later.get("tau_cmd"))
+    return replace(dive, **later)
 
 
 def _bounded(problem: AxisLikelihood) -> AxisLikelihood:

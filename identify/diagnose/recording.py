@@ -114,7 +114,7 @@ def _has_velocity(dive: Dive) -> bool:
 
 
 def _seldom(dive: Dive, shape: Configuration) -> bool:
-    commands = dive.pwm if tells_thrusters(dive, shape) else dive.tau_cmd
+    commands = dive.thruster_commands if tells_thrusters(dive, shape) else dive.tau_cmd
     return commands is not None and sampled_slowly(commands)
 
 

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
-from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
+from bridge.vehicle.thrusters import thrust_curve
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, delayed, lagged, thrust_by_shaft
 from identify.effects.effect import Act
@@ -205,8 +205,8 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Call
     It has edges between a course's instants, and shafts are read there.
     """
     curve = file.vehicle.thrust_curve
-    pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)
-    asked = thrust_curve(curve, file.path.parent).thrust(pulses)
+    by_pulse = thrust_curve(curve, file.path.parent)
+    asked = by_pulse.thrust(np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], by_pulse.neutral_us))
     given = _lagging(np.ascontiguousarray(asked), np.exp(-np.diff(pwm.time_s) / lag_s))
 
     def at(time_s: Array) -> Array:

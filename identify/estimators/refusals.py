@@ -64,7 +64,11 @@ def too_short(dive: Dive, dof: int) -> str:
 def common_s(dive: Dive, dof: int) -> float:
     """Time for which a dive has both thruster commands and readings of an axis's velocity (or of its position or
     angle, if no sensor read the velocity); NaN if either is missing."""
-    commands = [signal.time_s for signal in (dive.pwm, dive.tau_cmd) if signal is not None and len(signal)]
+    commands = [
+        signal.time_s
+        for signal in (dive.thruster_commands, dive.tau_cmd)
+        if signal is not None and len(signal)
+    ]
     columns = (
         [(dive.velocity, dof)]
         if dof < 3

@@ -335,9 +335,10 @@ def _with_lag(file: VehicleFile, lag_s: float) -> VehicleFile:
 def _settled_on(dive: Dive, file: VehicleFile, lag_s: float) -> Dive:
     """The dive with rates of turn and angles only from the time at which thrusters of that lag have forgotten their
     state before the first command. Likelihoods of different lags then use the same readings."""
-    if dive.pwm is None or dive.gyro is None:
+    commands = dive.thruster_commands
+    if commands is None or dive.gyro is None:
         return dive
-    start_s = float(dive.pwm.time_s[0]) + LAGS_FORGOTTEN * (file.vehicle.thrust_curve.lag_s + lag_s)
+    start_s = float(commands.time_s[0]) + LAGS_FORGOTTEN * (file.vehicle.thrust_curve.lag_s + lag_s)
     attitude = None if dive.attitude is None else dive.attitude.between(start_s, np.inf)
     return replace(dive, gyro=dive.gyro.between(start_s, np.inf), attitude=attitude)
 

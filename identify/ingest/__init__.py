@@ -1,7 +1,8 @@
 """Reads recordings into dives.
 
-`open` chooses the reader · `tlog`, `dataflash`, `table` each read one format · `streams` the form of every foreign
-file before its column map · `logs` adds an autopilot's own log · `frames` decodes MAVLink by message id · `messages`
-one vehicle's messages on its boot clock · `runs` the run of a recording with restarts · `commands` thrust that is not
-known · `rotation` attitude and axes.
+`open` chooses the reader · `tlog`, `dataflash`, `table` each read one format · `text_table` the rows of a table of text
+· `clock` dates and whole seconds · `streams` the form of every foreign file before its column map · `logs` adds an
+autopilot's own log · `frames` decodes MAVLink by message id · `messages` one vehicle's messages on its boot clock ·
+`runs` the run of a recording with restarts · `commands` thrust that is not known · `effort` commands from -1 to 1 ·
+`rotation` attitude and axes.
 """

@@ -89,7 +89,7 @@ def spread(commands: Signal, end_s: float) -> Signal:
 
 def with_spread_commands(dive: Dive) -> Dive:
     """The dive with commands that were logged as they changed repeated throughout, and a note."""
-    signals = {"pwm": dive.pwm, "tau_cmd": dive.tau_cmd}
+    signals = {"pwm": dive.pwm, "thrust_cmd": dive.thrust_cmd, "tau_cmd": dive.tau_cmd}
     changed = {
         name: spread(signal, dive.span_s[1])
         for name, signal in signals.items()
@@ -101,6 +101,7 @@ def with_spread_commands(dive: Dive) -> Dive:
     return replace(
         dive,
         pwm=changed.get("pwm", dive.pwm),
+        thrust_cmd=changed.get("thrust_cmd", dive.thrust_cmd),
         tau_cmd=changed.get("tau_cmd", dive.tau_cmd),
         notes=(*dive.notes, note),
     )
@@ -123,15 +124,17 @@ def held_commands(pwm: Signal) -> Signal:
 
 def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
     """The part of the dive with known thruster commands, and notes; only the first `thrusters` outputs count."""
-    if dive.pwm is None or not len(dive.pwm):
+    commands = dive.thruster_commands
+    if commands is None or not len(commands):
         return dive
-    counted = Signal(dive.pwm.time_s, dive.pwm.value[:, :thrusters])
+    counted = Signal(commands.time_s, commands.value[:, :thrusters])
     unknown = ~np.isfinite(counted.value)
     if not unknown.any():
         return dive
-    held = held_commands(dive.pwm)
+    held = held_commands(commands)
     lacks = ~np.isfinite(held.value[:, :thrusters])
-    noted = replace(dive, pwm=held, notes=dive.notes + _told_of(unknown))
+    noted = replace(dive, notes=dive.notes + _told_of(unknown))
+    noted = replace(noted, thrust_cmd=held) if dive.pwm is None else replace(noted, pwm=held)
     if not lacks.any() or lacks.any(axis=1).all() or (dive.tau_cmd is not None and len(dive.tau_cmd)):
         return noted
     outputs = _named(np.asarray(lacks.any(axis=0)))

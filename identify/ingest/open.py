@@ -11,6 +11,7 @@ from typing import Any
 from bridge.clock import OLDEST_UNIX_S, date_in_name
 from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
 from bridge.wire.tlog import load_bytes
 from bridge.wire.whole import lacked, lacked_words, standing_for
@@ -20,6 +21,7 @@ from identify.checks.impossible import without_impossible, without_repeated
 from identify.dive import Dive, Kind, Note
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
+from identify.ingest.effort import with_pulses
 from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
@@ -27,6 +29,7 @@ from identify.ingest.tlog import read_tlog
 LONGEST_DIVE_S = 30 * 86_400.0
 """Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
 HEARD = (".tlog", ".tlog.gz")
+TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
 FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
@@ -48,8 +51,10 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
             f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
             f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
         )
-    possible = with_known_commands(with_spread_commands(without_impossible(recorded)), _thrusters(vehicle))
-    dive = without_frozen(without_repeated(possible))
+    piloted = recorded if vehicle is None else with_pulses(recorded, vehicle)
+    possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
+    rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
+    dive = without_frozen(without_repeated(possible), rest_us)
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
 
 
@@ -73,7 +78,9 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"{path}: holds several recordings ({names}); name one of them")
     if ours:
         return [*chosen, *logs_beside(path)]
-    chosen = chosen or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
+    chosen = chosen or [
+        file for file in path.glob("telemetry.*") if file.name.lower().endswith((".bin", *TABLES))
+    ]
     if not chosen:
         raise LogError(f"{path}: holds no recording; {FORMS}")
     return chosen
@@ -107,7 +114,7 @@ def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[st
         return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
         return read_dataflash(files[0])[0]
-    if name.endswith(".csv"):
+    if name.endswith(TABLES):
         if columns is None:
             raise LogError(f"{source}: a table needs a column map; give one with --columns FILE")
         return read_table(files[0], column_map(columns))
@@ -116,7 +123,7 @@ def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[st
 
 def _name(path: Path) -> str:
     name = path.resolve().name
-    for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv"):
+    for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv", ".txt", ".tsv"):
         name = name.removesuffix(ending)
     return name
 
@@ -129,9 +136,9 @@ def _thrusters(vehicle: VehicleFile | None) -> int | None:
 
 
 def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
-    if vehicle is None or dive.pwm is None:
+    if vehicle is None or dive.thruster_commands is None:
         return ()
-    outputs = dive.pwm.value.shape[1]
+    outputs = dive.thruster_commands.value.shape[1]
     fewest = min(len(c.thrusters) for c in vehicle.vehicle.configurations.values())
     if outputs < fewest:
         return (

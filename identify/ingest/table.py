@@ -1,7 +1,5 @@
 """Reads a dive from a table (`.csv`) and a column map: YAML with the column and unit of each signal."""
 
-import csv
-import io
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -12,14 +10,19 @@ from numpy.typing import NDArray
 from bridge import schema
 from bridge.errors import ConfigError, LogError
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
-from bridge.wire.tlog import load_bytes
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.commands import spread
+from identify.ingest.text_table import TextTable, no_number, read_text_table
 
 Mask = NDArray[np.bool_]
 
 NOTHING = "-"
+UNKNOWN = (None, "?")
+WHOLE = ("quaternion", "euler", "tau_cmd")
+"""Signals of which no column can be unknown: an attitude is one turn, and an unknown force could be any. Nor can one of
+an autopilot's velocity, which is turned to when it was true."""
 DEGREE = np.pi / 180
 
 UNITS: dict[str, float] = {
@@ -37,55 +40,71 @@ KINDS: dict[str, tuple[str, ...]] = {
     "specific_force": ("m/s2", "g", "mg"), "quaternion": ("1",), "euler": ("rad", "deg"),
     "pressure": ("Pa", "hPa", "mbar", "bar", "psi"),
     "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
-    "pwm": ("us",), "rpm": ("rpm", "rev/s", "rad/s"), "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"),
-    "armed": ("1",),
+    "pwm": ("us", "1", "N", "kgf", "lbf"), "rpm": ("rpm", "rev/s", "rad/s"),
+    "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"), "armed": ("1",),
 }  # fmt: skip
 WIDTHS = {
     "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
     "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
 }  # fmt: skip
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+ISO, OF_DAY = "iso", "hhmmss"
+SPARSE = 0.5
+"""The rows of a table with this share of empty cells hold a part of a sample each."""
+COMMANDS = {"us": "pwm", "1": "effort"}
+"""The Dive's signal for thruster commands of a unit; forces are its `thrust_cmd`."""
 RADIANS_PER_RPM = 2 * np.pi / 60
 
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The time column and its unit."""
+    """The time column and its unit; `iso` for dates and times as words, `2026-07-19T10:15:00.25Z`; `hhmmss` for
+    the time of day as a number, 202459 for 20:24:59."""
 
     column: str
     unit: str = "s"
 
     def __post_init__(self) -> None:
-        if self.unit not in TIME_UNITS:
-            raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(TIME_UNITS)}")
+        known = (*TIME_UNITS, ISO, OF_DAY)
+        if self.unit not in known:
+            raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(known)}")
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros.
+    """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros, null (or `?`) for one that
+    is unknown.
 
     value = (cell + offset) * scale, converted from `unit` to SI; `offset` and `scale` are in the file's unit, one per
     column (default: all 0, all 1).
     """
 
-    columns: tuple[str, ...]
+    columns: tuple[str | None, ...]
     unit: str
     offset: tuple[float, ...] = ()
     scale: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        if not any(self.named):
+            raise ValueError("every column is unknown; name one, or leave the signal out")
         for name in ("offset", "scale"):
             if len(getattr(self, name)) not in (0, len(self.columns)):
                 raise ValueError(
                     f"{name} needs one number for each of the {len(self.columns)} columns, or none"
                 )
 
+    @property
+    def named(self) -> tuple[str | None, ...]:
+        """The columns, None for one that is unknown."""
+        return tuple(None if name in UNKNOWN else name for name in self.columns)
+
 
 @dataclass(frozen=True)
 class ColumnMap:
     """The column of each signal. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are shown to the user.
 
-    `commands_hold`: each thruster command, or wrench, holds until the next recorded command, however much later.
+    `pwm` in microseconds, as commands from -1 to 1 (unit 1), or as the force of each thruster. `commands_hold`: each
+    thruster command, or wrench, holds until the next recorded command, however much later.
     """
 
     time: TimeColumn
@@ -114,11 +133,17 @@ class ColumnMap:
             width = WIDTHS.get(name, len(columns.columns))
             if len(columns.columns) != width:
                 raise ValueError(f"{name}: needs {width} columns, {len(columns.columns)} are given")
+            whole = name in WHOLE or (name == "velocity" and self.velocity_is_filtered)
+            if whole and None in columns.named:
+                raise ValueError(
+                    f"{name}: can't be known in part; name every column, write '{NOTHING}' for one that is zero all "
+                    "the dive, or leave the signal out"
+                )
 
     @property
     def names(self) -> set[str]:
         """All columns that a signal is taken from."""
-        return {name for source in self.signals().values() for name in source.columns}
+        return {name for source in self.signals().values() for name in source.named if name is not None}
 
     def signals(self) -> dict[str, Columns]:
         return {
@@ -150,9 +175,14 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     A row in which all cells of a signal are empty has no sample of it; a cell `nan` is an unknown value. Rows of the
     same time become one row as far as their cells do not contradict each other.
     """
-    header, cells, empty, notes = _cells(path)
-    time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
+    table = read_text_table(path)
+    header, cells, empty = _cells(path, table, columns)
     used = np.array(sorted({header.index(name) for name in columns.names if name in header}), np.intp)
+    time_s, notes = _time_s(path, table, columns.time), table.notes
+    apart_s = within_seconds(time_s) if columns.time.unit in ("s", ISO, OF_DAY) else None
+    if apart_s is not None and np.mean(empty[:, used] if len(used) else 0.0) < SPARSE:
+        time_s = apart_s
+        notes += ("Its clock tells whole seconds: the rows of each were spread evenly over it.",)
     rows, taken = _merged(time_s, cells, empty, used)
     if taken < len(time_s):
         notes += (f"{len(time_s) - taken} rows without a time of their own were left out.",)
@@ -160,6 +190,8 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     for name, source in columns.signals().items():
         with_sample = rows[_told(header, empty[rows], source)]
         signals[name] = Signal(time_s[with_sample], _values(path, header, cells[with_sample], name, source))
+    if columns.pwm is not None:
+        signals[COMMANDS.get(columns.pwm.unit, "thrust_cmd")] = signals.pop("pwm")
     euler = signals.pop("euler", None)
     if euler is not None:
         signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))
@@ -168,7 +200,7 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
         signals["attitude"] = quaternion
     if columns.commands_hold:
         end_s = max((float(signal.time_s[-1]) for signal in signals.values() if len(signal)), default=0.0)
-        for name in {"pwm", "tau_cmd"} & signals.keys():
+        for name in {*COMMANDS.values(), "thrust_cmd", "tau_cmd"} & signals.keys():
             signals[name] = spread(signals[name], end_s)
     return {
         **signals,
@@ -202,39 +234,58 @@ def _merged(time_s: Array, cells: Array, empty: Mask, used: NDArray[np.intp]) ->
     return known[starts], taken
 
 
-def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
-    """Header, numbers (rows, columns) with NaN for empty cells, mask of empty cells, and notes on omitted rows."""
-    data, _ = load_bytes(path)
-    try:
-        lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
-    except (UnicodeDecodeError, csv.Error):
-        raise LogError(f"{path}: is no table of text; give a .csv with a line of names first") from None
-    lines = [line for line in lines if line]
-    if len(lines) < 2:
-        raise LogError(f"{path}: holds no rows; give a .csv with a line of names and a line for each sample")
-    header, body = [name.strip() for name in lines[0]], lines[1:]
-    notes: tuple[str, ...] = ()
-    if len(body[-1]) < len(header):
-        body, notes = body[:-1], ("The last row is cut off and was left out.",)
-    rows = []
-    for number, line in enumerate(body, start=2):
-        if len(line) != len(header):
+def _cells(path: Path, table: TextTable, columns: ColumnMap) -> tuple[list[str], Array, Mask]:
+    """Names of the columns of numbers, their numbers (rows, columns), mask of empty cells. Raises LogError."""
+    for name in columns.names & table.stream.text.keys():
+        words = table.stream.text[name]
+        row, word = next((i, word) for i, word in enumerate(words) if not _is_number(word))
+        raise LogError(f"{path}: row {table.lines[row]} {no_number(word)}; mend it")
+    numbers, rows = table.stream.columns, len(table.lines)
+    full = np.zeros(rows, np.bool_)
+    return (
+        list(numbers),
+        np.column_stack([np.zeros((rows, 0)), *numbers.values()]),
+        np.column_stack([np.zeros((rows, 0), np.bool_), *(table.empty.get(name, full) for name in numbers)]),
+    )
+
+
+def _time_s(path: Path, table: TextTable, time: TimeColumn) -> Array:
+    stream = table.stream
+    if time.column not in (*stream.columns, *stream.text):
+        known = ", ".join((*stream.columns, *stream.text))
+        raise LogError(f"{path}: has no column '{time.column}'; it has {known}: mend the column map")
+    if time.unit != ISO:
+        if time.column in stream.text:
             raise LogError(
-                f"{path}: row {number} has {len(line)} cells, the first line names {len(header)}; mend it"
+                f"{path}: its times in '{time.column}' are words, as '{stream.text[time.column][0]}'; give the time "
+                f"the unit {ISO} in the column map if they are dates"
             )
-        try:
-            rows.append([float(cell) if cell.strip() else np.nan for cell in line])
-        except ValueError:
-            wrong = next(cell for cell in line if not _is_number(cell))
-            raise LogError(f"{path}: row {number} holds '{wrong}', which is no number; mend it") from None
-    shape = -1, len(header)
-    empty = np.array([[not cell.strip() for cell in line] for line in body], np.bool_).reshape(shape)
-    return header, np.array(rows, np.float64).reshape(shape), empty, notes
+        if time.unit == OF_DAY:
+            return _of_day_s(path, stream.columns[time.column], time.column)
+        return stream.columns[time.column] * TIME_UNITS[time.unit]
+    if time.column not in stream.text:
+        raise LogError(f"{path}: its times in '{time.column}' are numbers, not dates; mend their unit, {ISO}")
+    try:
+        return iso_s(stream.text[time.column])
+    except ValueError as error:
+        raise LogError(
+            f"{path}: '{error}' in '{time.column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z; mend it"
+        ) from None
+
+
+def _of_day_s(path: Path, stamps: Array, column: str) -> Array:
+    try:
+        return of_day_s(stamps)
+    except ValueError as error:
+        raise LogError(
+            f"{path}: {error} in '{column}' is no time of day as a number, 202459 for 20:24:59; mend the time's unit "
+            "in the column map"
+        ) from None
 
 
 def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
     """Rows (n,) in which a signal has a non-empty cell."""
-    places = [header.index(name) for name in source.columns if name in header]
+    places = [header.index(name) for name in source.named if name in header]
     return np.asarray(~empty[:, places].all(axis=1) if places else np.ones(len(empty), np.bool_))
 
 
@@ -246,7 +297,9 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _column(path: Path, header: list[str], cells: Array, name: str) -> Array:
+def _column(path: Path, header: list[str], cells: Array, name: str | None) -> Array:
+    if name is None:
+        return np.full(len(cells), np.nan)
     if name == NOTHING:
         return np.zeros(len(cells))
     if name not in header:
@@ -255,7 +308,7 @@ def _column(path: Path, header: list[str], cells: Array, name: str) -> Array:
 
 
 def _values(path: Path, header: list[str], cells: Array, signal: str, source: Columns) -> Array:
-    value = np.column_stack([_column(path, header, cells, name) for name in source.columns])
+    value = np.column_stack([_column(path, header, cells, name) for name in source.named])
     value = (value + np.array(source.offset or 0.0)) * np.array(source.scale or 1.0)
     if source.unit == "rad/s" and signal == "rpm":
         factor = 1 / RADIANS_PER_RPM

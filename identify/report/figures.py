@@ -187,7 +187,7 @@ def thrusters(dive: Dive) -> Figure | None:
 
     return Figure(
         f"thrusters {dive.name}",
-        "Thruster commands, pulse width in microseconds; 1500 is at rest.",
+        "Thruster commands, pulse width in microseconds; most thrusters rest at 1500.",
         stack([panel(number, line) for number, line in enumerate(lines, start=1)]),
     )
 

@@ -1,5 +1,6 @@
 """`record`, `replay` and `import`: what goes in comes out again."""
 
+import gzip
 import json
 import os
 import signal
@@ -168,9 +169,11 @@ def test_import_never_overwrites_a_folder(recording, tmp_path, capsys):
     assert "never overwritten" in capsys.readouterr().err
 
 
-def test_a_table_imported_with_its_map_needs_no_map_again(tmp_path, capsys):
-    table = tmp_path / "tank.csv"
-    table.write_text("t,p1,p2\n" + "".join(f"{i / 10},1500,1600\n" for i in range(50)), encoding="utf-8")
+@pytest.mark.parametrize("name", ["tank.csv", "tank.3.csv.gz", "tank.TXT", "tank.tsv"])
+def test_a_table_imported_with_its_map_needs_no_map_again(name, tmp_path, capsys):
+    table = tmp_path / name
+    rows = "t,p1,p2\n" + "".join(f"{i / 10},1500,1600\n" for i in range(50))
+    table.write_bytes(gzip.compress(rows.encode()) if name.endswith(".gz") else rows.encode())
     columns = tmp_path / "map.yaml"
     columns.write_text("time: {column: t, unit: s}\npwm: {columns: [p1, p2], unit: us}\n", encoding="utf-8")
     out = tmp_path / "dive"

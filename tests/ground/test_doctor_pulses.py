@@ -1,5 +1,7 @@
 """The pulses of the wet check as orders to a vehicle: never without a yes, never on against trouble."""
 
+from dataclasses import replace
+
 import pytest
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -256,3 +258,9 @@ def test_ardusub_turns_nothing_for_long_when_the_link_dies():
     with pytest.raises(LinkError, match=r"the vehicle is disarmed.*Motor test timed out!"):
         run(vehicle)
     assert vehicle.clock.now_s < PLANNED[0].start_s + 2.0
+
+
+def test_thrusters_that_rest_at_another_pulse_are_not_tested():
+    curve = replace(FILE.vehicle.thrust_curve, neutral_us=1480.0)
+    with pytest.raises(ConfigError, match="tested from rest at 1500 us alone"):
+        pulses(FILE.vehicle, "hovering", thrust_curve(curve, FILE.path.parent))

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from bridge.errors import ConfigError
 from bridge.vehicle.autopilot import Actuation, Autopilot
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
@@ -358,3 +359,10 @@ def test_a_coefficient_that_goes_bad_gives_zero_at_once_even_where_the_feed_forw
     told = pilot.step(1.0, heard(1.0), ASK)
     assert applied(told)[0] == pytest.approx(0.0, abs=1e-9)
     assert applied(told)[1] == pytest.approx(112.41 * 0.02 + 53.05 * 0.2)
+
+
+def test_thrusters_that_rest_at_another_pulse_are_never_driven():
+    curve = replace(FILE.vehicle.thrust_curve, neutral_us=1480.0)
+    other = replace(FILE.vehicle, thrust_curve=curve)
+    with pytest.raises(ConfigError, match="neutral_us is 1480"):
+        Autopilot(other, "hovering", lambda _: MODEL, FILE.path.parent)

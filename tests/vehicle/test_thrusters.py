@@ -157,3 +157,49 @@ def test_each_thruster_may_have_its_own_straight_part():
     near, far = Pulses(CURVE, np.array([0.0, 3.0]))(np.array([1.0, 1.0]))
     assert near == pytest.approx(CURVE.pwm(1.0))
     assert far == pytest.approx(1500 + (CURVE.pwm(3.0) - 1500) / 3)
+
+
+ONE_WAY = ThrustCurve(kind="quadratic", max_n=4.0, neutral_us=1100.0, span_us=800.0, one_way=True)
+
+
+def test_a_thruster_that_pushes_one_way_rests_at_and_below_its_neutral():
+    curve = thrust_curve(ONE_WAY, CONFIGS)
+    np.testing.assert_allclose(curve.thrust([1000, 1100, 1500, 1900, 2000]), [0.0, 0.0, 1.0, 4.0, 4.0])
+    np.testing.assert_allclose(curve.pwm([-1.0, 0.0, 1.0, 4.0]), [1100.0, 1100.0, 1500.0, 1900.0])
+    assert curve.ends_us == (1100.0, 1900.0)
+    assert curve.min_n == 0.0
+
+
+def test_a_curve_of_another_neutral_is_the_same_curve_elsewhere():
+    moved = thrust_curve(ThrustCurve(kind="quadratic", max_n=4.0, neutral_us=1480.0), CONFIGS)
+    plain = thrust_curve(ThrustCurve(kind="quadratic", max_n=4.0), CONFIGS)
+    pulses = np.arange(1100.0, 1901.0, 50.0)
+    np.testing.assert_allclose(moved.thrust(pulses - 20.0), plain.thrust(pulses), atol=1e-12)
+    np.testing.assert_allclose(moved.pwm([-2.0, 0.0, 2.0]), plain.pwm([-2.0, 0.0, 2.0]) - 20.0)
+
+
+def one_way_table(tmp_path, **keys):
+    rows = [f"16,{pulse},{force}" for pulse, force in ((1100, 0.0), (1300, 1.0), (1900, 7.0))]
+    (tmp_path / "ours.csv").write_text("voltage_v,pwm_us,thrust_n\n" + "\n".join(rows) + "\n")
+    return thrust_curve(ThrustCurve(file="ours.csv", **keys), tmp_path)
+
+
+def test_a_table_may_rest_at_another_pulse(tmp_path):
+    curve = one_way_table(tmp_path, neutral_us=1100.0)
+    np.testing.assert_allclose(curve.thrust([900, 1100, 1200, 1900]), [0.0, 0.0, 0.5, 7.0])
+    assert curve.ends_us == (1100.0, 1900.0)
+
+
+def test_a_table_that_pushes_ahead_below_neutral_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match=r"pushes ahead at 1300 us, below thrust_curve: neutral_us of 1500"):
+        one_way_table(tmp_path)
+    (tmp_path / "turned.csv").write_text("voltage_v,pwm_us,thrust_n\n16,1500,0\n16,1900,-7\n")
+    with pytest.raises(
+        ConfigError, match=r"pushes astern at 1900 us, above thrust_curve: neutral_us of 1500"
+    ):
+        thrust_curve(ThrustCurve(file="turned.csv"), tmp_path)
+
+
+def test_thrusters_that_push_one_way_are_never_driven():
+    with pytest.raises(ConfigError, match="push one way alone"):
+        Allocator(RUVIFIST.configurations["survey"], thrust_curve(ONE_WAY, CONFIGS))

@@ -16,7 +16,7 @@ from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.whole import write_records
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
-from identify.ingest.open import read_dive
+from identify.ingest.open import TABLES, read_dive
 from tui import show
 from tui.files import Files
 from tui.recordings import column_map_for
@@ -98,7 +98,8 @@ def _copy(source: Path, out: Path) -> None:
         frames = ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source))
         write_records(out / "telemetry.tlog", frames)
     else:
-        _copy_bytes(source, out / f"telemetry{source.suffix}")
+        ending = next((ending for ending in TABLES if source.name.lower().endswith(ending)), source.suffix)
+        _copy_bytes(source, out / f"telemetry{ending}")
 
 
 def _copy_bytes(source: Path, made: Path) -> None:

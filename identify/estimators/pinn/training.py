@@ -343,7 +343,7 @@ def _one_thread() -> Iterator[None]:
 def _step_s(dive: Dive) -> float:
     """Step between instants, no longer than a command holds: a change of thrust within an interval enters only by
     area and moment."""
-    commands = dive.pwm if dive.pwm is not None else dive.tau_cmd
+    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
     held_s = COARSEST_S if commands is None else 1.0 / max(commands.rate_hz, 1.0 / COARSEST_S)
     return min(max(dive.duration_s / MANY_INSTANTS, FINEST_S), max(held_s, FINEST_S))
 

@@ -1,0 +1,74 @@
+"""Clocks of foreign files: dates and times as ISO 8601 writes them, and clocks that tell whole seconds alone."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+import numpy as np
+
+from identify.dive import Array
+
+EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
+TICK: Final = timedelta(microseconds=1)
+DAY_S: Final = 86_400.0
+FEWEST_SECONDS: Final = 3
+NEARLY, MOST = 0.15, 0.8
+"""Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, or off by one row."""
+
+
+def iso_s(words: Sequence[str]) -> Array:
+    """Unix time (n,) in s of dates with times, ISO 8601; NaN for an empty word.
+
+    A time without an offset is taken for UTC. Raises ValueError with the first word that is no such time.
+    """
+    return np.array([_unix_s(word) if word else np.nan for word in words], np.float64)
+
+
+def _unix_s(word: str) -> float:
+    try:
+        at = datetime.fromisoformat(word)
+    except ValueError:
+        raise ValueError(word) from None
+    return ((at if at.tzinfo else at.replace(tzinfo=UTC)) - EPOCH) / TICK * 1e-6
+
+
+def of_day_s(stamps: Array) -> Array:
+    """Time (n,) in s of stamps (n,) that write hours, minutes and seconds as one number, 202459 for 20:24:59.
+
+    Past midnight it runs on. Raises ValueError with the first stamp that is no such time.
+    """
+    hours, below = np.divmod(stamps, 10_000)
+    minutes, seconds = np.divmod(below, 100)
+    wrong = (hours < 0) | (hours > 23) | (minutes > 59) | (seconds >= 61)
+    if wrong.any():
+        raise ValueError(f"{stamps[np.argmax(wrong)]:.10g}")
+    time_s = 3600 * hours + 60 * minutes + seconds
+    known = np.flatnonzero(np.isfinite(time_s))
+    time_s[known[1:]] += DAY_S * np.cumsum(np.diff(time_s[known]) < -0.5 * DAY_S)
+    return np.asarray(time_s)
+
+
+def within_seconds(time_s: Array) -> Array | None:
+    """Times (n,) spread evenly over each second, for a clock (n,) of whole seconds with about as many rows in each.
+
+    The first second may have begun before the first row: its rows lie at its end. None if the clock is another: one
+    that tells more than seconds, runs back, or has seconds of different numbers of rows.
+    """
+    has_time = np.isfinite(time_s)
+    known = time_s[has_time]
+    if not len(known) or (known != np.rint(known)).any() or (np.diff(known) < 0).any():
+        return None
+    second, first, count = np.unique(known, return_index=True, return_counts=True)
+    if len(second) < FEWEST_SECONDS:
+        return None
+    usual = float(np.median(count[1:-1]))
+    alike = np.abs(count[1:-1] - usual) <= max(1.0, NEARLY * usual)
+    if usual < 2 or np.mean(alike) < MOST:
+        return None
+    place = np.arange(len(known)) - np.repeat(first, count)
+    rows = count.astype(np.float64)
+    rows[[0, -1]] = np.maximum(rows[[0, -1]], usual)
+    place[: count[0]] += int(rows[0]) - count[0]
+    spread_s = np.full(len(time_s), np.nan)
+    spread_s[has_time] = known + place / np.repeat(rows, count)
+    return spread_s

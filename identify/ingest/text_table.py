@@ -1,0 +1,323 @@
+"""Reads a table of text as people have them: its separator, its names and its numbers."""
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import LogError
+from bridge.wire.tlog import load_bytes
+from identify.dive import Array
+from identify.ingest.streams import Stream
+from identify.words import listed
+
+Mask = NDArray[np.bool_]
+
+COMMENT: Final = ("#", "%")
+SEPARATORS: Final = ("\t", ";", ",", " ")
+"""In the order in which they are believed: a comma may stand in a number, and a space in a name."""
+SNIFFED: Final = 20
+CHUNK: Final = 50_000
+MOST_BAD: Final = 1_000
+"""At most one row in so many may be bad; in a column of numbers, at most one cell in so many is a word."""
+SPOKEN: Final = {"true": 1.0, "false": 0.0, "na": np.nan, "n/a": np.nan, "null": np.nan, "none": np.nan}
+LONGEST_SHOWN: Final = 40
+DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]|\s*$)")
+UNIT_APART: Final = re.compile(r"\s+(?=[\[(])")
+NO_TEXT: Final = "is no table of text; give a .csv with a line of names first"
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """The rows of a table.
+
+    empty: by column, (n,), whether a cell was left empty; only columns with such a cell. lines: (n,), the number of
+    each row's line in the file, from 1. notes: what was left out, in sentences for the user.
+    """
+
+    stream: Stream
+    empty: dict[str, Mask]
+    lines: NDArray[np.intp]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Form:
+    separator: str
+    decimal_comma: bool
+
+    def cells(self, line: str) -> list[str]:
+        if '"' not in line:
+            return line.split(self.separator)
+        try:
+            return next(csv.reader([line], delimiter=self.separator, skipinitialspace=True))
+        except csv.Error:
+            return [line]
+
+    def count(self, line: str) -> int:
+        return len(self.cells(line)) if '"' in line else line.count(self.separator) + 1
+
+    def number(self, cell: str) -> float:
+        """Raises ValueError."""
+        cell = cell.strip()
+        spoken = SPOKEN.get(cell.lower())
+        if spoken is not None:
+            return spoken
+        return float(cell.replace(",", ".") if self.decimal_comma else cell)
+
+    def is_number(self, cell: str) -> bool:
+        try:
+            self.number(cell)
+        except ValueError:
+            return False
+        return True
+
+
+def text_table(path: Path) -> tuple[Stream, tuple[str, ...]]:
+    """The table in a file of text as a stream without a name, and notes on what was left out. Raises LogError."""
+    table = read_text_table(path)
+    return table.stream, table.notes
+
+
+def read_text_table(path: Path) -> TextTable:
+    """The table in a file of text, gzipped or not. Raises LogError.
+
+    The separator is a comma, a semicolon (numbers may then have a decimal comma), a tab or runs of spaces. Names stand
+    in the first line, or in the last comment before numbers; without names, columns are named by their number from 1.
+    A second line without numbers holds units, which join the names: `u [m/s]`. A column in which more than one cell in
+    a thousand is no number is a column of words. At most one row in a thousand may be bad, and is left out.
+    """
+    text, complete = _text(path)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    kept = [i for i, line in enumerate(lines) if line and not line.isspace() and not line.startswith(COMMENT)]
+    if not kept:
+        raise LogError(f"{path}: {_no_rows()}")
+    form = _sniffed([lines[i] for i in kept[: SNIFFED + 1]])
+    if form.separator == " ":
+        lines = [" ".join(line.split()) for line in lines]
+    comments = [line.lstrip("#% \t") for line in lines[: kept[0]] if line.startswith(COMMENT)]
+    names, above, notes = _names([lines[i] for i in kept[:3]], comments, form)
+    kept = kept[above:]
+    if not kept:
+        raise LogError(f"{path}: {_no_rows()}")
+    if len(names) < form.count(lines[kept[-1]]) and all(_ends_open(lines[i], names, form) for i in kept):
+        names = [*names, ""]
+    names = _told_apart(names)
+    if form.count(lines[kept[-1]]) < len(names) or not complete:
+        kept, notes = kept[:-1], (*notes, "The last row is cut off and was left out.")
+    bad = _miscounted(lines, kept, len(names), form)
+    if bad:
+        kept = [i for i in kept if i not in bad]
+    values, blank, wrong = _values([lines[i] for i in kept], len(names), form)
+    rows = np.array(kept, np.intp)
+    words = {
+        j for j, at in enumerate(wrong) if len(at) * MOST_BAD > len(kept) - np.count_nonzero(blank[:, j])
+    }
+    for j, at in enumerate(wrong):
+        if j not in words:
+            cells = ((kept[i], form.cells(lines[kept[i]])[j]) for i in at)
+            bad |= {line: no_number(cell) for line, cell in cells}
+    notes += _left_out(path, bad, len(kept))
+    good = np.array([line not in bad for line in kept], np.bool_) if bad else np.ones(len(kept), np.bool_)
+    stream = Stream(
+        "",
+        {name: values[good, j] for j, name in enumerate(names) if j not in words},
+        {names[j]: _words([lines[i] for i in rows[good]], j, form) for j in sorted(words)},
+    )
+    empty = {name: blank[good, j] for j, name in enumerate(names) if blank[good, j].any()}
+    return TextTable(stream, empty, rows[good] + 1, notes)
+
+
+def _text(path: Path) -> tuple[str, bool]:
+    data, complete = load_bytes(path)
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    if not wide and b"\0" in data:
+        raise LogError(f"{path}: {NO_TEXT}")
+    # Spreadsheets write cp1252 where they were told nothing, and a degree sign in a name is no UTF-8 then.
+    for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
+        try:
+            return data.decode(encoding), complete
+        except UnicodeDecodeError:
+            continue
+    raise LogError(f"{path}: {NO_TEXT}")
+
+
+def _no_rows() -> str:
+    return "holds no rows; give a .csv with a line of names and a line for each sample"
+
+
+def _sniffed(lines: Sequence[str]) -> _Form:
+    """The form in which most lines have as many cells as the first, and more than one."""
+    best, most = _Form(",", False), 0
+    for separator in SEPARATORS:
+        form = _Form(separator, False)
+        tried = [UNIT_APART.sub("_", " ".join(line.split())) for line in lines] if separator == " " else lines
+        counts = [form.count(line) for line in tried]
+        alike = sum(count == counts[0] for count in counts[1:]) if counts[0] > 1 else 0
+        if alike > most:
+            best, most = form, alike
+    if best.separator == ",":
+        return best
+    cells = [cell for line in lines[1:] for cell in best.cells(line)]
+    point = any("." in cell and best.is_number(cell) for cell in cells)
+    return _Form(best.separator, not point and any(DECIMAL_COMMA.fullmatch(cell) for cell in cells))
+
+
+def _names(
+    first: Sequence[str], comments: Sequence[str], form: _Form
+) -> tuple[list[str], int, tuple[str, ...]]:
+    """The names, the number of lines that they take of the first three, and notes."""
+    names = _header_cells(first[0], form)
+    if not _is_row(names, form):
+        if len(first) > 2 and _holds_units(first[1], first[2], len(names), form):
+            units = [cell.strip().strip("[]()").strip() for cell in form.cells(first[1])]
+            named = [f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True)]
+            return named, 2, ("The line after the names holds no number: it was taken for units.",)
+        return names, 1, ()
+    for comment in comments[-1:]:
+        above = _header_cells(comment, form)
+        if len(above) == len(names):
+            return above, 0, ()
+    numbered = [str(number) for number in range(1, len(names) + 1)]
+    note = f"The table has no line of names: its columns are named by their numbers, 1 to {len(names)}."
+    return numbered, 0, (note,)
+
+
+def _header_cells(line: str, form: _Form) -> list[str]:
+    if form.separator != " ":
+        return [name.strip() for name in form.cells(line)]
+    joined = UNIT_APART.sub("\0", line.strip())
+    return [name.replace("\0", " ") for name in form.cells(joined) if name]
+
+
+def _is_row(cells: Sequence[str], form: _Form) -> bool:
+    filled = [cell for cell in cells if cell.strip()]
+    data = sum(form.is_number(cell) or BEGINS_WITH_DATE.match(cell) is not None for cell in filled)
+    return bool(filled) and 2 * data >= len(filled)
+
+
+def _holds_units(line: str, after: str, width: int, form: _Form) -> bool:
+    cells = form.cells(line)
+    filled = [cell for cell in cells if cell.strip()]
+    wordy = len(filled) > 0 and not any(form.is_number(cell) for cell in filled)
+    return len(cells) == width and wordy and not _is_row(cells, form) and _is_row(form.cells(after), form)
+
+
+def _ends_open(line: str, names: Sequence[str], form: _Form) -> bool:
+    """Whether a row ends with a separator that the line of names lacks."""
+    return form.count(line) == len(names) + 1 and line.rstrip(" ").endswith(form.separator)
+
+
+def _told_apart(names: Sequence[str]) -> list[str]:
+    """Name a column without a name by its number, and a name that stands again by its place as well."""
+    told: dict[str, None] = {}
+    for number, name in enumerate(names, start=1):
+        new = name or f"column {number}"
+        told[new if new not in told else f"{new} (column {number})"] = None
+    return list(told)
+
+
+def _miscounted(lines: Sequence[str], kept: Sequence[int], width: int, form: _Form) -> dict[int, str]:
+    """What is wrong with each line that has not `width` cells, by its place in `lines`."""
+    bad = {}
+    for i in kept:
+        count = form.count(lines[i])
+        if count != width:
+            bad[i] = f"has {count} cells, the first line names {width}"
+    return bad
+
+
+def _values(lines: Sequence[str], width: int, form: _Form) -> tuple[Array, Mask, list[list[int]]]:
+    """Numbers (n, width), NaN where there is none; mask of empty cells; by column, the rows that hold a word."""
+    values = np.full((len(lines), width), np.nan)
+    blank = np.zeros((len(lines), width), np.bool_)
+    wrong: list[list[int]] = [[] for _ in range(width)]
+    doubtful: set[int] = set()
+    for start in range(0, len(lines), CHUNK):
+        part = lines[start : start + CHUNK]
+        span = slice(start, start + len(part))
+        plain = [j for j in range(width) if j not in doubtful]
+        try:
+            values[span, plain] = _plain(part, plain, form)
+        except ValueError:
+            plain = []
+        if len(plain) == width:
+            continue
+        for j, cells in enumerate(_columns(part, width, form)):
+            if j in plain:
+                continue
+            empty = [not cell or cell.isspace() for cell in cells]
+            numbers, words = _numbers(cells, empty, form)
+            values[span, j], blank[span, j] = numbers, empty
+            wrong[j] += [start + i for i in words]
+            if words or any(empty):
+                doubtful.add(j)
+    return values, blank, wrong
+
+
+def _plain(lines: Sequence[str], columns: Sequence[int], form: _Form) -> Array:
+    """Numbers (n, k) in columns that hold nothing else. Raises ValueError if they do."""
+    if not columns:
+        return np.zeros((len(lines), 0))
+    points = [line.replace(",", ".") for line in lines] if form.decimal_comma else lines
+    return np.loadtxt(
+        points, delimiter=form.separator, comments=None, ndmin=2, usecols=columns, quotechar='"'
+    )
+
+
+def _columns(lines: Sequence[str], width: int, form: _Form) -> Iterator[list[str]]:
+    """Each column's cells (n,) in lines of `width` cells each."""
+    if any('"' in line for line in lines):
+        cells = list(chain.from_iterable(map(form.cells, lines)))
+    else:
+        cells = form.separator.join(lines).split(form.separator)
+    return (cells[j::width] for j in range(width))
+
+
+def _numbers(cells: Sequence[str], empty: Sequence[bool], form: _Form) -> tuple[Array, list[int]]:
+    """Numbers (n,), NaN for an empty cell or a word, and the places of words."""
+    filled = ["nan" if nothing else cell for cell, nothing in zip(cells, empty, strict=True)]
+    if not form.decimal_comma:
+        try:
+            return np.fromiter(map(float, filled), np.float64, len(filled)), []
+        except ValueError:
+            pass
+    numbers, words = np.full(len(filled), np.nan), []
+    for i, cell in enumerate(filled):
+        try:
+            numbers[i] = form.number(cell)
+        except ValueError:
+            words.append(i)
+    return numbers, words
+
+
+def no_number(cell: str) -> str:
+    """What is wrong with a cell, in words that follow its row's number."""
+    return f"holds '{cell.strip()[:LONGEST_SHOWN]}', which is no number"
+
+
+def _words(lines: Sequence[str], column: int, form: _Form) -> tuple[str, ...]:
+    return tuple(form.cells(line)[column].strip() for line in lines)
+
+
+def _left_out(path: Path, bad: dict[int, str], rows: int) -> tuple[str, ...]:
+    """A note on the bad lines, by their places in the file. Raises LogError if they are too many."""
+    if not bad:
+        return ()
+    first = min(bad)
+    if len(bad) * MOST_BAD > rows:
+        more = f"and {len(bad) - 1} more rows are bad; " if len(bad) > 1 else ""
+        raise LogError(f"{path}: row {first + 1} {bad[first]}; {more}mend {'them' if more else 'it'}")
+    if len(bad) == 1:
+        return (f"Row {first + 1} {bad[first]}: it was left out.",)
+    numbers = [str(place + 1) for place in sorted(bad)[:3]]
+    if len(bad) > 3:
+        numbers.append(f"{len(bad) - 3} more")
+    return (f"Rows {listed(numbers)} were left out; the first {bad[first]}.",)

@@ -1,0 +1,171 @@
+"""Tables of text in the forms in which people have them."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.errors import LogError
+from identify.ingest.open import read_dive
+from identify.ingest.text_table import read_text_table, text_table
+
+MAP = "time: {column: t}\ndepth: {columns: [z], unit: m}\n"
+
+
+def of(tmp_path: Path, text: str | bytes, name: str = "dive.csv") -> Path:
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def dive_of(tmp_path: Path, text: str, columns: str = MAP):
+    layout = tmp_path / "columns.yaml"
+    layout.write_text(columns)
+    return read_dive(of(tmp_path, text), layout)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("t,z\n0,1.5\n1,2.25\n", "a.csv"),
+        ("t;z\n0;1.5\n1;2.25\n", "a.csv"),
+        ("t;z\n0;1,5\n1;2,25\n", "a.csv"),
+        ("t\tz\n0\t1,5\n1\t2,25\n", "a.tsv"),
+        ("t\tz\r\n0\t1.5\r\n1\t2.25\r\n", "a.tsv"),
+        ("  t     z\n  0   1.5\n  1  2.25\n", "a.txt"),
+        ("\ufefft,z\n0,1.5\n1,2.25\n", "a.csv"),
+        ("# a tank\n% of ours\n\nt,z\n0,1.5\n# lunch\n1,2.25\n", "a.csv"),
+        ("# a tank\n# t z\n0 1.5\n1 2.25\n", "a.txt"),
+        ("%t,z\n0,1.5\n1,2.25\n", "a.csv"),
+        ('"t","z"\n"0","1.5"\n"1","2.25"\n', "a.csv"),
+        ("t,z\n0,1.5,\n1,2.25,\n", "a.csv"),
+        ("t,z\r0,1.5\r1,2.25\r", "a.csv"),
+    ],
+)
+def test_every_usual_form_gives_the_same_numbers(tmp_path: Path, text: str, name: str) -> None:
+    stream, _ = text_table(of(tmp_path, text, name))
+    assert stream.name == ""
+    assert stream.columns["t"].tolist() == [0.0, 1.0]
+    assert stream.columns["z"].tolist() == [1.5, 2.25]
+    assert stream.text == {}
+
+
+def test_a_table_in_gzip_and_one_in_the_wide_text_of_a_spreadsheet_are_read(tmp_path: Path) -> None:
+    plain = "t,z\n0,1.5\n"
+    for data in (gzip.compress(plain.encode()), plain.encode("utf-16")):
+        stream, notes = text_table(of(tmp_path, data, "a.csv.gz"))
+        assert stream.columns["z"].tolist() == [1.5]
+        assert notes == ()
+
+
+def test_a_degree_sign_in_the_old_code_of_a_spreadsheet_is_kept(tmp_path: Path) -> None:
+    stream, _ = text_table(of(tmp_path, "t;heading [°]\n0;90,5\n".encode("cp1252")))
+    assert stream.columns["heading [°]"].tolist() == [90.5]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["t [s],u [m/s]\n0,1\n", "t [s]  u [m/s]\n0  1\n", "t,u\ns,m/s\n0,1\n", "t;u\n[s];(m/s)\n0;1\n"],
+)
+def test_units_stay_in_the_names_or_join_them_from_a_line_of_their_own(tmp_path: Path, text: str) -> None:
+    stream, _ = text_table(of(tmp_path, text))
+    assert list(stream.columns) == ["t [s]", "u [m/s]"]
+    assert stream.columns["u [m/s]"].tolist() == [1.0]
+
+
+def test_a_table_without_names_is_named_by_numbers_and_says_so(tmp_path: Path) -> None:
+    stream, notes = text_table(of(tmp_path, "0 1.5\n1 2.25\n"))
+    assert list(stream.columns) == ["1", "2"]
+    assert notes == ("The table has no line of names: its columns are named by their numbers, 1 to 2.",)
+
+
+def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path: Path) -> None:
+    stream, _ = text_table(of(tmp_path, ",z,z\n0,1,2\n"))
+    assert {name: column.tolist() for name, column in stream.columns.items()} == {
+        "column 1": [0.0],
+        "z": [1.0],
+        "z (column 3)": [2.0],
+    }
+
+
+def test_a_column_of_words_is_kept_as_words_and_refuses_no_file_that_does_not_use_it(tmp_path: Path) -> None:
+    text = 't,state,z\n0,"idle, dry",1\n1,armed,2\n'
+    stream, _ = text_table(of(tmp_path, text))
+    assert stream.text == {"state": ("idle, dry", "armed")}
+    assert dive_of(tmp_path, text).depth.value[:, 0].tolist() == [1.0, 2.0]
+    with pytest.raises(LogError, match="row 2 holds 'idle, dry', which is no number"):
+        dive_of(tmp_path, text, MAP.replace("[z]", "[state]"))
+
+
+def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path: Path) -> None:
+    stream, _ = text_table(of(tmp_path, "t,on,z\n0,True,N/A\n1,FALSE,null\n2,true,3\n"))
+    assert stream.columns["on"].tolist() == [1.0, 0.0, 1.0]
+    assert np.isnan(stream.columns["z"][:2]).all()
+    assert stream.columns["z"][2] == 3.0
+
+
+def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path: Path) -> None:
+    table = read_text_table(of(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
+    assert np.isnan(table.stream.columns["z"][:2]).all()
+    assert table.empty["z"].tolist() == [True, False, False]
+    assert "t" not in table.empty
+
+
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        ("7,1,2", "Row 702 has 3 cells, the first line names 2: it was left out."),
+        ("7,x1", "Row 702 holds 'x1', which is no number: it was left out."),
+    ],
+)
+def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path: Path, bad: str, said: str) -> None:
+    lines = [f"{k},1" for k in range(2000)]
+    lines[700] = bad
+    table = read_text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+    assert table.notes == (said,)
+    assert len(table.stream.columns["t"]) == 1999
+    assert 700.0 not in table.stream.columns["t"]
+    assert table.lines[699:701].tolist() == [701, 703]
+
+
+def test_more_bad_lines_than_one_in_a_thousand_refuse_the_file_with_the_first(tmp_path: Path) -> None:
+    lines = [f"{k},1" for k in range(2000)]
+    for place in (900, 700, 800):
+        lines[place] = "1,2,3"
+    with pytest.raises(
+        LogError, match="row 702 has 3 cells, the first line names 2; and 2 more rows are bad"
+    ):
+        text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+
+
+def test_a_word_that_stands_rarely_in_an_empty_column_costs_no_row(tmp_path: Path) -> None:
+    lines = [f"{k},{'mark' if k == 500 else ''}" for k in range(3000)]
+    stream, notes = text_table(of(tmp_path, "t,event\n" + "\n".join(lines) + "\n"))
+    assert len(stream.columns["t"]) == 3000
+    assert stream.text["event"][500] == "mark"
+    assert notes == ()
+
+
+def test_bytes_are_no_table(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="is no table of text"):
+        text_table(of(tmp_path, bytes(range(256))))
+
+
+def test_numbers_over_many_parts_of_a_long_table_are_exact(tmp_path: Path) -> None:
+    value = np.round(np.random.default_rng(0).normal(size=120_000), 6)
+    rows = [f"{k},{v}" for k, v in enumerate(value.tolist())]
+    rows[70_000] = "70000,"
+    stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(rows) + "\n"))
+    known = np.arange(len(value)) != 70_000
+    assert np.array_equal(stream.columns["t"], np.arange(len(value)))
+    assert np.array_equal(stream.columns["z"][known], value[known])
+    assert np.isnan(stream.columns["z"][70_000])
+    assert notes == ()
+
+
+def test_a_separator_within_quotes_shifts_no_column_in_any_part_of_a_long_table(tmp_path: Path) -> None:
+    rows = [f'{k},"a,5,7",{k}.5' for k in range(60_000)]
+    stream, _ = text_table(of(tmp_path, "t,what,z\n" + "\n".join(rows) + "\n"))
+    assert np.array_equal(stream.columns["z"], stream.columns["t"] + 0.5)
+    assert set(stream.text["what"]) == {"a,5,7"}
