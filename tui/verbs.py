@@ -14,6 +14,7 @@ from bridge.vehicle.mode import BY_WORD, ORDERS, Mode
 from tui.options import (
     FolderTarget,
     MissionTarget,
+    NewFile,
     NewFolder,
     Options,
     ParameterTarget,
@@ -294,6 +295,15 @@ def _import(options: Options) -> None:
     )
     options.value("--vehicle", "FILE", "the vehicle file to name in the dive folder")
     options.columns()
+    options.value(
+        "--map",
+        "YAML",
+        "propose a column map from names, ranges and physics, show each column, and write the map (where not "
+        "given: FILE's name with -columns.yaml, in this folder)",
+        nargs="?",
+        const="",
+        type=NewFile,
+    )
     options.json("what it holds")
 
 

@@ -1,7 +1,5 @@
 """Reads a dive from a table (`.csv`) and a column map: YAML with the column and unit of each signal."""
 
-import csv
-import io
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -12,12 +10,10 @@ from numpy.typing import NDArray
 from bridge import schema
 from bridge.errors import ConfigError, LogError
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
-from bridge.wire.tlog import load_bytes
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import spread
-
-Mask = NDArray[np.bool_]
+from identify.ingest.streams import Mask, cells_of
 
 NOTHING = "-"
 DEGREE = np.pi / 180
@@ -44,7 +40,7 @@ WIDTHS = {
     "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
     "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
 }  # fmt: skip
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 RADIANS_PER_RPM = 2 * np.pi / 60
 
 
@@ -150,7 +146,7 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     A row in which all cells of a signal are empty has no sample of it; a cell `nan` is an unknown value. Rows of the
     same time become one row as far as their cells do not contradict each other.
     """
-    header, cells, empty, notes = _cells(path)
+    header, cells, empty, notes = cells_of(path)
     time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
     used = np.array(sorted({header.index(name) for name in columns.names if name in header}), np.intp)
     rows, taken = _merged(time_s, cells, empty, used)
@@ -202,48 +198,10 @@ def _merged(time_s: Array, cells: Array, empty: Mask, used: NDArray[np.intp]) ->
     return known[starts], taken
 
 
-def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
-    """Header, numbers (rows, columns) with NaN for empty cells, mask of empty cells, and notes on omitted rows."""
-    data, _ = load_bytes(path)
-    try:
-        lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
-    except (UnicodeDecodeError, csv.Error):
-        raise LogError(f"{path}: is no table of text; give a .csv with a line of names first") from None
-    lines = [line for line in lines if line]
-    if len(lines) < 2:
-        raise LogError(f"{path}: holds no rows; give a .csv with a line of names and a line for each sample")
-    header, body = [name.strip() for name in lines[0]], lines[1:]
-    notes: tuple[str, ...] = ()
-    if len(body[-1]) < len(header):
-        body, notes = body[:-1], ("The last row is cut off and was left out.",)
-    rows = []
-    for number, line in enumerate(body, start=2):
-        if len(line) != len(header):
-            raise LogError(
-                f"{path}: row {number} has {len(line)} cells, the first line names {len(header)}; mend it"
-            )
-        try:
-            rows.append([float(cell) if cell.strip() else np.nan for cell in line])
-        except ValueError:
-            wrong = next(cell for cell in line if not _is_number(cell))
-            raise LogError(f"{path}: row {number} holds '{wrong}', which is no number; mend it") from None
-    shape = -1, len(header)
-    empty = np.array([[not cell.strip() for cell in line] for line in body], np.bool_).reshape(shape)
-    return header, np.array(rows, np.float64).reshape(shape), empty, notes
-
-
 def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
     """Rows (n,) in which a signal has a non-empty cell."""
     places = [header.index(name) for name in source.columns if name in header]
     return np.asarray(~empty[:, places].all(axis=1) if places else np.ones(len(empty), np.bool_))
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell or "nan")
-    except ValueError:
-        return False
-    return True
 
 
 def _column(path: Path, header: list[str], cells: Array, name: str) -> Array:
