@@ -314,7 +314,7 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
 
 
 def _pushes(dive: Dive) -> tuple[Mend, ...]:
-    """The velocity's own change, with turning and gravity, against the accelerometer along x and y."""
+    """The velocity's change along x and y against the accelerometer, less gravity and turning."""
     force, velocity = whole(dive.specific_force), whole(dive.velocity)
     gyro, attitude = whole(dive.gyro), whole(dive.attitude)
     if force is None or velocity is None or gyro is None or attitude is None:
@@ -329,8 +329,9 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
     )
     turning = np.cross(gyro.at(middle_s), velocity.at(middle_s))
     at_edges = edge_means(velocity.time_s, velocity.value, edges_s, EDGE_S)
-    moved = np.diff(at_edges, axis=0) / WINDOW_S + turning
-    push = said / WINDOW_S + gravity
+    # The turning of an axis holds the other velocities alone, so it does not hide the sign of its own.
+    moved = np.diff(at_edges, axis=0) / WINDOW_S
+    push = said / WINDOW_S + gravity - turning
     found = [matched(moved[:, axis], push[:, axis], LEAST_PUSH_M_S2) for axis in (0, 1)]
     wrong = {axis: m for axis, m in enumerate(found) if m is not None and m.correlation < -CLEAR}
     if not wrong:

@@ -10,6 +10,9 @@ from identify.dive import Array
 LARGEST_ANGLE_RAD = 7.0
 """Headings end at 2 pi."""
 
+LEAST_TILT_DEG = 0.35
+"""In degrees, no vehicle's roll and pitch stay within less; in radians, those of most do."""
+
 LARGEST_TURN_RAD_S, LARGEST_SPEED_M_S = 12.0, 20.0
 """No underwater vehicle turns or travels faster."""
 
@@ -42,6 +45,10 @@ def unit_of(signal: str, values: Array) -> Guess:
     known = values[np.isfinite(values)]
     largest = float(np.quantile(np.abs(known), 0.999)) if len(known) else 0.0
     match signal:
+        case "euler" if largest > LARGEST_ANGLE_RAD and _is_unwrapped(values):
+            return Guess(
+                "rad", "Roll and pitch are too small for degrees: radians, with turns counted on.", False
+            )
         case "euler" if largest > LARGEST_ANGLE_RAD:
             return Guess("deg", f"Angles reach {largest:.3g}, so they are degrees.")
         case "euler":
@@ -89,6 +96,12 @@ def time_unit_of(time: Array) -> tuple[str, bool]:
         if step >= least:
             return unit, True
     return "s", step < 1.0
+
+
+def _is_unwrapped(angles: Array) -> bool:
+    """Whether only a single angle of several is large, the others far too small for degrees."""
+    largest = np.sort(np.nanmax(np.abs(angles), axis=0))
+    return len(largest) > 1 and bool(largest[-2] < LEAST_TILT_DEG)
 
 
 def _force(values: Array) -> Guess:

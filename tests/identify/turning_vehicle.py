@@ -9,11 +9,11 @@ GRAVITY_M_S2 = 9.80665
 STEP_S = 0.02
 
 
-def readings(duration_s: float = 40.0) -> dict[str, np.ndarray]:
-    """Readings by name: body axes forward, right, down; SI; depth in m; the pulses of four thrusters in us."""
+def readings(duration_s: float = 40.0, size: float = 1.0) -> dict[str, np.ndarray]:
+    """Readings by name: body axes forward, right, down; SI; the pulses of four thrusters in us. size: of all angles."""
     t = np.arange(0.0, duration_s, STEP_S)
-    roll, pitch = 0.15 * np.sin(1.1 * t), 0.2 * np.sin(0.7 * t + 0.4)
-    yaw = 1.2 * np.sin(0.3 * t) + 0.05 * t
+    roll, pitch = 0.15 * size * np.sin(1.1 * t), 0.2 * size * np.sin(0.7 * t + 0.4)
+    yaw = size * (1.2 * np.sin(0.3 * t) + 0.02 * t)
     q = quaternions_from_euler(roll, pitch, yaw)
     turn = to_body_turn(q[:-1], q[1:]) / STEP_S
     rates = np.vstack([turn[:1], 0.5 * (turn[1:] + turn[:-1]), turn[-1:]])
