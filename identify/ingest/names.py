@@ -52,7 +52,7 @@ UNITS: dict[str, dict[str, Scaled]] = {
 
 _NO_MEASUREMENT = re.compile(
     r"desired|setpoint|set_point|target|reference|(^|_)(ref|des|goal|err|error|cmd|command|covariance|cov|std|stddev|"
-    r"sigma|var|variance|bias|offset|temperature|temp|diff|differential|quality|valid|count|id|seq|status|flags?)(_|$)"
+    r"sigma|var|variance|bias|offset|min|max|temperature|temp|diff|differential|quality|valid|count|id|seq|status|flags?)(_|$)"
 )
 _COMMANDS = ("pwm", "rpm", "tau_cmd")
 
@@ -80,7 +80,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("altitude", r"(?:.*_)?(?:altitude|range|distance|height_above_bottom)", ""),
     ("altitude", r"data", r"altitude|altimeter|range"),
     ("depth", r"(?:.*_)?depth", ""),
-    ("depth", r"data", r"depth"),
+    ("depth", r"data", r"depth|rel_alt"),
     ("depth", r"(?:.*_)?(?:position|pos)_z|z", ""),
     ("rpm", r"(?:.*_)?(?:rpm|rps)_?(\d+)", ""),
     ("rpm", r"(?:.*_)?(?:esc|motor|thruster|prop|propeller)_?(\d+)(?:_.*)?_(?:rpm|speed|rps)", ""),

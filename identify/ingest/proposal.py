@@ -29,7 +29,7 @@ FAVOURED = {
 }  # fmt: skip
 """Topics that are taken first where several hold a signal."""
 
-EARTH = re.compile(r"local_position|global_position|velocity_local|vehicle_odometry")
+EARTH = re.compile(r"(local_position|global_position|velocity_local|vehicle_odometry)(?!.*body)")
 """Topics whose velocity is in earth axes, in PX4 and MAVROS."""
 
 FILTERED = re.compile(r"filtered|ekf|estimat|odom|local_position")
@@ -184,6 +184,8 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
             is_time, _ = time_unit(field)
             if is_time and (field in stream.text or _rises(stream.columns[field])):
                 counts[field] = counts.get(field, 0) + 1
+    if not any(len(cells) for stream in streams for cells in stream.columns.values()):
+        raise LogError(f"{path}: holds no rows of numbers; give a log with samples")
     if not counts:
         names = sorted({field for stream in streams for field in stream.columns})
         raise LogError(

@@ -160,6 +160,31 @@ def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_a
     assert any("earth axes" in note for note in proposal.notes)
 
 
+def test_of_mavros_the_velocity_in_body_axes_and_the_height_above_the_surface_are_taken() -> None:
+    t = READ["t"]
+    axes = dict(enumerate("xyz"))
+    topics = {
+        "/mavros/local_position/velocity_local": {
+            f"twist.linear.{a}": READ["euler"][:, k] for k, a in axes.items()
+        },
+        "/mavros/local_position/velocity_body": {
+            f"twist.linear.{a}": READ["velocity"][:, k] for k, a in axes.items()
+        },
+        "/mavros/global_position/rel_alt": {"data": -READ["depth"]},
+        "/ping": {"range": 3.0 + 0.1 * np.sin(t), "min_range": 0.3 + 0.0 * t, "max_range": 50.0 + 0.0 * t},
+    }
+    streams = tuple(Stream(name, {"stamp": t, **columns}, {}) for name, columns in topics.items())
+    columns = propose(streams, Path("dive.bag")).columns
+    signals = columns.signals()
+    assert columns.velocity_is_filtered
+    assert signals["velocity"].columns[0] == "/mavros/local_position/velocity_body.twist.linear.x"
+    assert (signals["depth"].columns[0], signals["depth"].scale) == (
+        "/mavros/global_position/rel_alt.data",
+        (-1.0,),
+    )
+    assert signals["altitude"].columns == ("/ping.range",)
+
+
 def test_commands_from_minus_one_to_one_become_pulses_and_are_to_be_checked() -> None:
     columns = {
         "time": READ["t"],
@@ -218,5 +243,7 @@ def test_the_written_map_reads_back_as_the_proposal() -> None:
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence() -> None:
     with pytest.raises(LogError, match="no column is a rising time"):
         proposed({"u": READ["velocity"][:, 0]})
+    with pytest.raises(LogError, match="holds no rows of numbers"):
+        propose((), LOG)
     with pytest.raises(LogError, match="no column is known by its name"):
         proposed({"t": READ["t"], "colour": READ["t"]})
