@@ -207,31 +207,38 @@ def _frames(dive: Dive) -> tuple[Mend, ...]:
     if "specific_force" in frames and tilt is not None and abs(tilt.correlation) > CLEAR:
         frames["attitude"] = tilt.correlation < 0
         proof["attitude"] = f"pitch against the accelerometer's x has {tilt.words}"
+    fallen = _fallen(_half_turned(dive, "attitude") if frames.get("attitude") else dive)
+    if fallen is not None:
+        frames["velocity"], proof["velocity"] = fallen
     mirror = _mirror(table)
     if mirror is not None:
         is_mirrored, words = mirror
+        by_force = frames.get("specific_force")
         if "attitude" in frames:
             frames["gyro"] = frames["attitude"] is not is_mirrored
             proof["gyro"] = words
-        elif is_mirrored or "specific_force" in frames:
-            # A gyro lies in the case of its accelerometer.
-            frames["gyro"] = frames.get("specific_force", False)
+        elif is_mirrored or (by_force is not None and frames.get("velocity", by_force) is by_force):
+            # A gyro lies in the case of its accelerometer. Where gyro and attitude agree and the velocity is in another
+            # frame than the accelerometer, nothing tells whose theirs is, and they are left alone.
+            frames["gyro"] = bool(by_force)
             frames["attitude"] = frames["gyro"] is not is_mirrored
             proof["attitude"] = proof["gyro"] = words
-    upright = _half_turned(dive, "attitude") if frames.get("attitude") else dive
-    rises = _rise_match(upright), _rise_match(_half_turned(upright, "velocity"))
-    if rises[0] is not None and rises[1] is not None:
-        as_it_is, as_flu = (match.correlation for match in rises if match is not None)
-        if max(as_it_is, as_flu) > CLEAR and abs(as_it_is - as_flu) > LEAST_BETTER:
-            frames["velocity"] = as_flu > as_it_is
-            proof["velocity"] = (
-                f"depth follows it with correlation {max(as_it_is, as_flu):.2f}, and {min(as_it_is, as_flu):.2f} "
-                "otherwise"
-            )
     turned = {name for name, is_flu in frames.items() if is_flu}
     if turned and turned == set(frames):
         turned |= dive.signals().keys() & {"velocity", "gyro", "attitude", "specific_force"}
     return tuple(_turned(name, proof) for name in _MEANT if name in turned)
+
+
+def _fallen(dive: Dive) -> tuple[bool, str] | None:
+    """Whether depth follows the velocity as one in FLU, and the evidence; None if that is unclear."""
+    matches = _rise_match(dive), _rise_match(_half_turned(dive, "velocity"))
+    if matches[0] is None or matches[1] is None:
+        return None
+    as_it_is, as_flu = matches[0].correlation, matches[1].correlation
+    best, other = max(as_it_is, as_flu), min(as_it_is, as_flu)
+    if best < CLEAR or best - other < LEAST_BETTER:
+        return None
+    return as_flu > as_it_is, f"depth follows it with correlation {best:.2f}, and {other:.2f} otherwise"
 
 
 def _half_turned(dive: Dive, name: str) -> Dive:
@@ -338,6 +345,9 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
         return ()
     factors = tuple(-1.0 if axis in wrong else 1.0 for axis in range(3))
     evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in wrong.items())
+    if set(wrong) == {1} and _fallen(dive) is None:
+        # Axes forward, left, up are likelier than a mirror image, and nothing tells of z.
+        return (_turned("velocity", {"velocity": f"it changes against the accelerometer ({evidence})"}),)
     problem = (
         f"The velocity changes against the accelerometer ({evidence}), so its sign along "
         f"{' and '.join(_AXES[axis] for axis in wrong)} is turned round"

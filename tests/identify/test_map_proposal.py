@@ -247,3 +247,13 @@ def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence(
         propose((), LOG)
     with pytest.raises(LogError, match="no column is known by its name"):
         proposed({"t": READ["t"], "colour": READ["t"]})
+
+
+def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> None:
+    text = map_text(
+        proposed({"t": READ["t"], "u": READ["velocity"][:, 0], "depth": READ["depth"]}), "log.csv"
+    )
+    lines = text.splitlines()
+    assert lines[lines.index("depth: {columns: [depth], unit: m}") - 1] == "# Depth is taken for metres."
+    whole = map_text(proposed(usual(READ)), "log.csv").splitlines()
+    assert [line for line in whole if line.startswith("#")] == whole[:2]

@@ -13,10 +13,10 @@ from identify.dive import Dive, Signal
 READ = readings()
 
 
-def dive() -> Dive:
+def dive(read: dict[str, np.ndarray] = READ) -> Dive:
     def signal(key: str) -> Signal:
-        value = READ[key]
-        return Signal(READ["t"], value if value.ndim == 2 else value[:, None])
+        value = read[key]
+        return Signal(read["t"], value if value.ndim == 2 else value[:, None])
 
     return Dive(
         "log", Path("log"), "", velocity=signal("velocity"), gyro=signal("gyro"), specific_force=signal("force"),
@@ -91,6 +91,19 @@ def test_an_accelerometer_alone_turns_all_that_nothing_contradicts_to_its_frame(
     wrong = without(changed("specific_force", flu), "depth", "pressure", "attitude")
     assert {mend.signal for mend in mends(wrong)} == {"velocity", "gyro", "specific_force"}
     assert all(mend.factors == flu for mend in mends(wrong))
+
+
+def test_an_accelerometer_of_the_other_sign_turns_no_gyro_where_depth_says_that_the_velocity_is_right() -> (
+    None
+):
+    level = dive(readings(size=0.01))
+    (mend,) = mends(mended(level, Mend("specific_force", (1.0, -1.0, -1.0), "", "")))
+    assert mend.signal == "specific_force"
+
+
+def test_a_sway_of_the_other_sign_is_a_frame_where_nothing_tells_of_heave() -> None:
+    (mend,) = mends(without(changed("velocity", (1.0, -1.0, -1.0)), "depth", "pressure"))
+    assert (mend.signal, mend.factors) == ("velocity", (1.0, -1.0, -1.0))
 
 
 def test_a_sentence_names_the_evidence_and_the_edit_of_the_map() -> None:
