@@ -25,6 +25,9 @@ from identify.ingest.rotation import (
 )
 
 WINDOW_S, EDGE_S = 0.5, 0.25
+RISE_S = 2.0
+"""Length of a window in which a vehicle that holds its depth rises by more than a depth sensor's noise."""
+
 FEWEST_WINDOWS = 12
 
 CLEAR, UNCLEAR, LEAST_BETTER = 0.7, 0.4, 0.2
@@ -430,7 +433,7 @@ def _rise_match(dive: Dive) -> Match | None:
         depth = whole(Signal(dive.pressure.time_s, dive.pressure.value / PASCALS_PER_METRE))
     if depth is None or velocity is None:
         return None
-    edges_s = _edges((depth, velocity))
+    edges_s = _edges((depth, velocity), RISE_S)
     if edges_s is None:
         return None
     down = velocity.value[:, 2]
@@ -440,12 +443,16 @@ def _rise_match(dive: Dive) -> Match | None:
     return matched(fallen, np.diff(integral(velocity.time_s, down, edges_s)), LEAST_RISE_M)
 
 
-def _edges(signals: tuple[Signal, ...]) -> Array | None:
-    """Edges of windows over the time that all signals have; None if that is short."""
+def _edges(signals: tuple[Signal, ...], longest_s: float = WINDOW_S) -> Array | None:
+    """Edges of windows over the time that all signals have, each up to `longest_s`; None if that is short."""
     start_s = max(float(signal.time_s[0]) for signal in signals)
     end_s = min(float(signal.time_s[-1]) for signal in signals)
-    count = int((end_s - start_s) / WINDOW_S)
-    return start_s + WINDOW_S * np.arange(count + 1, dtype=np.float64) if count >= FEWEST_WINDOWS else None
+    if end_s - start_s < FEWEST_WINDOWS * WINDOW_S:
+        return None
+    window_s = float(np.clip((end_s - start_s) / FEWEST_WINDOWS, WINDOW_S, longest_s))
+    # A little more, so that the end of a whole number of windows is none short of it.
+    count = int((end_s - start_s) / window_s + 1e-9)
+    return start_s + window_s * np.arange(count + 1, dtype=np.float64)
 
 
 def _unit_factor(ratio: float, ratios: tuple[float, ...]) -> float | None:

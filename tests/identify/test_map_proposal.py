@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from fakes.shared import shared
 from turning_vehicle import readings, table, usual
 
 from bridge import schema
@@ -12,8 +13,8 @@ from bridge.errors import LogError
 from identify.ingest.map_text import map_text
 from identify.ingest.mapped import mapped
 from identify.ingest.proposal import Confidence, Proposal, propose
-from identify.ingest.streams import Stream
-from identify.ingest.table import ColumnMap
+from identify.ingest.streams import Stream, streams_of
+from identify.ingest.table import ColumnMap, column_map
 
 LOG = Path("log.csv")
 READ = readings()
@@ -257,3 +258,11 @@ def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> 
     assert lines[lines.index("depth: {columns: [depth], unit: m}") - 1] == "# Depth is taken for metres."
     whole = map_text(proposed(usual(READ)), "log.csv").splitlines()
     assert [line for line in whole if line.startswith("#")] == whole[:2]
+
+
+@pytest.mark.parametrize("name", ["Depth_test_3", "Yaw_test_4", "Yaw_test_7", "yaw_test"])
+def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name: str) -> None:
+    path = shared("data", "bolt_auv", f"{name}.csv")
+    streams, _ = streams_of(path)
+    by_hand = column_map("bolt")
+    assert propose(streams, path).columns == by_hand
