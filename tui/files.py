@@ -19,7 +19,7 @@ from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.params.files import sidecar_path
 from tui import show
 from tui.cli import complain
-from tui.options import FolderTarget, NewFolder, ParameterTarget, Target
+from tui.options import FolderTarget, NewFile, NewFolder, ParameterTarget, Target
 from tui.show import STANDARD_OUTPUT
 
 READ = ("dives", "dive", "folder", "file", "files", "after", "mission", "check", "against", "accepted")
@@ -47,6 +47,8 @@ def check_places(arguments: argparse.Namespace) -> None:
             check_folder(option, place)
         elif isinstance(place, NewFolder):
             _check_new_folder(option, place)
+        elif isinstance(place, NewFile) and place:
+            check_new_file(option, place)
         elif isinstance(place, Target) and place != STANDARD_OUTPUT:
             _check_file(option, place, place.suffixes)
             targets[option] = Path(place)
@@ -81,6 +83,13 @@ def _check_new_folder(option: str, target: str) -> None:
     if Path(target).exists():
         raise UsageError(f"{option} {target}: exists already and is never overwritten; name another folder")
     check_folder(option, target)
+
+
+def check_new_file(option: str, target: str) -> None:
+    """Raise UsageError if a file exists already, or can't be made there."""
+    if Path(target).exists():
+        raise UsageError(f"{option} {target}: exists already and is never overwritten; name another file")
+    _check_file(option, target)
 
 
 def _check_different(targets: Mapping[str, Path]) -> None:

@@ -16,6 +16,10 @@ class Target(str):
     suffixes: ClassVar[tuple[str, ...]] = ()
 
 
+class NewFile(str):
+    """A file that a verb makes, and that must not be there; empty for one that the verb names."""
+
+
 class MissionTarget(Target):
     """A file of a mission that a verb writes."""
 

@@ -13,6 +13,7 @@ from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, ORDERS, Mode
 from tui.options import (
     MissionTarget,
+    NewFile,
     NewFolder,
     Options,
     ParameterTarget,
@@ -293,6 +294,15 @@ def _import(options: Options) -> None:
     )
     options.vehicle_file("the vehicle file to name in the dive folder")
     options.columns()
+    options.value(
+        "--map",
+        "YAML",
+        "propose a column map from names, ranges and physics, show each column, and write the map (where not "
+        "given: FILE's name with -columns.yaml, in this folder)",
+        nargs="?",
+        const="",
+        type=NewFile,
+    )
     options.json("what it holds")
 
 

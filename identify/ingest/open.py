@@ -116,7 +116,10 @@ def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[st
         return read_dataflash(files[0])[0]
     if name.endswith(TABLES):
         if columns is None:
-            raise LogError(f"{source}: a table needs a column map; give one with --columns FILE")
+            raise LogError(
+                f"{source}: a table needs a column map; give one with --columns FILE, or make one with "
+                "`seatrial import FILE --map`"
+            )
         return read_table(files[0], column_map(columns))
     raise LogError(f"{source}: can't tell what this is by its ending; {FORMS}")
 

@@ -14,10 +14,12 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.whole import write_records
+from identify.checks.mends import mends
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import TABLES, read_dive
 from tui import show
+from tui.column_map import propose_map
 from tui.files import Files
 from tui.recordings import column_map_for
 
@@ -27,6 +29,8 @@ DAMAGE_OUT = "What is damaged in it is left out."
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if arguments.map is not None:
+        return propose_map(arguments)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     columns = column_map_for(arguments.columns, (arguments.file,))
     dive = read_dive(Path(arguments.file), columns, file)
@@ -46,6 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
         ),
     )  # fmt: skip
     show.say(console, *(f"note: {note}" for note in dive.notes))
+    if columns is not None:
+        holds["contradictions"] = [mend.sentence for mend in mends(dive)]
+        show.say(console, *(f"note: {sentence}" for sentence in holds["contradictions"]))
     fixes = check_fixes(dive)
     if fixes is not None:
         show.say(console, fixes.sentence)

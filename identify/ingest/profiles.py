@@ -1,0 +1,72 @@
+"""What each column of a file looks like: range, rate, share unknown, and its course."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.dive import Array
+from identify.ingest.mapped import rows_of
+from identify.ingest.streams import Stream
+from identify.ingest.table import ColumnMap
+
+PIECES = 12
+"""Means that draw the course of a column."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A column: samples known, their rate, least, median, largest (NaN without any), share of rows unknown, mean over
+    each of PIECES pieces of the file, and whether it holds words."""
+
+    name: str
+    samples: int
+    rate_hz: float
+    least: float
+    median: float
+    largest: float
+    unknown: float
+    course: tuple[float, ...] = ()
+    is_text: bool = False
+
+
+def profiles(streams: Sequence[Stream], columns: ColumnMap) -> tuple[Profile, ...]:
+    """A profile of every column, in the file's order; rates by the map's time."""
+    return tuple(
+        profile
+        for stream in streams
+        for profile in (
+            *(_numbers(stream, field, columns) for field in stream.columns),
+            *(_words(stream, field) for field in stream.text),
+        )
+    )
+
+
+def _numbers(stream: Stream, field: str, columns: ColumnMap) -> Profile:
+    cells = stream.columns[field]
+    known = cells[np.isfinite(cells)]
+    name, unknown = stream.full_name(field), 1.0 - len(known) / max(len(cells), 1)
+    if not len(known):
+        return Profile(name, 0, 0.0, np.nan, np.nan, np.nan, unknown)
+    ends = float(known.min()), float(np.median(known)), float(known.max())
+    return Profile(name, len(known), _rate_hz(stream, cells, columns), *ends, unknown, _course(known))
+
+
+def _words(stream: Stream, field: str) -> Profile:
+    words = stream.text[field]
+    known = sum(bool(word.strip()) for word in words)
+    unknown = 1.0 - known / max(len(words), 1)
+    return Profile(stream.full_name(field), known, 0.0, np.nan, np.nan, np.nan, unknown, is_text=True)
+
+
+def _rate_hz(stream: Stream, cells: Array, columns: ColumnMap) -> float:
+    timed = rows_of(stream, columns)
+    if timed is None:
+        return 0.0
+    time_s, rows = timed
+    steps_s = np.diff(time_s[np.isfinite(cells[rows])])
+    return float(1.0 / np.median(steps_s)) if len(steps_s) else 0.0
+
+
+def _course(known: Array) -> tuple[float, ...]:
+    return tuple(float(np.mean(piece)) for piece in np.array_split(known, min(PIECES, len(known))))

@@ -1,0 +1,151 @@
+"""Units guessed from the range of values, where a name gives none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bridge.vehicle.config import GRAVITY_M_S2
+from identify.dive import Array
+
+LARGEST_ANGLE_RAD = 7.0
+"""Headings end at 2 pi."""
+
+LEAST_TILT_DEG = 0.35
+"""In degrees, no vehicle's roll and pitch stay within less; in radians, those of most do."""
+
+LARGEST_TURN_RAD_S, LARGEST_SPEED_M_S = 12.0, 20.0
+"""No underwater vehicle turns or travels faster."""
+
+LEAST_PULSE_US = 700.0
+SURFACE_HPA, DEEPEST_HPA = 700.0, 60_000.0
+LEAST_MILLIVOLTS = 1000.0
+NEAR = 1.3
+"""Factor within which the norm of specific force is that of gravity."""
+
+MIDDLE_US, SPAN_US = 1500.0, 400.0
+"""Pulse without thrust, and from there to full thrust, that a command from -1 to 1 is taken to mean."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """Unit of a column map, with offset and scale in the file's unit. is_telling: whether only that unit fits.
+
+    unit: empty where values fit no unit. reason: a sentence.
+    """
+
+    unit: str
+    reason: str
+    is_telling: bool = True
+    offset: float = 0.0
+    scale: float = 1.0
+
+
+def unit_of(signal: str, values: Array) -> Guess:
+    """The likeliest unit of a signal by its values (n, columns), NaN where unknown."""
+    known = values[np.isfinite(values)]
+    largest = float(np.quantile(np.abs(known), 0.999)) if len(known) else 0.0
+    match signal:
+        case "euler" if largest > LARGEST_ANGLE_RAD and _is_unwrapped(values):
+            return Guess(
+                "rad", "Roll and pitch are too small for degrees: radians, with turns counted on.", False
+            )
+        case "euler" if largest > LARGEST_ANGLE_RAD:
+            return Guess("deg", f"Angles reach {largest:.3g}, so they are degrees.")
+        case "euler":
+            return Guess(
+                "rad", f"Angles stay within {largest:.2g}, so they are taken for radians.", largest > 0.8
+            )
+        case "gyro" | "fog" if largest > LARGEST_TURN_RAD_S:
+            return Guess("deg/s", f"Rates of turn reach {largest:.3g}, so they are degrees a second.")
+        case "gyro" | "fog":
+            return Guess(
+                "rad/s", f"Rates of turn stay within {largest:.2g}: taken for radians a second.", False
+            )
+        case "velocity" if largest > LARGEST_SPEED_M_S:
+            unit = "cm/s" if largest < 100 * LARGEST_SPEED_M_S / 4 else "mm/s"
+            return Guess(unit, f"Velocities reach {largest:.3g}, so they are taken for {unit}.", False)
+        case "velocity":
+            return Guess("m/s", f"Velocities stay within {largest:.2g} m/s.")
+        case "specific_force":
+            return _force(values)
+        case "pressure":
+            return _pressure(known)
+        case "voltage" if len(known) and np.median(known) > LEAST_MILLIVOLTS:
+            return Guess("mV", f"The voltage is about {np.median(known):.0f}, so it is in millivolts.")
+        case "pwm":
+            return _command(known)
+        case "depth" | "altitude":
+            return Guess("m", f"{signal.capitalize()} is taken for metres.", False)
+        case "rpm":
+            return Guess("rpm", "Speeds of the thrusters are taken for rpm.", False)
+    return Guess(
+        {"voltage": "V", "tau_cmd": "N"}.get(signal, "1"), "", signal in ("quaternion", "armed", "voltage")
+    )
+
+
+def time_unit_of(time: Array) -> tuple[str, bool]:
+    """Unit of a time column (n,) in rising order by its size or steps, and whether only that unit fits."""
+    known = time[np.isfinite(time)]
+    for least, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms"), (1e8, "s")):
+        # Since 1970, these are years after 1973.
+        if len(known) and known[0] >= least:
+            return unit, True
+    steps = np.diff(known)
+    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    for least, unit in ((1e6, "ns"), (1e3, "us"), (5.0, "ms")):
+        if step >= least:
+            return unit, True
+    return "s", step < 1.0
+
+
+def _is_unwrapped(angles: Array) -> bool:
+    """Whether only a single angle of several is large, the others far too small for degrees."""
+    largest = np.sort(np.nanmax(np.abs(angles), axis=0))
+    return len(largest) > 1 and bool(largest[-2] < LEAST_TILT_DEG)
+
+
+def _force(values: Array) -> Guess:
+    norm = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
+    usual = float(np.median(norm)) if len(norm) else 0.0
+    for unit, gravity in (("m/s2", GRAVITY_M_S2), ("g", 1.0), ("mg", 1000.0)):
+        if gravity / NEAR < usual < gravity * NEAR:
+            return Guess(unit, f"Its usual size is {usual:.3g}, which is gravity in {unit}.")
+    return Guess(
+        "", f"Its usual size is {usual:.2g}, which is gravity in no unit; a specific force includes gravity."
+    )
+
+
+def _pressure(known: Array) -> Guess:
+    least = float(np.quantile(known, 0.01)) if len(known) else 0.0
+    if 100 * SURFACE_HPA < least < 100 * DEEPEST_HPA:
+        return Guess("Pa", f"The least pressure is {least:.6g}, which fits Pa.")
+    if SURFACE_HPA < least < DEEPEST_HPA:
+        return Guess("hPa", f"The least pressure is {least:.5g}, which fits hPa.")
+    if least > SURFACE_HPA / 10:
+        return Guess("Pa", f"The least pressure is {least:.4g}, which fits kPa.", False, scale=1000.0)
+    if least > SURFACE_HPA / 1000:
+        return Guess("bar", f"The least pressure is {least:.3g}, which fits bar.", False)
+    return Guess(
+        "", f"The least pressure is {least:.3g}; absolute pressure is needed, about 1013 hPa at the surface."
+    )
+
+
+def _command(known: Array) -> Guess:
+    if not len(known):
+        return Guess("", "It holds no values.")
+    least, largest = np.quantile(known, (0.001, 0.999)).tolist()
+    driven = known[known != 0.0]
+    pulses = np.abs(driven - MIDDLE_US) <= MIDDLE_US - LEAST_PULSE_US
+    if len(driven) and np.mean(pulses) > 0.95:
+        return Guess("us", f"Values lie about {np.median(driven):.0f}, as pulses in microseconds do.")
+    size = max(abs(least), abs(largest))
+    for full, name in ((1.0, "1"), (100.0, "100 %")):
+        if size <= 1.02 * full:
+            reason = (
+                f"Commands stay within {name}, and {name} is taken for {MIDDLE_US + SPAN_US:.0f} us, 0 for "
+                f"{MIDDLE_US:.0f} us; check that."
+            )
+            return Guess("us", reason, False, MIDDLE_US / SPAN_US * full, SPAN_US / full)
+    return Guess(
+        "", f"Values from {least:.4g} to {largest:.4g} are neither pulses nor commands from -1 to 1."
+    )

@@ -1,0 +1,102 @@
+"""`seatrial import FILE --map`: what it shows, writes and refuses, and what a mapped import says of physics."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from bridge import exit_codes
+from identify.ingest.profiles import Profile
+from tui import cli
+from tui.column_map import drawn
+
+
+@pytest.fixture
+def log(tmp_path, monkeypatch):
+    """A vehicle that turns about z by a formula; its gyro has the wrong sign."""
+    monkeypatch.chdir(tmp_path)
+    t = np.arange(0.0, 30.0, 0.05)
+    yaw, r = np.degrees(1.5 * np.sin(0.5 * t)), 0.75 * np.cos(0.5 * t)
+    pulse = 1500 + 200 * np.sin(0.5 * t)
+    rows = np.column_stack([t, yaw, -r, pulse, np.full_like(t, 7.0)])
+    path = tmp_path / "tank.csv"
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header="t,yaw_deg,r,T1,mood", comments="")
+    return path
+
+
+def test_it_shows_every_column_writes_the_map_and_says_what_to_do_next(log, capsys):
+    assert cli.main(["import", str(log), "--map", "columns.yaml"]) == exit_codes.DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "yaw_deg euler 3 deg" in said
+    assert "mood not used - 7" in said
+    assert "check gyro: The gyro contradicts how the attitude turns" in said
+    assert f"seatrial import {log} --columns columns.yaml" in said
+    written = yaml.safe_load((log.parent / "columns.yaml").read_text(encoding="utf-8"))
+    assert written["gyro"] == {"columns": ["-", "-", "r"], "unit": "rad/s", "scale": [1, 1, -1]}
+
+
+def test_without_a_name_the_map_is_named_after_the_log(log):
+    assert cli.main(["import", str(log), "--map"]) == exit_codes.DONE
+    assert (log.parent / "tank-columns.yaml").exists()
+
+
+@pytest.mark.parametrize("words", [["--map", "columns.yaml"], ["--map"]])
+def test_it_never_writes_over_a_file(words, log, capsys):
+    for name in ("columns.yaml", "tank-columns.yaml"):
+        (log.parent / name).write_text("mine", encoding="utf-8")
+    assert cli.main(["import", str(log), *words]) == exit_codes.BAD_INPUT
+    assert "never overwritten" in capsys.readouterr().err
+    assert (log.parent / "columns.yaml").read_text(encoding="utf-8") == "mine"
+    assert (log.parent / "tank-columns.yaml").read_text(encoding="utf-8") == "mine"
+
+
+def test_its_json_has_the_profiles_the_choices_and_the_next_commands(log, capsys):
+    assert cli.main(["import", str(log), "--map", "columns.yaml", "--json", "-"]) == exit_codes.DONE
+    found = json.loads(capsys.readouterr().out)
+    mood = next(column for column in found["columns"] if column["name"] == "mood")
+    assert (mood["taken_for"], mood["least"], mood["median"], mood["largest"]) == ("", 7.0, 7.0, 7.0)
+    assert mood["rate_hz"] == pytest.approx(20.0)
+    chosen = {choice["signal"]: choice for choice in found["signals"]}
+    assert chosen["gyro"]["scale"] == [1.0, 1.0, -1.0]
+    assert chosen["pwm"]["confidence"] == "likely"
+    assert found["next"][0].endswith("--columns columns.yaml")
+
+
+def test_a_mapped_import_names_what_contradicts_physics_and_the_edit_of_the_map(log, capsys):
+    columns = log.parent / "wrong.yaml"
+    columns.write_text(
+        'time: {column: t}\neuler: {columns: ["-", "-", yaw_deg], unit: deg}\n'
+        'gyro: {columns: ["-", "-", r], unit: rad/s}\n',
+        encoding="utf-8",
+    )
+    assert cli.main(["import", str(log), "--columns", str(columns)]) == exit_codes.DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "note: The gyro contradicts how the attitude turns" in said
+    assert "multiply `scale` of `gyro` by [1, 1, -1]." in said
+    assert cli.main(["import", str(log), "--map", "right.yaml"]) == exit_codes.DONE
+    capsys.readouterr()
+    words = ["import", str(log), "--columns", "right.yaml", "--json", "-"]
+    assert cli.main(words) == exit_codes.DONE
+    assert json.loads(capsys.readouterr().out)["contradictions"] == []
+
+
+def test_options_that_need_the_map_first_are_refused_beside_it(log, capsys):
+    assert cli.main(["import", str(log), "--map", "columns.yaml", "--out", "dive"]) == exit_codes.BAD_INPUT
+    assert "--out: has no use with --map" in capsys.readouterr().err
+    assert not (log.parent / "columns.yaml").exists()
+
+
+def test_a_file_that_is_no_table_is_refused_in_a_sentence(tmp_path, capsys):
+    (tmp_path / "notes.txt").write_text("hello", encoding="utf-8")
+    assert cli.main(["import", str(tmp_path / "notes.txt"), "--map"]) == exit_codes.BAD_INPUT
+    assert "give a .csv" in capsys.readouterr().err
+
+
+def test_a_course_is_drawn_from_its_lowest_to_its_highest_mean():
+    def course(*means):
+        return drawn(Profile("x", 9, 1.0, 0.0, 0.0, 0.0, 0.0, means))
+
+    assert course(0.0, 0.5, 1.0) == "▁▅█"
+    assert course(3.0, 3.0) == "▁▁"
+    assert course() == "-"

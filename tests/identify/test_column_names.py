@@ -1,0 +1,89 @@
+"""The signal, the axis and the unit that the names of columns stand for."""
+
+import pytest
+
+from identify.ingest.names import named, time_unit
+
+KNOWN = [
+    ("/odom", "twist.twist.linear.y", "velocity", 1, None),
+    ("/odom", "twist.twist.angular.z", "gyro", 2, None),
+    ("/odom", "pose.pose.position.z", "depth", 0, None),
+    ("/imu/data", "angular_velocity.z", "gyro", 2, None),
+    ("/imu/data", "linear_acceleration.x", "specific_force", 0, None),
+    ("/imu/data", "orientation.w", "quaternion", 0, None),
+    ("/imu/data", "orientation.x", "quaternion", 1, None),
+    ("/pressure", "fluid_pressure", "pressure", 0, None),
+    ("/thrusters", "data.0", "pwm", 0, None),
+    ("vehicle_angular_velocity", "xyz[0]", "gyro", 0, None),
+    ("vehicle_attitude", "q[3]", "quaternion", 3, None),
+    ("sensor_combined", "gyro_rad[1]", "gyro", 1, ("rad/s", 1.0)),
+    ("sensor_combined", "accelerometer_m_s2[2]", "specific_force", 2, ("m/s2", 1.0)),
+    ("actuator_outputs", "output[3]", "pwm", 3, None),
+    ("battery_status", "voltage_v", "voltage", 0, ("V", 1.0)),
+    ("", "u", "velocity", 0, None),
+    ("", "surge", "velocity", 0, None),
+    ("", "vel_x_ms", "velocity", 0, ("m/s", 1.0)),
+    ("", "r [deg/s]", "gyro", 2, ("deg/s", 1.0)),
+    ("", "yawRate", "gyro", 2, None),
+    ("", "pitch_rate_deg_s", "gyro", 1, ("deg/s", 1.0)),
+    ("", "w_yaw", "gyro", 2, None),
+    ("", "heading_deg", "euler", 2, ("deg", 1.0)),
+    ("", "theta", "euler", 1, None),
+    ("", "acc_z_g", "specific_force", 2, ("g", 1.0)),
+    ("", "Depth (cm)", "depth", 0, ("cm", 1.0)),
+    ("", "depth_ft", "depth", 0, ("m", 0.3048)),
+    ("", "pressure_mbar", "pressure", 0, ("mbar", 1.0)),
+    ("", "servo1_raw", "pwm", 1, None),
+    ("", "thruster_4", "pwm", 4, None),
+    ("", "T8", "pwm", 8, None),
+    ("", "pwm1", "pwm", 1, None),
+    ("", "esc2_rpm", "rpm", 2, None),
+    ("", "rpm_1", "rpm", 1, None),
+    ("", "battery", "voltage", 0, None),
+]
+
+
+@pytest.mark.parametrize(("topic", "field", "signal", "place", "unit"), KNOWN)
+def test_a_usual_name_is_known_with_its_axis_and_unit(
+    topic: str, field: str, signal: str, place: int, unit: tuple[str, float] | None
+) -> None:
+    name = named(topic, field)
+    assert name is not None
+    assert (name.signal, name.place, name.unit) == (signal, place, unit)
+
+
+@pytest.mark.parametrize(
+    "field",
+    [
+        "desired_depth",
+        "depth_setpoint",
+        "angular_velocity_covariance.0",
+        "pressure_temperature",
+        "comment",
+        "x",
+    ],
+)
+def test_what_was_not_measured_and_what_nobody_knows_has_no_signal(field: str) -> None:
+    assert named("", field) is None
+
+
+def test_the_columns_of_one_set_share_a_family_whatever_their_axes_are_called() -> None:
+    assert {named("", field).family for field in ("roll_deg", "pitch_deg", "heading_deg")} == {
+        named("", "yaw").family
+    }
+    assert named("", "u_dvl").family != named("", "u").family
+
+
+@pytest.mark.parametrize(
+    ("field", "unit"),
+    [
+        ("t", None), ("Time [ms]", "ms"), ("timestamp_us", "us"), ("TimeUS", "us"), ("time_boot_ms", "ms"),
+        ("stamp", None), ("t_ns", "ns"),
+    ],
+)  # fmt: skip
+def test_a_time_is_known_by_its_name_and_its_unit(field: str, unit: str | None) -> None:
+    assert time_unit(field) == (True, unit)
+
+
+def test_a_name_that_holds_a_time_among_other_words_is_no_time() -> None:
+    assert time_unit("timeout_count") == (False, None)

@@ -1,0 +1,269 @@
+"""The column map that a file suggests: columns, units, and what physics mends in it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from fakes.shared import shared
+from turning_vehicle import readings, table, usual
+
+from bridge import schema
+from bridge.errors import LogError
+from identify.ingest.map_text import map_text
+from identify.ingest.mapped import mapped
+from identify.ingest.proposal import Confidence, Proposal, propose
+from identify.ingest.streams import Stream
+from identify.ingest.table import ColumnMap, column_map
+from identify.ingest.text_table import text_table
+
+LOG = Path("log.csv")
+READ = readings()
+
+
+def proposed(columns: dict[str, np.ndarray]) -> Proposal:
+    return propose(table(columns), LOG)
+
+
+def units(proposal: Proposal) -> dict[str, str]:
+    return {name: columns.unit for name, columns in proposal.columns.signals().items()}
+
+
+def assert_maps_to_the_truth(streams: tuple[Stream, ...], proposal: Proposal) -> None:
+    """Every signal of the proposal's dive is what the vehicle did."""
+    dive = mapped(streams, proposal.columns, LOG)
+    truth = {
+        "velocity": READ["velocity"], "gyro": READ["gyro"], "specific_force": READ["force"],
+        "depth": READ["depth"][:, None], "pressure": READ["pressure"][:, None],
+    }  # fmt: skip
+    for name, value in truth.items():
+        if name in dive.signals():
+            assert getattr(dive, name).value == pytest.approx(value, rel=1e-4, abs=1e-6), name
+    same = np.abs(np.sum(dive.attitude.value * READ["attitude"], axis=1))
+    assert same == pytest.approx(1.0, abs=1e-9)
+    assert {"velocity", "gyro", "depth"} <= dive.signals().keys()
+
+
+def test_usual_names_in_si_are_taken_as_they_are_without_a_mend() -> None:
+    columns = usual(READ)
+    proposal = proposed(columns)
+    assert units(proposal) == {
+        "velocity": "m/s", "gyro": "rad/s", "specific_force": "m/s2", "euler": "rad", "pressure": "Pa", "depth": "m",
+        "pwm": "us",
+    }  # fmt: skip
+    assert proposal.columns.pwm.columns == ("T1", "T2", "T3", "T4")
+    assert not any(choice.mends for choice in proposal.choices)
+    assert not any(choice.confidence is Confidence.GUESSED for choice in proposal.choices)
+    assert_maps_to_the_truth(table(columns), proposal)
+
+
+def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_size() -> None:
+    columns = usual(READ)
+    scales = {"t": 1e3, "depth": 100.0, "pressure": 0.01}
+    scales |= dict.fromkeys("uvw", 100.0) | dict.fromkeys(("ax", "ay", "az"), 1 / 9.80665)
+    scales |= dict.fromkeys(("p", "q", "r", "roll", "pitch", "yaw"), np.degrees(1.0))
+    columns = {name: values * scales.get(name, 1.0) for name, values in columns.items()}
+    proposal = proposed(columns)
+    assert proposal.columns.time.unit == "ms"
+    assert units(proposal) == {
+        "velocity": "cm/s", "gyro": "deg/s", "specific_force": "g", "euler": "deg", "pressure": "hPa", "depth": "m",
+        "pwm": "us",
+    }  # fmt: skip
+    assert proposal.columns.depth.scale == pytest.approx((0.01,))
+    assert_maps_to_the_truth(table(columns), proposal)
+
+
+def test_small_angles_are_degrees_where_they_turn_as_the_gyro_in_degrees() -> None:
+    small = readings(size=0.05)
+    columns = usual(small)
+    for name in ("roll", "pitch", "yaw"):
+        columns[name] = np.degrees(columns[name])
+    assert max(np.abs(columns["yaw"]).max(), np.abs(columns["pitch"]).max()) < 7.0
+    proposal = proposed(columns)
+    assert proposal.columns.euler.unit == "deg"
+    assert proposal.columns.gyro.unit == "rad/s"
+    assert proposal.columns.gyro.scale == ()
+
+
+def test_radians_that_count_turns_on_are_no_degrees() -> None:
+    columns = {
+        "t": READ["t"],
+        "roll": READ["euler"][:, 0],
+        "pitch": READ["euler"][:, 1],
+        "yaw": 0.5 * READ["t"],
+    }
+    assert proposed(columns).columns.euler.unit == "rad"
+
+
+def test_a_log_in_axes_forward_left_up_is_turned_and_says_so() -> None:
+    columns = usual(READ)
+    for name in ("v", "w", "q", "r", "pitch", "yaw", "ay", "az", "depth"):
+        columns[name] = -columns[name]
+    proposal = proposed(columns)
+    signals = proposal.columns.signals()
+    for name in ("velocity", "gyro", "specific_force", "euler"):
+        assert signals[name].scale == (1.0, -1.0, -1.0)
+    assert signals["depth"].scale == (-1.0,)
+    assert_maps_to_the_truth(table(columns), proposal)
+    assert map_text(proposal, "log.csv").count("forward, left, up (FLU, as in ROS)") == 4
+
+
+def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_dive() -> None:
+    w, x, y, z = READ["attitude"].T
+    flu = np.array([1.0, -1.0, -1.0])
+    imu = {
+        "stamp": READ["t"] + 1.7e9,
+        "orientation.x": x,
+        "orientation.y": -y,
+        "orientation.z": -z,
+        "orientation.w": w,
+    }
+    for field, key in (("angular_velocity", "gyro"), ("linear_acceleration", "force")):
+        imu |= {f"{field}.{axis}": READ[key][:, k] * flu[k] for k, axis in enumerate("xyz")}
+    dvl = {"stamp": READ["t"][::5] + 1.7e9}
+    dvl |= {f"twist.twist.linear.{axis}": READ["velocity"][::5, k] * flu[k] for k, axis in enumerate("xyz")}
+    odom = {"stamp": READ["t"] + 1.7e9, "pose.pose.position.z": -READ["depth"]}
+    thrusters = {"stamp": READ["t"] + 1.7e9, **{f"data.{k}": READ["pulses"][:, k] for k in range(4)}}
+    named = {"/imu/data": imu, "/dvl/twist": dvl, "/odom": odom, "/thrusters/pwm": thrusters}
+    streams = tuple(Stream(topic, columns, {}) for topic, columns in named.items())
+    proposal = propose(streams, Path("dive.bag"))
+    assert proposal.columns.time.column == "stamp"
+    assert proposal.columns.time.unit == "s"
+    signals = proposal.columns.signals()
+    assert signals["quaternion"].columns == tuple(f"/imu/data.orientation.{axis}" for axis in "wxyz")
+    assert signals["quaternion"].scale == (1.0, 1.0, -1.0, -1.0)
+    assert signals["velocity"].columns[0] == "/dvl/twist.twist.twist.linear.x"
+    assert signals["velocity"].scale == (1.0, -1.0, -1.0)
+    assert signals["depth"].scale == (-1.0,)
+    assert signals["pwm"].columns[3] == "/thrusters/pwm.data.3"
+    dive = mapped(streams, proposal.columns, Path("dive.bag"))
+    assert np.abs(np.sum(dive.attitude.value * READ["attitude"], axis=1)) == pytest.approx(1.0, abs=1e-9)
+    assert dive.velocity.value == pytest.approx(READ["velocity"][::5])
+    assert dive.gyro.value == pytest.approx(READ["gyro"])
+
+
+def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_axes_is_refused() -> None:
+    stamp = READ["t"] * 1e6 + 5e6
+    topics = {
+        "vehicle_angular_velocity": {f"xyz[{k}]": READ["gyro"][:, k] for k in range(3)},
+        "vehicle_attitude": {f"q[{k}]": READ["attitude"][:, k] for k in range(4)},
+        "vehicle_local_position": {"vx": READ["velocity"][:, 0], "z": READ["depth"]},
+        "actuator_outputs": {
+            f"output[{k}]": READ["pulses"][:, k] if k < 4 else 0.0 * stamp for k in range(16)
+        },
+        "battery_status": {"voltage_v": 15.0 + 0.0 * stamp},
+    }
+    streams = tuple(Stream(name, {"timestamp": stamp, **columns}, {}) for name, columns in topics.items())
+    proposal = propose(streams, Path("log.ulg"))
+    assert (proposal.columns.time.column, proposal.columns.time.unit) == ("timestamp", "us")
+    assert set(proposal.columns.signals()) == {"gyro", "quaternion", "depth", "pwm", "voltage"}
+    assert proposal.columns.pwm.columns == tuple(f"actuator_outputs.output[{k}]" for k in range(4))
+    assert proposal.columns.quaternion.scale == ()
+    assert any("earth axes" in note for note in proposal.notes)
+
+
+def test_of_mavros_the_velocity_in_body_axes_and_the_height_above_the_surface_are_taken() -> None:
+    t = READ["t"]
+    axes = dict(enumerate("xyz"))
+    topics = {
+        "/mavros/local_position/velocity_local": {
+            f"twist.linear.{a}": READ["euler"][:, k] for k, a in axes.items()
+        },
+        "/mavros/local_position/velocity_body": {
+            f"twist.linear.{a}": READ["velocity"][:, k] for k, a in axes.items()
+        },
+        "/mavros/global_position/rel_alt": {"data": -READ["depth"]},
+        "/ping": {"range": 3.0 + 0.1 * np.sin(t), "min_range": 0.3 + 0.0 * t, "max_range": 50.0 + 0.0 * t},
+    }
+    streams = tuple(Stream(name, {"stamp": t, **columns}, {}) for name, columns in topics.items())
+    columns = propose(streams, Path("dive.bag")).columns
+    signals = columns.signals()
+    assert columns.velocity_is_filtered
+    assert signals["velocity"].columns[0] == "/mavros/local_position/velocity_body.twist.linear.x"
+    assert (signals["depth"].columns[0], signals["depth"].scale) == (
+        "/mavros/global_position/rel_alt.data",
+        (-1.0,),
+    )
+    assert signals["altitude"].columns == ("/ping.range",)
+
+
+def test_commands_from_minus_one_to_one_become_pulses_and_are_to_be_checked() -> None:
+    columns = {
+        "time": READ["t"],
+        "r": READ["gyro"][:, 2],
+        "thruster_1": np.sin(READ["t"]),
+        "thruster_2": np.cos(READ["t"]),
+    }
+    proposal = proposed(columns)
+    pulses = mapped(table(columns), proposal.columns, LOG).pwm.value
+    assert pulses[:, 0] == pytest.approx(1500.0 + 400.0 * np.sin(READ["t"]))
+    (choice,) = [choice for choice in proposal.choices if choice.signal == "pwm"]
+    assert choice.confidence is Confidence.GUESSED
+
+
+def test_an_acceleration_without_gravity_is_no_specific_force() -> None:
+    columns = usual(READ)
+    columns["az"] = columns["az"] + 9.80665
+    for name in ("ax", "ay"):
+        columns[name] = 0.1 * columns[name]
+    proposal = proposed(columns)
+    assert proposal.columns.specific_force is None
+    assert any("ax, ay, az: not used" in note for note in proposal.notes)
+
+
+def test_a_single_rate_is_taken_with_zeros_for_the_others() -> None:
+    proposal = proposed({"t": READ["t"], "r": READ["gyro"][:, 2], "T1": READ["pulses"][:, 0]})
+    assert proposal.columns.gyro.columns == ("-", "-", "r")
+
+
+def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown() -> None:
+    depth = READ["depth"].copy()
+    depth[1::2] = np.nan
+    profiles = {
+        each.name: each for each in proposed({**usual(READ), "depth": depth, "mood": READ["t"] * 0}).profiles
+    }
+    profile = profiles["depth"]
+    assert (profile.samples, profile.unknown) == (1000, 0.5)
+    assert profile.rate_hz == pytest.approx(25.0)
+    assert (profile.least, profile.largest) == (np.nanmin(depth), np.nanmax(depth))
+    assert profile.median == np.nanmedian(depth)
+    proposal = proposed({**usual(READ), "mood": READ["t"] * 0})
+    assert proposal.taken_for("mood") == ("", "")
+    assert proposal.taken_for("q") == ("gyro 2", "rad/s")
+    assert proposal.taken_for("t") == ("time", "s")
+
+
+def test_the_written_map_reads_back_as_the_proposal() -> None:
+    columns = usual(READ)
+    columns["q"] = -columns["q"]
+    proposal = proposed(columns)
+    text = map_text(proposal, "log.csv")
+    assert schema.build(ColumnMap, yaml.safe_load(text), "map") == proposal.columns
+    assert "# The gyro contradicts how the attitude turns" in text
+
+
+def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence() -> None:
+    with pytest.raises(LogError, match="no column is a rising time"):
+        proposed({"u": READ["velocity"][:, 0]})
+    with pytest.raises(LogError, match="holds no rows of numbers"):
+        propose((), LOG)
+    with pytest.raises(LogError, match="no column is known by its name"):
+        proposed({"t": READ["t"], "colour": READ["t"]})
+
+
+def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> None:
+    text = map_text(
+        proposed({"t": READ["t"], "u": READ["velocity"][:, 0], "depth": READ["depth"]}), "log.csv"
+    )
+    lines = text.splitlines()
+    assert lines[lines.index("depth: {columns: [depth], unit: m}") - 1] == "# Depth is taken for metres."
+    whole = map_text(proposed(usual(READ)), "log.csv").splitlines()
+    assert [line for line in whole if line.startswith("#")] == whole[:2]
+
+
+@pytest.mark.parametrize("name", ["Depth_test_3", "Yaw_test_4", "Yaw_test_7", "yaw_test"])
+def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name: str) -> None:
+    path = shared("data", "bolt_auv", f"{name}.csv")
+    stream, _ = text_table(path)
+    by_hand = column_map("bolt")
+    assert propose((stream,), path).columns == by_hand

@@ -1,0 +1,135 @@
+"""Physics that contradicts a recording names the signal, the evidence and the mend."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from turning_vehicle import readings
+
+from identify.checks.mends import Mend, agreeing, mended, mends
+from identify.dive import Dive, Signal
+
+READ = readings()
+
+
+def dive(read: dict[str, np.ndarray] = READ) -> Dive:
+    def signal(key: str) -> Signal:
+        value = read[key]
+        return Signal(read["t"], value if value.ndim == 2 else value[:, None])
+
+    return Dive(
+        "log", Path("log"), "", velocity=signal("velocity"), gyro=signal("gyro"), specific_force=signal("force"),
+        attitude=signal("attitude"), pressure=signal("pressure"), depth=signal("depth"),
+    )  # fmt: skip
+
+
+def changed(name: str, factors: tuple[float, ...], order: tuple[int, ...] = ()) -> Dive:
+    return mended(dive(), Mend(name, factors, "", "", order))
+
+
+def without(recorded: Dive, *names: str) -> Dive:
+    return replace(recorded, **dict.fromkeys(names))
+
+
+def test_a_recording_that_agrees_with_itself_is_left_alone_and_its_signals_bear_each_other_out() -> None:
+    assert mends(dive()) == ()
+    assert agreeing(dive()) == {"attitude", "gyro", "velocity", "depth", "pressure"}
+
+
+CHANGES = [
+    ("gyro", (1.0, -1.0, 1.0), ()),
+    ("gyro", (1.0, 1.0, -1.0), ()),
+    ("gyro", (np.degrees(1.0),) * 3, ()),
+    ("gyro", (1.0, 1.0, 1.0), (1, 0, 2)),
+    ("gyro", (1.0, -1.0, -1.0), ()),
+    ("attitude", (1.0, -1.0, -1.0), ()),
+    ("velocity", (-1.0, 1.0, 1.0), ()),
+    ("velocity", (1.0, -1.0, 1.0), ()),
+    ("velocity", (1.0, -1.0, -1.0), ()),
+    ("velocity", (100.0, 100.0, 100.0), ()),
+    ("specific_force", (1.0, -1.0, -1.0), ()),
+    ("specific_force", (1 / 9.80665,) * 3, ()),
+    ("depth", (-1.0,), ()),
+    ("depth", (100.0,), ()),
+    ("depth", (1 / 0.3048,), ()),
+]
+
+
+@pytest.mark.parametrize(("name", "factors", "order"), CHANGES)
+def test_a_signal_that_was_changed_is_found_and_mended_back(
+    name: str, factors: tuple[float, ...], order: tuple[int, ...]
+) -> None:
+    wrong = changed(name, factors, order)
+    (mend,) = mends(wrong)
+    assert mend.signal == name
+    assert mend.order == order
+    value = getattr(mended(wrong, mend), name).value
+    truth = getattr(dive(), name).value
+    if name == "attitude":  # a quaternion and its negative are the same attitude
+        value = value * np.sign(np.sum(value * truth, axis=1, keepdims=True))
+    assert value == pytest.approx(truth, rel=1e-6, abs=1e-9)
+
+
+def test_a_gyro_in_degrees_with_a_turned_sign_is_mended_in_both() -> None:
+    (mend,) = mends(changed("gyro", (57.29577951, 57.29577951, -57.29577951)))
+    assert mend.factors == pytest.approx((0.01745329, 0.01745329, -0.01745329))
+
+
+def test_depth_in_centimetres_is_found_by_heave_where_pressure_is_not_recorded() -> None:
+    (mend,) = mends(without(changed("depth", (100.0,)), "pressure"))
+    assert (mend.signal, mend.factors) == ("depth", pytest.approx((0.01,)))
+
+
+def test_velocity_in_centimetres_is_told_from_depth_in_hectometres_by_its_size() -> None:
+    (mend,) = mends(without(changed("velocity", (100.0,) * 3), "pressure"))
+    assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.01,) * 3))
+
+
+def test_an_accelerometer_alone_turns_all_that_nothing_contradicts_to_its_frame() -> None:
+    flu = (1.0, -1.0, -1.0)
+    wrong = without(changed("specific_force", flu), "depth", "pressure", "attitude")
+    assert {mend.signal for mend in mends(wrong)} == {"velocity", "gyro", "specific_force"}
+    assert all(mend.factors == flu for mend in mends(wrong))
+
+
+def test_an_accelerometer_of_the_other_sign_turns_no_gyro_where_depth_says_that_the_velocity_is_right() -> (
+    None
+):
+    level = dive(readings(size=0.01))
+    (mend,) = mends(mended(level, Mend("specific_force", (1.0, -1.0, -1.0), "", "")))
+    assert mend.signal == "specific_force"
+
+
+def test_a_sway_of_the_other_sign_is_a_frame_where_nothing_tells_of_heave() -> None:
+    (mend,) = mends(without(changed("velocity", (1.0, -1.0, -1.0)), "depth", "pressure"))
+    assert (mend.signal, mend.factors) == ("velocity", (1.0, -1.0, -1.0))
+
+
+def test_a_sentence_names_the_evidence_and_the_edit_of_the_map() -> None:
+    (mend,) = mends(changed("gyro", (1.0, -1.0, 1.0)))
+    assert "y: correlation -1.00" in mend.sentence
+    assert mend.sentence.endswith("multiply `scale` of `gyro` by [1, -1, 1].")
+    (swapped,) = mends(changed("gyro", (1.0, 1.0, 1.0), (1, 0, 2)))
+    assert swapped.sentence.endswith("give the columns of `gyro` in the order 2, 1, 3.")
+
+
+def test_noise_without_motion_contradicts_nothing() -> None:
+    noise = np.random.default_rng(1)
+    count = len(READ["t"])
+    still = Dive(
+        "log",
+        Path("log"),
+        "",
+        velocity=Signal(READ["t"], noise.normal(0.0, 0.01, (count, 3))),
+        gyro=Signal(READ["t"], noise.normal(0.0, 0.002, (count, 3))),
+        specific_force=Signal(READ["t"], noise.normal((0.0, 0.0, -9.81), 0.05, (count, 3))),
+        attitude=Signal(READ["t"], np.tile((1.0, 0.0, 0.0, 0.0), (count, 1))),
+        depth=Signal(READ["t"], noise.normal(2.0, 0.005, (count, 1))),
+    )
+    assert mends(still) == ()
+    assert agreeing(still) == set()
+
+
+def test_a_short_recording_is_left_alone() -> None:
+    assert mends(changed("gyro", (1.0, -1.0, 1.0)).between(0.0, 5.0)) == ()

@@ -1,0 +1,31 @@
+"""The how-to for a foreign log is followed, command by command, on a log in axes of ROS."""
+
+import json
+
+import pytest
+from foreign_log import write_foreign_log
+from page_runner import Typist
+
+NO_LINK = 0
+
+
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory):
+    typist = Typist(tmp_path_factory.mktemp("own"), NO_LINK)
+    write_foreign_log(typist.folder)
+    typist.follow("docs/howto/bring_your_own_log.md", but=("cp ",))
+    yield typist
+    typist.close()
+
+
+def test_the_page_comes_from_the_log_to_its_masses_and_to_a_diagnosis(followed):
+    fitted = json.loads((followed.folder / "hull.json").read_text(encoding="utf-8"))
+    assert fitted["outcome"] == "converged"
+    assert "No gap" in followed.said
+    assert (followed.folder / "gap.html").stat().st_size > 10_000
+
+
+def test_the_map_that_was_proposed_turns_the_log_to_forward_right_down(followed):
+    text = (followed.folder / "columns.yaml").read_text(encoding="utf-8")
+    assert text.count("scale: [1, -1, -1]") == 4
+    assert "depth: {columns: [position.z], unit: m, scale: [-1]}" in text

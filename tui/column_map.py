@@ -1,0 +1,119 @@
+"""`seatrial import FILE --map`: the columns of a file, what each is taken for, and the column map written of it."""
+
+import argparse
+import math
+import shlex
+from pathlib import Path
+from typing import Any
+
+from bridge import exit_codes
+from bridge.exit_codes import UsageError
+from identify.ingest.map_text import map_text, uncertain
+from identify.ingest.profiles import Profile
+from identify.ingest.proposal import Choice, Confidence, Proposal, propose
+from identify.ingest.text_table import text_table
+from tui import show
+from tui.files import Files, check_new_file
+
+BARS = "▁▂▃▄▅▆▇█"
+LEVEL = BARS[0]
+
+
+def propose_map(arguments: argparse.Namespace) -> int:
+    """Show and write the column map that a file suggests. Raises UsageError, or LogError if nothing can be proposed."""
+    for option in ("columns", "out", "vehicle"):
+        if getattr(arguments, option):
+            raise UsageError(
+                f"--{option}: has no use with --map, which makes the column map first; leave it out"
+            )
+    path = Path(arguments.file)
+    target = arguments.map or f"{path.name.split('.')[0]}-columns.yaml"
+    if not arguments.map:
+        check_new_file("--map", target)
+    stream, notes = text_table(path)
+    proposal = propose((stream,), path)
+    notes = (*notes, *proposal.notes)
+    console = show.results(arguments.json)
+    show.put(console, _table(path, proposal))
+    show.say(console, *_questions(proposal), *(f"note: {note}" for note in notes))
+    mapped = f"{shlex.quote(str(path))} --columns {shlex.quote(target)}"
+    following = [
+        f"seatrial import {mapped}",
+        f"seatrial diagnose {mapped} --vehicle our.yaml --report gap.html",
+    ]
+    with Files() as files:
+        if files.text(Path(target), map_text(proposal, path.name)):
+            show.say(console, f"written: {target}. Read it, mend it, then:")
+            console.print("\n".join(f"  {line}" for line in following), soft_wrap=True)
+        files.json(_plain(proposal, notes, target, following), arguments.json)
+    return files.code(exit_codes.DONE)
+
+
+def _table(path: Path, proposal: Proposal) -> show.Table:
+    rows = []
+    for profile in proposal.profiles:
+        signal, unit = proposal.taken_for(profile.name)
+        rows.append((
+            profile.name, signal or "not used", unit or "-",
+            *(show.number(value, 4) for value in (profile.least, profile.median, profile.largest)),
+            show.number(profile.rate_hz or None, 3), show.number(100.0 * profile.unknown, 2), drawn(profile),
+        ))  # fmt: skip
+    return show.Table(
+        f"{path.name}: {len(rows)} columns",
+        ("column", "taken for", "unit", "least", "median", "largest", "rate Hz", "unknown %", "course"),
+        rows,
+        numbers=("least", "median", "largest", "rate Hz", "unknown %"),
+        stale=[not proposal.taken_for(profile.name)[0] for profile in proposal.profiles],
+    )
+
+
+def drawn(profile: Profile) -> str:
+    """The course of a column as bars between its least and its largest mean; `words` for text."""
+    if profile.is_text:
+        return "words"
+    known = [value for value in profile.course if math.isfinite(value)]
+    if not known:
+        return "-"
+    low, span = min(known), max(known) - min(known)
+    if span == 0:
+        return LEVEL * len(known)
+    return "".join(BARS[min(int((value - low) / span * len(BARS)), len(BARS) - 1)] for value in known)
+
+
+def _questions(proposal: Proposal) -> list[str]:
+    """The choices that the user should check, in sentences."""
+    asked = [f"check time: {proposal.time_reason}"] if proposal.time_reason else []
+    return asked + [
+        f"check {choice.signal}: {reason}" for choice in proposal.choices for reason in uncertain(choice)
+    ]
+
+
+def _plain(proposal: Proposal, notes: tuple[str, ...], target: str, following: list[str]) -> dict[str, Any]:
+    """The proposal as plain data."""
+    return {
+        "columns": [_profile(profile, proposal) for profile in proposal.profiles],
+        "time": {"column": proposal.columns.time.column, "unit": proposal.columns.time.unit},
+        "signals": [_choice(choice) for choice in proposal.choices],
+        "notes": list(notes),
+        "map": target,
+        "next": following,
+    }
+
+
+def _profile(profile: Profile, proposal: Proposal) -> dict[str, Any]:
+    signal, unit = proposal.taken_for(profile.name)
+    return {
+        "name": profile.name, "taken_for": signal, "unit": unit, "samples": profile.samples,
+        "rate_hz": profile.rate_hz, "least": profile.least, "median": profile.median, "largest": profile.largest,
+        "unknown_percent": 100.0 * profile.unknown, "is_text": profile.is_text,
+    }  # fmt: skip
+
+
+def _choice(choice: Choice) -> dict[str, Any]:
+    columns = choice.columns
+    return {
+        "signal": choice.signal, "columns": list(columns.columns), "unit": columns.unit,
+        "offset": list(columns.offset), "scale": list(columns.scale), "confidence": choice.confidence.value,
+        "is_guess": choice.confidence is Confidence.GUESSED, "reasons": list(choice.reasons),
+        "mends": [mend.problem for mend in choice.mends],
+    }  # fmt: skip
