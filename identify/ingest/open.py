@@ -61,8 +61,9 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     """The dive in a recording, without impossible or frozen readings, and with notes on what it lacks.
 
     `columns` is the column map of a recording that needs one (MAPPED), a file or the bare name of a map in
-    configs/columns; a dive folder made from such a recording holds its own, `columns.yaml`. With `vehicle`, the
-    notes also say whether the recording fits the vehicle. Raises LogError with a sentence if nothing can be read; ConfigError for an invalid column map.
+    configs/columns; a dive folder made from such a recording holds its own, `columns.yaml`. With `vehicle`, the notes
+    also say whether the recording fits the vehicle. Raises LogError with a sentence if nothing can be read; ConfigError
+    for an invalid column map.
     """
     files = recording_files(path)
     folder_map = path / "columns.yaml"

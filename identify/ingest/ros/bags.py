@@ -35,7 +35,8 @@ def read_bag(files: Sequence[Path]) -> Streams:
 
     def wanted(topic: Topic) -> bool:
         """Whether a topic is read; it gets its place in `topics`, and otherwise a note."""
-        if is_large(topic) or topic.name in left_out:
+        is_damaged = not (topic.name + topic.type + topic.encoding).isprintable()
+        if is_damaged or is_large(topic) or topic.name in left_out:
             return False
         if topic.encoding not in ("cdr", "ros1"):
             notes.append(

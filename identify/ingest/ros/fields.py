@@ -66,6 +66,7 @@ def columns_of(
     by_size: dict[int, list[int]] = defaultdict(list)
     for number, message in enumerate(messages):
         by_size[len(message)].append(number)
+    by_size.pop(0, None)
     for size, numbers in by_size.items():
         rows = np.array(numbers, np.intp)
         block = np.frombuffer(b"".join([messages[number] for number in numbers]), np.uint8).reshape(-1, size)
