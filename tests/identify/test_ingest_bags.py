@@ -152,6 +152,28 @@ def test_texts_and_lists_of_any_length_leave_every_field_in_its_place(tmp_path: 
     assert not any(name.startswith("many.16") for name in columns)
 
 
+def test_messages_of_one_size_and_hundreds_of_layouts_are_all_read(tmp_path: Path) -> None:
+    """The lengths of two texts differ from message to message, and their sum does not."""
+    joints = ROS2.types["sensor_msgs/msg/JointState"]
+    messages = [
+        (
+            "/joints",
+            "sensor_msgs/msg/JointState",
+            START_NS + k,
+            joints(
+                header(ROS2, START_NS, "f"),
+                ["a" * (k % 150), "b" * (149 - k % 150)],
+                np.array([k / 4]),
+                [],
+                [],
+            ),
+        )
+        for k in range(300)
+    ]
+    columns = read_bag([write_bag(tmp_path, "mcap", messages)]).streams[0].columns
+    assert columns["position.0"].tolist() == (np.arange(300) / 4).tolist()
+
+
 def test_big_endian_messages_are_read(tmp_path: Path) -> None:
     vector = ROS2.types["geometry_msgs/msg/Vector3"]
     store = get_typestore(Stores.ROS2_HUMBLE)

@@ -25,7 +25,7 @@ TIME_TYPE = "time"
 _BASE, _NAME, _ARRAY = 1, 2, 3  # kinds of a field, in rosbags
 CDR_LEAD_BYTES = 4
 MOST_LAYOUTS = 64
-"""Of messages of equal size; more differ from one to the next, as in texts, and are not looked for."""
+"""Of messages of equal size; with more, messages are hardly ever alike, and each is read by itself."""
 
 
 class Undefined(Exception):
@@ -70,16 +70,16 @@ def columns_of(
     for size, numbers in by_size.items():
         rows = np.array(numbers, np.intp)
         block = np.frombuffer(b"".join([messages[number] for number in numbers]), np.uint8).reshape(-1, size)
-        for _ in range(MOST_LAYOUTS):
-            if not len(rows):
-                break
+        tried = 0
+        while len(rows):
+            tried += 1
             try:
                 layout = _layout(messages[rows[0]], kind, types, cdr)
             except _Misfit:
                 rows, block = rows[1:], block[1:]
                 continue
-            alike = np.ones(len(rows), np.bool_)
-            for start, content in layout.lengths:
+            alike = np.arange(len(rows)) < (len(rows) if tried < MOST_LAYOUTS else 1)
+            for start, content in layout.lengths if tried < MOST_LAYOUTS else ():
                 held = np.frombuffer(content, np.uint8)
                 alike &= (block[:, start : start + len(content)] == held).all(axis=1)
             fits[rows[alike]] = True

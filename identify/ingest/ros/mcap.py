@@ -36,6 +36,8 @@ def read_mcap(path: Path, wanted: Wanted) -> Iterator[Message]:
                 records = iter([(kind, content)])
             for inner, held in records:
                 if inner == MESSAGE:
+                    if len(held) < _MESSAGE.size:
+                        raise CutOff
                     channel, _, time_ns, _ = _MESSAGE.unpack_from(held)
                     topic = topics.get(channel)
                     if topic is not None:
