@@ -70,21 +70,23 @@ def columns_of(
     for size, numbers in by_size.items():
         rows = np.array(numbers, np.intp)
         block = np.frombuffer(b"".join([messages[number] for number in numbers]), np.uint8).reshape(-1, size)
-        tried = 0
-        while len(rows):
+        left, tried = np.arange(len(rows)), 0
+        while len(left):
             tried += 1
             try:
-                layout = _layout(messages[rows[0]], kind, types, cdr)
+                layout = _layout(messages[rows[left[0]]], kind, types, cdr)
             except _Misfit:
-                rows, block = rows[1:], block[1:]
+                left = left[1:]
                 continue
-            alike = np.arange(len(rows)) < (len(rows) if tried < MOST_LAYOUTS else 1)
-            for start, content in layout.lengths if tried < MOST_LAYOUTS else ():
-                held = np.frombuffer(content, np.uint8)
-                alike &= (block[:, start : start + len(content)] == held).all(axis=1)
-            fits[rows[alike]] = True
-            _read(columns, layout, block[alike], rows[alike], len(messages))
-            rows, block = rows[~alike], block[~alike]
+            alike = left == left[0]
+            if tried < MOST_LAYOUTS:
+                alike[:] = True
+                for start, content in layout.lengths:
+                    held = np.frombuffer(content, np.uint8)
+                    alike &= (block[left, start : start + len(content)] == held).all(axis=1)
+            fits[rows[left[alike]]] = True
+            _read(columns, layout, block[left[alike]], rows[left[alike]], len(messages))
+            left = left[~alike]
     return columns, fits
 
 
