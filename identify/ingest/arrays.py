@@ -23,14 +23,13 @@ Leaves = dict[Path_, Array]
 def read_npz(path: Path) -> Streams:
     """The arrays of a `.npz`. Raises LogError."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if not isinstance(file, np.lib.npyio.NpzFile):
+        with path.open("rb") as opened:
+            file = np.load(opened, allow_pickle=False)
+            if isinstance(file, np.ndarray):
                 raise LogError("holds a single array without a name; save it with numpy.savez", path)
             held = {name: _loaded(file, name) for name in file.files}
     except OSError as error:
-        raise LogError(
-            f"can't be read ({error.strerror or error}); give a recording that can", path
-        ) from None
+        raise LogError(f"can't be read ({error.strerror}); give a recording that can", path) from None
     except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
         raise LogError("is cut off or no .npz; save it again", path) from None
     return streams_of(held, path)

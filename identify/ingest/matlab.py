@@ -46,7 +46,8 @@ def read_matlab(path: Path) -> Streams:
 def _from_matlab(path: Path) -> Tree:
     io = library("scipy.io", "ground", path)
     try:
-        held = io.loadmat(path, simplify_cells=True)
+        with path.open("rb") as file:
+            held = io.loadmat(file, simplify_cells=True)
     except (io.matlab.MatReadError, NotImplementedError, *_UNREADABLE):
         raise LogError("is cut off or no .mat; save it again in MATLAB", path) from None
     return {name: value for name, value in held.items() if not name.startswith("__")}

@@ -164,8 +164,8 @@ def test_messages_of_one_size_and_hundreds_of_layouts_are_all_read(tmp_path: Pat
                 header(ROS2, START_NS, "f"),
                 ["a" * (k % 150), "b" * (149 - k % 150)],
                 np.array([k / 4]),
-                [],
-                [],
+                np.zeros(0),
+                np.zeros(0),
             ),
         )
         for k in range(300)
