@@ -38,7 +38,7 @@ def swim(store: Any, count: int) -> list[Message]:
             vector(0.0, 0.0, -9.8), np.zeros(9),
         )  # fmt: skip
         thrusters = kind["Float64MultiArray"](layout([], 0), np.arange(6.0) + k)
-        twist = kind["TwistStamped"](head, kind["Twist"](vector(k / 4, 0.5, -0.25), vector(0.0, 0.0, 0.0)))
+        twist = kind["TwistStamped"](head, kind["Twist"](vector(k / 64, 0.5, -0.25), vector(0.0, 0.0, 0.0)))
         log_ns = time_ns + LATE_NS
         messages += [
             ("/imu", "sensor_msgs/msg/Imu", log_ns, imu),

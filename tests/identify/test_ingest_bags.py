@@ -41,7 +41,7 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
     assert read["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
     assert read["/imu"].columns["angular_velocity_covariance.5"].tolist() == [5.0] * COUNT
     assert read["/imu"].columns["linear_acceleration.z"].tolist() == [-9.8] * COUNT
-    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 4).tolist()
+    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 64).tolist()
     assert read["/thrusters"].columns["data.5"].tolist() == (K + 5.0).tolist()
     assert "data.6" not in read["/thrusters"].columns
     assert recorded.notes == ("No header time in /thrusters: their `stamp` is the time of the log.",)
