@@ -69,8 +69,8 @@ def _from_hdf5(path: Path) -> Tree:
             return tree(item, depth + 1) if depth < DEEPEST else None
         if not isinstance(item, h5py.Dataset) or item.attrs.get("MATLAB_class", b"") == b"char":
             return None
-        # HDF5 holds MATLAB's arrays with their sides swapped.
-        return np.asarray(item).T
+        # HDF5 holds MATLAB's arrays with their sides swapped, which `arrays` sees by the longer one.
+        return np.asarray(item)
 
     try:
         with h5py.File(path, "r") as file:

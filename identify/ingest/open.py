@@ -50,6 +50,8 @@ FILES: dict[str, Callable[[Path], Streams]] = {
 MAPPED = (*FILES, *BAGS)
 """Endings of all recordings that need a column map; a ROS 2 bag may also be a folder of its parts."""
 BAG_FOLDER = "metadata.yaml"
+_PART = re.compile(r"_\d+$")
+"""Ends the names of the parts of a ROS 2 bag, whose metadata.yaml is missing where its recorder was killed."""
 HASHED_BYTES = 1 << 24
 FORMS = (
     "give a dive folder, a .tlog, a .tlog.gz, a .BIN, or with --columns a .csv, .parquet, .mat, .npz, .ulg, .bag, "
@@ -111,8 +113,13 @@ def _imported(folder: Path) -> list[Path]:
     """The recording of another program that a dive folder holds a copy of, or the parts of a ROS 2 bag."""
     copies = [file for file in folder.glob("telemetry.*") if file.suffix.lower() in (".bin", *MAPPED)]
     files = sorted(copies, key=_number) or list(bag_files(folder))
+    if not files and (folder / BAG_FOLDER).exists():
+        raise LogError(
+            f"{folder}: is the folder of a ROS 2 bag without a .db3 or .mcap; if they end in .zstd, "
+            "unpack them with zstd -d"
+        )
     is_bag = len({file.suffix for file in files}) == 1 and files[0].suffix.lower() in BAGS
-    if len(files) > 1 and not (is_bag and (copies or (folder / BAG_FOLDER).exists())):
+    if len(files) > 1 and not (is_bag and (copies or len({_PART.sub("", file.stem) for file in files}) == 1)):
         names = ", ".join(file.name for file in files)
         raise LogError(f"{folder}: holds several recordings ({names}); name one of them")
     return files

@@ -52,13 +52,15 @@ def store_of(form: str) -> Any:
     return ROS1 if form.startswith("bag") else ROS2
 
 
-def write_bag(folder: Path, form: str, messages: list[Message], store: Any = None) -> Path:
+def write_bag(
+    folder: Path, form: str, messages: list[Message], store: Any = None, chunk_bytes: int = 4096
+) -> Path:
     """The file, of a ROS 2 bag within its folder `bag`."""
     form, _, packing = form.partition(".")
     store = store or store_of(form)
     if form == "bag":
         one = rosbag1.Writer(folder / "made.bag")
-        one.chunk_threshold = 4096
+        one.chunk_threshold = chunk_bytes
         if packing:
             one.set_compression(one.CompressionFormat[packing.upper()])
         with one:

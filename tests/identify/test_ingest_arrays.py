@@ -98,6 +98,7 @@ def test_matlab_7_3_is_read_as_older_versions_are(tmp_path: Path) -> None:
         group = file.create_group("dvl")
         group["t"], group["v"] = T[None, :], VELOCITY.T
         file["imu/t"] = T[None, :7]
+        file["#refs#/a"] = T[:3]
         words = file.create_dataset("name", data=np.array([[116], [101]], np.uint16))
         words.attrs["MATLAB_class"] = np.bytes_("char")
     read = columns(read_matlab(path))

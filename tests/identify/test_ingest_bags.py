@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bags_made import FORMS, LATE_NS, ROS2, START_NS, STEP_NS, header, store_of, swim, write_bag
+from bags_made import FORMS, LATE_NS, ROS1, ROS2, START_NS, STEP_NS, header, store_of, swim, write_bag
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -56,6 +56,15 @@ def test_stamp_is_the_headers_time_and_received_the_logs(tmp_path: Path, form: s
     for stream in read.values():
         assert stream.columns["received"] == pytest.approx(stamp_s + LATE_NS * 1e-9, abs=1e-6, rel=0)
     assert (read["/thrusters"].columns["stamp"] == read["/thrusters"].columns["received"]).all()
+
+
+def test_a_message_whose_header_is_not_filled_in_has_no_stamp(tmp_path: Path) -> None:
+    messages = swim(ROS2, 4)
+    for name, _, _, message in messages[:3]:
+        if name != "/thrusters":
+            message.header.stamp.sec = message.header.stamp.nanosec = 0
+    stamp_s = topics(read_bag([write_bag(tmp_path, "mcap", messages)]))["/imu"].columns["stamp"]
+    assert np.isnan(stamp_s).tolist() == [True, False, False, False]
 
 
 def test_a_header_that_is_never_filled_in_gives_the_time_of_the_log(tmp_path: Path) -> None:
@@ -153,25 +162,26 @@ def test_texts_and_lists_of_any_length_leave_every_field_in_its_place(tmp_path: 
 
 
 def test_messages_of_one_size_and_hundreds_of_layouts_are_all_read(tmp_path: Path) -> None:
-    """The lengths of two texts differ from message to message, and their sum does not."""
-    joints = ROS2.types["sensor_msgs/msg/JointState"]
+    """The lengths of two texts differ from message to message, their sum does not, and a number is between them."""
+    array, status = (ROS2.types[f"diagnostic_msgs/msg/Diagnostic{name}"] for name in ("Array", "Status"))
+    kind = "diagnostic_msgs/msg/DiagnosticArray"
     messages = [
         (
-            "/joints",
-            "sensor_msgs/msg/JointState",
+            "/health",
+            kind,
             START_NS + k,
-            joints(
+            array(
                 header(ROS2, START_NS, "f"),
-                ["a" * (k % 150), "b" * (149 - k % 150)],
-                np.array([k / 4]),
-                np.zeros(0),
-                np.zeros(0),
+                [
+                    status(1, "a" * (4 * (k % 300)), "", "", []),
+                    status(k % 100, "b" * (4 * (299 - k % 300)), "", "", []),
+                ],
             ),
         )
-        for k in range(300)
+        for k in range(600)
     ]
     columns = read_bag([write_bag(tmp_path, "mcap", messages)]).streams[0].columns
-    assert columns["position.0"].tolist() == (np.arange(300) / 4).tolist()
+    assert columns["status.1.level"].tolist() == (np.arange(600) % 100).tolist()
 
 
 def test_big_endian_messages_are_read(tmp_path: Path) -> None:
@@ -247,7 +257,8 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
 def test_a_message_that_contradicts_its_definition_is_counted(tmp_path: Path) -> None:
     file = write_bag(tmp_path, "db3", swim(ROS2, 5))
     with sqlite3.connect(file) as database:
-        database.execute("UPDATE messages SET data = substr(data, 1, length(data) - 20) WHERE id IN (1, 4)")
+        database.execute("UPDATE messages SET data = substr(data, 1, length(data) - 20) WHERE id = 1")
+        database.execute("UPDATE messages SET data = CAST(data || zeroblob(20) AS BLOB) WHERE id = 4")
     database.close()
     recorded = read_bag([file])
     assert topics(recorded)["/imu"].columns["angular_velocity.z"].tolist() == [0.25, 0.375, 0.5]
@@ -278,6 +289,16 @@ def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_pat
         return
     # A ROS 1 bag ends in an index, which may be all that is lost.
     assert longest == COUNT
+
+
+def test_of_a_chunk_that_is_cut_the_beginning_is_read(tmp_path: Path) -> None:
+    file = write_bag(tmp_path, "bag", swim(ROS1, 1), chunk_bytes=1 << 20)
+    data = file.read_bytes()
+    file.write_bytes(data[: data.rindex(b"base_link")])
+    recorded, said = read_or_refused(file)
+    assert said == ""
+    assert topics(recorded)["/imu"].columns["angular_velocity.z"].tolist()[:1] == [0.0]
+    assert "/dvl/twist" not in topics(recorded)
 
 
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])

@@ -179,6 +179,24 @@ def test_the_folder_of_a_ros_2_bag_is_read(tmp_path: Path) -> None:
     assert [recording.path for recording in find_recordings([str(tmp_path)]).recordings] == [folder]
 
 
+def test_a_bag_in_parts_needs_no_metadata_as_its_recorder_may_have_been_killed(tmp_path: Path) -> None:
+    file = bag(tmp_path)
+    folder = file.parent
+    parts = [folder / "swim_0.mcap", folder / "swim_1.mcap"]
+    for part in parts:
+        part.write_bytes(file.read_bytes())
+    file.unlink()
+    (folder / "metadata.yaml").unlink()
+    assert recording_files(folder) == parts
+
+
+def test_a_bag_whose_parts_are_packed_says_how_to_unpack_them(tmp_path: Path) -> None:
+    file = bag(tmp_path)
+    file.rename(file.with_name("bag.mcap.zstd"))
+    with pytest.raises(LogError, match=r"without a \.db3 or \.mcap; if they end in \.zstd, unpack them"):
+        recording_files(file.parent)
+
+
 def test_a_folder_of_two_bags_is_no_dive(tmp_path: Path) -> None:
     file = bag(tmp_path)
     (tmp_path / "one.mcap").write_bytes(file.read_bytes())
@@ -222,6 +240,8 @@ def test_two_bags_are_one_dive_only_if_they_are_the_same(tmp_path: Path) -> None
     other = [write_bag(tmp_path / "other", "mcap", swim(ROS2, COUNT - 1))]
     assert of_one_dive(one, one) == SAME
     assert of_one_dive(one, other) == ""
+    (tmp_path / "half.mcap").write_bytes(one[0].read_bytes()[:5000])
+    assert of_one_dive([tmp_path / "half.mcap"], one) == ""
 
 
 def test_all_lists_of_forms_agree() -> None:
