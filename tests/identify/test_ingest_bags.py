@@ -249,8 +249,8 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
     recorded = read_bag([without_definitions(file)])
     assert set(topics(recorded)) == {"/imu", "/thrusters", "/dvl/twist"}
     assert (
-        "Topic /depth was left out: the bag does not define its type deep_msgs/msg/Depth; record it as .mcap, "
-        "which holds the definitions."
+        "Left out, since the bag does not define what they hold: /depth (deep_msgs/msg/Depth). Record it as .mcap, "
+        "which has the definitions."
     ) in recorded.notes
 
 

@@ -60,8 +60,14 @@ def read_bag(files: Sequence[Path]) -> Streams:
         except OSError as error:
             raise LogError(f"can't be read ({error.strerror}); give a recording that can", file) from None
     streams = [stream for topic in topics.values() if (stream := topic.stream(notes)) is not None]
+    undefined = [f"{name} ({topic.undefined})" for name, topic in topics.items() if topic.undefined]
+    if undefined:
+        notes.append(
+            f"Left out, since the bag does not define what they hold: {some_of(undefined)}. Record it as .mcap, which "
+            "has the definitions."
+        )
     if not streams:
-        said = "".join(f" {note}" for note in notes)
+        said = "".join(f" {note}" for note in notes[-1:])
         raise LogError(f"holds no message with numbers that can be read; check the bag.{said}", files[0])
     unstamped = [name for name, topic in topics.items() if not topic.is_stamped]
     if unstamped:
@@ -77,12 +83,12 @@ class _TopicColumns:
         self._messages: list[bytes] = []
         self._times_ns: list[int] = []
         self._pieces: list[dict[str, Array]] = []
-        self._undefined = ""
+        self.undefined = ""
         self._misfits = 0
         self.is_stamped = True
 
     def add(self, time_ns: int, message: bytes) -> None:
-        if self._undefined:
+        if self.undefined:
             return
         self._messages.append(message)
         self._times_ns.append(time_ns)
@@ -92,12 +98,7 @@ class _TopicColumns:
     def stream(self, notes: list[str]) -> Stream | None:
         """None for a topic without numbers; `notes` get a sentence on what was left out."""
         self._turn()
-        if self._undefined:
-            part = "" if self._undefined == full_type(self.topic.type) else f"{self._undefined}, a part of "
-            notes.append(
-                f"Topic {self.topic.name} was left out: the bag does not define {part}its type {self.topic.type}; "
-                "record it as .mcap, which holds the definitions."
-            )
+        if self.undefined:
             return None
         if self._misfits:
             notes.append(
@@ -122,7 +123,8 @@ class _TopicColumns:
                 self._messages, full_type(self.topic.type), self._types, self.topic.encoding == "cdr"
             )
         except Undefined as undefined:
-            self._undefined = str(undefined)
+            kind, part = self.topic.type, str(undefined)
+            self.undefined = kind if part == full_type(kind) else f"{kind}, of {part}"
         else:
             self._misfits += int(np.count_nonzero(~fits))
             columns[RECEIVED] = np.array(self._times_ns, np.float64) * 1e-9

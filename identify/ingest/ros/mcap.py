@@ -47,7 +47,8 @@ def read_mcap(path: Path, wanted: Wanted) -> Iterator[Message]:
                     schemas[int.from_bytes(held[:2], "little")] = words.text(), words.text(), words.text()
                 elif inner == CHANNEL:
                     number, topic = _topic(held, schemas)
-                    topics.setdefault(number, topic if wanted(topic) else None)
+                    if number not in topics:
+                        topics[number] = topic if wanted(topic) else None
 
 
 def _outer(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
