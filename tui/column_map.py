@@ -9,9 +9,9 @@ from typing import Any
 from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from identify.ingest.map_text import map_text, uncertain
+from identify.ingest.open import read_streams
 from identify.ingest.profiles import Profile
 from identify.ingest.proposal import Choice, Confidence, Proposal, propose
-from identify.ingest.text_table import text_table
 from tui import show
 from tui.files import Files, check_new_file
 
@@ -30,9 +30,9 @@ def propose_map(arguments: argparse.Namespace) -> int:
     target = arguments.map or f"{path.name.split('.')[0]}-columns.yaml"
     if not arguments.map:
         check_new_file("--map", target)
-    stream, notes = text_table(path)
-    proposal = propose((stream,), path)
-    notes = (*notes, *proposal.notes)
+    recorded = read_streams(path)
+    proposal = propose(recorded.streams, path)
+    notes = (*recorded.notes, *proposal.notes)
     console = show.results(arguments.json)
     show.put(console, _table(path, proposal))
     show.say(console, *_questions(proposal), *(f"note: {note}" for note in notes))

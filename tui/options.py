@@ -81,7 +81,7 @@ class Options:
         self.value("--json", "FILE", f"write {what} as JSON; - for standard output", type=Target)
 
     def columns(self) -> None:
-        self.value("--columns", "MAP", "YAML map from the columns of a CSV to signals")
+        self.value("--columns", "MAP", "YAML map from the columns of a table, bag or log to signals")
 
     def figures(self) -> None:
         meaning = "write each figure of the report as SVG and PNG, as wide as a paper's column"

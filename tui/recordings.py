@@ -8,8 +8,8 @@ from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.dives.folder import About, conditions_of
-from identify.ingest.open import TABLES, recording_files
-from identify.ingest.table import map_file
+from identify.ingest.column_map import map_file
+from identify.ingest.open import MAPPED, recording_files
 from identify.run.recordings import Recording
 
 TETHER = "tether"
@@ -18,16 +18,16 @@ TETHER = "tether"
 def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
     """Path of the column map that was named; None if none was.
 
-    Raises ConfigError if the map doesn't exist, UsageError if no recording is a table: a user who names a map wants to
-    read a table. Raises LogError if a recording doesn't exist.
+    Raises ConfigError if the map doesn't exist, UsageError if no recording needs one, LogError if a
+    recording doesn't exist.
     """
     if not name:
         return None
     files = [file for recording in recordings for file in recording_files(Path(recording))]
-    if not any(file.name.lower().endswith(TABLES) for file in files):
+    if not any(file.name.lower().endswith(MAPPED) for file in files):
         raise UsageError(
-            f"--columns {name}: {' and '.join(recordings)} {'are' if len(recordings) > 1 else 'is'} no table (.csv), "
-            f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"
+            f"--columns {name}: {' and '.join(recordings)} need{'' if len(recordings) > 1 else 's'} no column map; "
+            "leave it out"
         )
     return map_file(name)
 

@@ -288,7 +288,11 @@ def _dives(options: Options) -> None:
     "seatrial import 00000042.BIN --out dives/lake-42",
 )
 def _import(options: Options) -> None:
-    options.value("file", "FILE", "a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder")
+    options.value(
+        "file",
+        "FILE",
+        "a dive folder or a recording: .tlog, .BIN, or with --columns .csv, .bag, .mcap, .ulg, .mat ...",
+    )
     options.value(
         "--out", "FOLDER", "the dive folder to make; without it, only say what there is", type=NewFolder
     )
@@ -311,7 +315,12 @@ def _import(options: Options) -> None:
     "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json",
 )
 def _identify(options: Options) -> None:
-    options.value("dives", "DIVE", "a dive folder, .tlog, .tlog.gz, .BIN or .csv", nargs="+")
+    options.value(
+        "dives",
+        "DIVE",
+        "a dive folder or a recording: .tlog, .BIN, or with --columns .csv, .bag, .mcap, .ulg, .mat ...",
+        nargs="+",
+    )
     options.vehicle_of_dive()
     options.value(
         "--method",
@@ -481,7 +490,11 @@ def _export(options: Options) -> None:
     "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html",
 )
 def _diagnose(options: Options) -> None:
-    options.value("dive", "DIVE", "a dive folder, .tlog, .tlog.gz, .BIN or .csv")
+    options.value(
+        "dive",
+        "DIVE",
+        "a dive folder or a recording: .tlog, .BIN, or with --columns .csv, .bag, .mcap, .ulg, .mat ...",
+    )
     options.vehicle_of_dive()
     options.value("--check", "DIVE", "another dive of that vehicle, to measure on it how far the gap shrinks")
     options.value(

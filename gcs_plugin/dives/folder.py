@@ -241,7 +241,10 @@ def conditions_of(dive: Path) -> Conditions:
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
 _HEARD: Final = (".tlog", ".tlog.gz")
-_MADE_ELSEWHERE: Final = (".bin", ".csv", ".csv.gz", ".txt", ".tsv")
+MADE_ELSEWHERE: Final = (
+    ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".mcap", ".db3",
+)  # fmt: skip
+"""Endings of what other programs recorded, as `identify.ingest.open` reads it."""
 _STAMP: Final = struct.Struct(">Q")
 _KEPT: Final = 4096
 
@@ -249,15 +252,15 @@ _KEPT: Final = 4096
 def recordings(folder: Path) -> list[Path]:
     """Recordings of a dive folder, sorted by name, whether they can be opened or not.
 
-    These are `telemetry*.tlog` and `.tlog.gz`, or without any, `telemetry.*` files in .bin or as a table. Empty if
-    the folder can't be read.
+    These are `telemetry*.tlog` and `.tlog.gz`, or without any, `telemetry.*` files of other programs. Empty if the
+    folder can't be read.
     """
     try:
         names = [name for name in sorted(os.listdir(folder)) if name.startswith("telemetry")]
     except OSError:
         return []
     heard = [name for name in names if name.endswith(_HEARD)]
-    imported = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(_MADE_ELSEWHERE)]
+    imported = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(MADE_ELSEWHERE)]
     return [folder / name for name in heard or imported]
 
 

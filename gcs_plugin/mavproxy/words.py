@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from gcs_plugin.dives.folder import MADE_ELSEWHERE
+
 HELP: Final = {
     "status": ("status", "vehicles, links, recording, and what runs"),
     "record": (
@@ -96,7 +98,7 @@ def _vehicle_files(text: str) -> list[str]:
 
 
 COMPLETERS: Final[Mapping[str, Callable[[str], list[str]]]] = {
-    "(SEATRIAL_DIVE)": partial(_files, (".tlog", ".gz", ".bin", ".csv")),
+    "(SEATRIAL_DIVE)": partial(_files, (".tlog", ".gz", *MADE_ELSEWHERE)),
     "(SEATRIAL_PARAM)": partial(_files, (".param", ".parm", ".params")),
     "(SEATRIAL_FOLDER)": partial(_files, ()),
     "(SEATRIAL_FILE)": _vehicle_files,

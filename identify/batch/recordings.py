@@ -10,10 +10,9 @@ from typing import Final
 
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
-from identify.ingest.open import contents, identity_of, recording_files
+from identify.ingest.open import BAG_FOLDER, MAPPED, contents, identity_of, recording_files
 
 ENDINGS = (".tlog", ".tlog.gz", ".bin")
-TABLE = ".csv"
 DIVE_FILE = "telemetry."
 SAME: Final = "holds the same recording as"
 BEGINNING: Final = "is the beginning of"
@@ -44,10 +43,10 @@ def find_recordings(
 ) -> Found:
     """Find the recordings that DIVES mean. Raises LogError for a word that matches none.
 
-    A dive folder is a single recording; every other folder is searched for recordings, recursively. A table (.csv)
-    outside a dive folder must be named itself. A recording with the same SHA-256 of its uncompressed bytes as an
-    earlier recording is a twin; dive folders come before files. So is the beginning of a longer recording; the longer
-    recording counts.
+    A dive folder is a single recording; every other folder is searched for recordings, recursively. What needs a
+    column map (`open.MAPPED`) must be named itself outside a dive folder. A recording with the same SHA-256 of its
+    uncompressed bytes as an earlier recording is a twin; dive folders come before files. So is the beginning of a
+    longer recording; the longer recording counts.
     """
     paths = sorted((path for word in words for path in _paths(word)), key=Path.is_file)
     recordings: dict[str, Recording] = {}
@@ -107,7 +106,7 @@ def _cut(recordings: Iterable[Recording]) -> list[Twin]:
 def name_of(path: Path) -> str:
     """Name of a recording: that of its folder or file, without the file ending."""
     name = path.resolve().name
-    for ending in (*ENDINGS[::-1], TABLE):
+    for ending in (*ENDINGS[::-1], *MAPPED):
         if name.lower().endswith(ending):
             return name[: -len(ending)]
     return name
@@ -131,7 +130,7 @@ def _paths(word: str) -> list[Path]:
 def _in_folder(folder: Path) -> Iterator[Path]:
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        if any(_is_dive_file(name) for name in files):
+        if BAG_FOLDER in files or any(_is_dive_file(name) for name in files):
             folders.clear()
             yield Path(place)
             continue
@@ -139,4 +138,4 @@ def _in_folder(folder: Path) -> Iterator[Path]:
 
 
 def _is_dive_file(name: str) -> bool:
-    return name.startswith(DIVE_FILE) and name.lower().endswith((*ENDINGS, TABLE))
+    return name.startswith(DIVE_FILE) and name.lower().endswith((*ENDINGS, *MAPPED))

@@ -4,8 +4,8 @@ import textwrap
 
 import yaml
 
+from identify.ingest.column_map import Columns
 from identify.ingest.proposal import Choice, Confidence, Proposal
-from identify.ingest.table import Columns
 
 WIDTH = 110
 DIGITS = 8

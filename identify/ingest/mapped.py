@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from identify.dive import Array, Dive, Signal
 from identify.ingest import rotation
+from identify.ingest.column_map import NOTHING, RADIANS_PER_RPM, TIME_UNITS, UNITS, ColumnMap, Columns
 from identify.ingest.streams import Stream
-from identify.ingest.table import NOTHING, RADIANS_PER_RPM, TIME_UNITS, UNITS, ColumnMap, Columns
 
 
 def mapped(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:

@@ -1,12 +1,16 @@
-"""Reads any recording as a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its column map."""
+"""Reads any recording as a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, or with a column map a table, a
+bag of ROS, a `.ulg`, `.mat` or `.npz`.
+"""
 
 import hashlib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from bridge.clock import OLDEST_UNIX_S, date_in_name
 from bridge.errors import LogError
@@ -18,27 +22,54 @@ from bridge.wire.whole import lacked, lacked_words, standing_for
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
 from identify.checks.impossible import without_impossible, without_repeated
-from identify.dive import Dive, Kind, Note
+from identify.dive import Dive, Kind, Note, Signal
+from identify.ingest.arrays import read_npz
+from identify.ingest.column_map import column_map
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.effort import with_pulses
 from identify.ingest.logs import logs_beside, with_logs
-from identify.ingest.table import column_map, read_table
+from identify.ingest.matlab import read_matlab
+from identify.ingest.parquet import read_parquet
+from identify.ingest.ros.bags import READERS as BAGS
+from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.signals import dive_fields
+from identify.ingest.streams import Streams
+from identify.ingest.text_table import read_table
 from identify.ingest.tlog import read_tlog
+from identify.ingest.ulog import read_ulog
 
 LONGEST_DIVE_S = 30 * 86_400.0
 """Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
 HEARD = (".tlog", ".tlog.gz")
 TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
-FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
+FILES: dict[str, Callable[[Path], Streams]] = {
+    **dict.fromkeys(TABLES, read_table),
+    ".parquet": read_parquet,
+    ".mat": read_matlab,
+    ".npz": read_npz,
+    ".ulg": read_ulog,
+}
+"""Readers of the files that need a column map, by ending."""
+MAPPED = (*FILES, *BAGS)
+"""Endings of all recordings that need a column map; a ROS 2 bag may also be a folder of its parts."""
+BAG_FOLDER = "metadata.yaml"
+_PART = re.compile(r"_\d+$")
+"""Ends the names of the parts of a ROS 2 bag, whose metadata.yaml is missing where its recorder was killed."""
+HASHED_BYTES = 1 << 24
+FORMS = (
+    "give a dive folder, a .tlog, a .tlog.gz, a .BIN, or with --columns a .csv, .csv.gz, .txt, .tsv, .parquet, .mat, "
+    ".npz, .ulg, .bag, .mcap, .db3 or the folder of a ROS 2 bag"
+)
 
 
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
     """The dive in a recording, without impossible or frozen readings, and with notes on what it lacks.
 
-    `columns` is the column map of a `.csv`, a file or the bare name of a map in configs/columns; a dive folder made
-    from a `.csv` holds its own, `columns.yaml`. With `vehicle`, the notes also say whether the recording fits the
-    vehicle. Raises LogError with a sentence if nothing can be read; ConfigError for an invalid column map.
+    `columns` is the column map of a recording that needs one (MAPPED), a file or the bare name of a map in
+    configs/columns; a dive folder made from such a recording holds its own, `columns.yaml`. With `vehicle`, the notes
+    also say whether the recording fits the vehicle. Raises LogError with a sentence if nothing can be read; ConfigError
+    for an invalid column map.
     """
     files = recording_files(path)
     folder_map = path / "columns.yaml"
@@ -78,12 +109,26 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"{path}: holds several recordings ({names}); name one of them")
     if ours:
         return [*chosen, *logs_beside(path)]
-    chosen = chosen or [
-        file for file in path.glob("telemetry.*") if file.name.lower().endswith((".bin", *TABLES))
-    ]
+    chosen = chosen or _imported(path)
     if not chosen:
         raise LogError(f"{path}: holds no recording; {FORMS}")
     return chosen
+
+
+def _imported(folder: Path) -> list[Path]:
+    """The recording of another program that a dive folder holds a copy of, or the parts of a ROS 2 bag."""
+    copies = [file for file in folder.glob("telemetry.*") if file.name.lower().endswith((".bin", *MAPPED))]
+    files = sorted(copies, key=_number) or list(bag_files(folder))
+    if not files and (folder / BAG_FOLDER).exists():
+        raise LogError(
+            f"{folder}: is the folder of a ROS 2 bag without a .db3 or .mcap; if they end in .zstd, "
+            "unpack them with zstd -d"
+        )
+    is_bag = len({file.suffix for file in files}) == 1 and files[0].suffix.lower() in BAGS
+    if len(files) > 1 and not (is_bag and (copies or len({_PART.sub("", file.stem) for file in files}) == 1)):
+        names = ", ".join(file.name for file in files)
+        raise LogError(f"{folder}: holds several recordings ({names}); name one of them")
+    return files
 
 
 def _unread(path: Path) -> tuple[str, ...]:
@@ -103,8 +148,8 @@ def _ours(paths: Iterable[Path]) -> list[Path]:
 
 def _number(file: Path) -> int:
     """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, which the recorder began next."""
-    digits = re.search(r"\d+", file.name)
-    return int(digits.group()) if digits else 1
+    digits = re.search(r"\.(\d+)\.", file.name)
+    return int(digits.group(1)) if digits else 1
 
 
 def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[str, Any]:
@@ -114,19 +159,49 @@ def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[st
         return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
         return read_dataflash(files[0])[0]
-    if name.endswith(TABLES):
+    if name.endswith(MAPPED):
         if columns is None:
             raise LogError(
-                f"{source}: a table needs a column map; give one with --columns FILE, or make one with "
+                f"{source}: a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
                 "`seatrial import FILE --map`"
             )
-        return read_table(files[0], column_map(columns))
+        fields = dive_fields(_streams(files), column_map(columns), files[0])
+        return fields if name.endswith(TABLES) else _since_start(fields)
     raise LogError(f"{source}: can't tell what this is by its ending; {FORMS}")
+
+
+def read_streams(path: Path) -> Streams:
+    """What a recording that needs a column map holds. Raises LogError."""
+    files = recording_files(path)
+    if not files[0].name.lower().endswith(MAPPED):
+        raise LogError(f"{path}: needs no column map; leave it out")
+    return _streams(files)
+
+
+def _streams(files: Sequence[Path]) -> Streams:
+    ending = _ending(files[0])
+    return read_bag(files) if ending in BAGS else FILES[ending](files[0])
+
+
+def _ending(file: Path) -> str:
+    """The ending of a file that needs a column map."""
+    return next(ending for ending in MAPPED if file.name.lower().endswith(ending))
+
+
+def _since_start(fields: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a Dive, Unix times counted from a whole second at its start, so that they keep their precision."""
+    signals = {name: held for name, held in fields.items() if isinstance(held, Signal)}
+    start_s = min((float(held.time_s[0]) for held in signals.values() if len(held)), default=0.0)
+    if start_s < OLDEST_UNIX_S:
+        return fields
+    origin_s = float(np.floor(start_s))
+    counted = {name: Signal(held.time_s - origin_s, held.value) for name, held in signals.items()}
+    return {**fields, **counted, "unix_at_boot_s": origin_s}
 
 
 def _name(path: Path) -> str:
     name = path.resolve().name
-    for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv", ".txt", ".tsv"):
+    for ending in (".gz", ".tlog", ".BIN", ".bin", *MAPPED):
         name = name.removesuffix(ending)
     return name
 
@@ -173,6 +248,8 @@ class Identity:
 
 def identity_of(files: Sequence[Path]) -> Identity:
     """Identity of the recording in these files, concatenated. Raises LogError if a file can't be read."""
+    if _is_hashed(files):
+        return _hashed(files)
     data = contents(files)
     has_opening = _is_tlog(files) and len(data) >= OPENING_BYTES
     opening = hashlib.sha256(data[:OPENING_BYTES]).hexdigest() if has_opening else ""
@@ -184,13 +261,35 @@ def contents(files: Sequence[Path]) -> bytes:
     return b"".join(load_bytes(file)[0] for file in files)
 
 
+def _is_hashed(files: Sequence[Path]) -> bool:
+    """Whether a recording is known by its hash alone, for its files may be larger than the memory."""
+    name = files[0].name.lower()
+    return name.endswith(MAPPED) and not name.endswith(TABLES)
+
+
+def _hashed(files: Sequence[Path]) -> Identity:
+    digest, size = hashlib.sha256(), 0
+    for file in files:
+        try:
+            with file.open("rb") as opened:
+                while piece := opened.read(HASHED_BYTES):
+                    digest.update(piece)
+                    size += len(piece)
+        except OSError as error:
+            raise LogError(f"can't be read ({error.strerror}); give a recording that can", file) from None
+    return Identity(digest.hexdigest(), "", size)
+
+
 def of_one_dive(files: Sequence[Path], others: Sequence[Path]) -> str:
     """How the recording in `files` overlaps with the dive in `others`, in words; "" if it does not.
 
     In any format, a recording whose bytes are contained in the other is recognised. Two `.tlog` that only overlap are
     recognised if the other holds the opening of one of them; other formats open with bytes that every dive of theirs
-    has. Raises LogError if a file can't be read.
+    has. Files that may be larger than the memory are recognised if they are the same. Raises LogError if a file
+    can't be read.
     """
+    if _is_hashed(files) or _is_hashed(others):
+        return SAME if identity_of(files).sha256 == identity_of(others).sha256 else ""
     data, other_data = contents(files), contents(others)
     if data == other_data:
         return SAME

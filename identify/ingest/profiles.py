@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.dive import Array
+from identify.ingest.column_map import ColumnMap
 from identify.ingest.mapped import rows_of
 from identify.ingest.streams import Stream
-from identify.ingest.table import ColumnMap
 
 PIECES = 12
 """Means that draw the course of a column."""

@@ -12,12 +12,12 @@ import numpy as np
 from bridge.errors import LogError
 from identify.checks.mends import CLEAR, Match, Mend, agreeing, mends, turn_match
 from identify.dive import Array
+from identify.ingest.column_map import NOTHING, WIDTHS, ColumnMap, Columns, TimeColumn
 from identify.ingest.mapped import mapped
 from identify.ingest.names import Scaled, named, snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import Guess, time_unit_of, unit_of
 from identify.ingest.streams import Stream
-from identify.ingest.table import NOTHING, WIDTHS, ColumnMap, Columns, TimeColumn
 
 SIGNALS = (
     "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",

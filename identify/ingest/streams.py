@@ -1,8 +1,18 @@
 """A recording as streams of named numbers, the form in which every foreign file is read before a column map."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from identify.dive import Array
+
+Mask = NDArray[np.bool_]
+
+LONGEST_LIST = 16
+"""A field with more numbers than this a row is an image, a map or a covariance, and is not read as columns."""
+MOST_NAMED = 10
 
 
 @dataclass(frozen=True)
@@ -23,3 +33,34 @@ class Stream:
     def full_name(self, column: str) -> str:
         """The name that a column map uses."""
         return f"{self.name}.{column}" if self.name else column
+
+
+@dataclass(frozen=True)
+class Streams:
+    """What a foreign file holds, and notes on what was left out of it.
+
+    empty: of a single table, by column, (n,), the rows that have no cell there. Such a row has no sample, while one
+    with a NaN has a sample whose value is unknown. lines (n,): of a table of text, the number of each row's line in the
+    file, from 1.
+    """
+
+    streams: tuple[Stream, ...]
+    notes: tuple[str, ...] = ()
+    empty: Mapping[str, Mask] = field(default_factory=dict)
+    lines: NDArray[np.intp] | None = None
+
+
+def as_numbers(values: NDArray[np.generic]) -> Array | None:
+    """An array as float64, dates in Unix s, spans of time in s; None if it holds no numbers."""
+    if values.dtype.kind in "biuf":
+        return values.astype(np.float64)
+    if values.dtype.kind in "mM":
+        seconds = values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64) * 1e-9
+        return np.where(np.isnat(values), np.nan, seconds)
+    return None
+
+
+def some_of(names: Sequence[str]) -> str:
+    """At most ten names, and the number of those left unsaid: `a, b and 7 more`."""
+    more = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -9,15 +9,12 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
 from identify.dive import Array
-from identify.ingest.streams import Stream
+from identify.ingest.streams import Mask, Stream, Streams
 from identify.words import listed
-
-Mask = NDArray[np.bool_]
 
 COMMENT: Final = ("#", "%")
 SEPARATORS: Final = ("\t", ";", ",", " ")
@@ -32,20 +29,6 @@ DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]|\s*$)")
 UNIT_APART: Final = re.compile(r"\s+(?=[\[(])")
 NO_TEXT: Final = "is no table of text; give a .csv with a line of names first"
-
-
-@dataclass(frozen=True)
-class TextTable:
-    """The rows of a table.
-
-    empty: by column, (n,), whether a cell was left empty; only columns with such a cell. lines: (n,), the number of
-    each row's line in the file, from 1. notes: what was left out, in sentences for the user.
-    """
-
-    stream: Stream
-    empty: dict[str, Mask]
-    lines: NDArray[np.intp]
-    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -80,13 +63,7 @@ class _Form:
         return True
 
 
-def text_table(path: Path) -> tuple[Stream, tuple[str, ...]]:
-    """The table in a file of text as a stream without a name, and notes on what was left out. Raises LogError."""
-    table = read_text_table(path)
-    return table.stream, table.notes
-
-
-def read_text_table(path: Path) -> TextTable:
+def read_table(path: Path) -> Streams:
     """The table in a file of text, gzipped or not. Raises LogError.
 
     The separator is a comma, a semicolon (numbers may then have a decimal comma), a tab or runs of spaces. Names stand
@@ -132,7 +109,7 @@ def read_text_table(path: Path) -> TextTable:
         {names[j]: _words([lines[i] for i in rows[good]], j, form) for j in sorted(words)},
     )
     empty = {name: blank[good, j] for j, name in enumerate(names) if blank[good, j].any()}
-    return TextTable(stream, empty, rows[good] + 1, notes)
+    return Streams((stream,), notes, empty, rows[good] + 1)
 
 
 def _text(path: Path) -> tuple[str, bool]:

@@ -255,7 +255,7 @@ def test_a_column_map_is_refused_where_no_recording_is_a_table(files, capsys):
     dive = files / "dive.tlog"
     code, said = refusal(files, dive, capsys, "--columns", "nosuch")
     assert code == exit_codes.BAD_INPUT
-    assert f"--columns nosuch: {dive} is no table (.csv), and needs no column map; leave it out" in said
+    assert f"--columns nosuch: {dive} needs no column map; leave it out" in said
 
 
 FILE = load_vehicle("ruvifist:survey")

@@ -25,8 +25,8 @@ from gcs_plugin.fetch.whole import newest_frames
 from gcs_plugin.params.files import read_parameters, read_sidecar, write_sidecar
 from gcs_plugin.params.last_accepted import last_accepted, unfinished
 from gcs_plugin.params.receipt import next_number
+from identify.ingest.column_map import column_map
 from identify.ingest.open import read_dive
-from identify.ingest.table import column_map
 from tui.app.keys import load_keymap
 from tui.app.screens.table import PLACES
 from tui.commands.merge import merge

@@ -7,8 +7,8 @@ import pytest
 from fakes.shared import shared
 
 from bridge.errors import ConfigError, LogError
+from identify.ingest.column_map import column_map
 from identify.ingest.open import read_dive
-from identify.ingest.table import column_map
 
 MAP = """
 time: {column: ms, unit: ms}

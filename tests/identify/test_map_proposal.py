@@ -10,12 +10,12 @@ from turning_vehicle import readings, table, usual
 
 from bridge import schema
 from bridge.errors import LogError
+from identify.ingest.column_map import ColumnMap, column_map
 from identify.ingest.map_text import map_text
 from identify.ingest.mapped import mapped
 from identify.ingest.proposal import Confidence, Proposal, propose
 from identify.ingest.streams import Stream
-from identify.ingest.table import ColumnMap, column_map
-from identify.ingest.text_table import text_table
+from identify.ingest.text_table import read_table
 
 LOG = Path("log.csv")
 READ = readings()
@@ -264,6 +264,5 @@ def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> 
 @pytest.mark.parametrize("name", ["Depth_test_3", "Yaw_test_4", "Yaw_test_7", "yaw_test"])
 def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name: str) -> None:
     path = shared("data", "bolt_auv", f"{name}.csv")
-    stream, _ = text_table(path)
     by_hand = column_map("bolt")
-    assert propose((stream,), path).columns == by_hand
+    assert propose(read_table(path).streams, path).columns == by_hand

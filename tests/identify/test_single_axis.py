@@ -14,8 +14,8 @@ from identify.checks.gaps import gaps
 from identify.checks.impossible import without_repeated
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
+from identify.ingest.column_map import column_map
 from identify.ingest.open import read_dive
-from identify.ingest.table import column_map
 from identify.run.identify import identify
 
 MAP = "time: {column: t}\nvelocity: {columns: [u, %s, %s], unit: m/s}\n"

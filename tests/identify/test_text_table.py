@@ -8,9 +8,16 @@ import pytest
 
 from bridge.errors import LogError
 from identify.ingest.open import read_dive
-from identify.ingest.text_table import read_text_table, text_table
+from identify.ingest.streams import Stream
+from identify.ingest.text_table import read_table
 
 MAP = "time: {column: t}\ndepth: {columns: [z], unit: m}\n"
+
+
+def text_table(path: Path) -> tuple[Stream, tuple[str, ...]]:
+    recorded = read_table(path)
+    (stream,) = recorded.streams
+    return stream, recorded.notes
 
 
 def of(tmp_path: Path, text: str | bytes, name: str = "dive.csv") -> Path:
@@ -106,8 +113,8 @@ def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path: Path
 
 
 def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path: Path) -> None:
-    table = read_text_table(of(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
-    assert np.isnan(table.stream.columns["z"][:2]).all()
+    table = read_table(of(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
+    assert np.isnan(table.streams[0].columns["z"][:2]).all()
     assert table.empty["z"].tolist() == [True, False, False]
     assert "t" not in table.empty
 
@@ -122,10 +129,10 @@ def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path: Path) -> Non
 def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path: Path, bad: str, said: str) -> None:
     lines = [f"{k},1" for k in range(2000)]
     lines[700] = bad
-    table = read_text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+    table = read_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
     assert table.notes == (said,)
-    assert len(table.stream.columns["t"]) == 1999
-    assert 700.0 not in table.stream.columns["t"]
+    assert len(table.streams[0].columns["t"]) == 1999
+    assert 700.0 not in table.streams[0].columns["t"]
     assert table.lines[699:701].tolist() == [701, 703]
 
 

@@ -20,8 +20,8 @@ from identify.batch.recordings import Found, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
 from identify.estimators.table import METHODS
+from identify.ingest.column_map import map_file
 from identify.ingest.open import utc
-from identify.ingest.table import map_file
 from identify.report.page import Read, with_provenance, write_report
 from tui import pages, show
 from tui.files import Files

@@ -17,7 +17,7 @@ from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
-from identify.ingest.open import TABLES, read_dive
+from identify.ingest.open import BAG_FOLDER, TABLES, read_dive, recording_files
 from tui import show
 from tui.column_map import propose_map
 from tui.files import Files
@@ -75,7 +75,7 @@ def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile |
 
     Raises LogError if that fails, and then removes the folder again.
     """
-    if dive.source.is_dir():
+    if dive.source.is_dir() and not (dive.source / BAG_FOLDER).exists():
         raise exit_codes.UsageError(f"{dive.source}: is a dive folder already; import a file")
     notes = f"imported from {dive.source.name}, SHA-256 {dive.sha256}"
     about = about_vehicle(file, file.configuration or "", notes) if file else About(notes=notes)
@@ -100,13 +100,15 @@ def _is_tlog(path: Path) -> bool:
 
 
 def _copy(source: Path, out: Path) -> None:
-    """Copy the recording: the intact frames of a tlog, which are read without signing keys, any other file as it is."""
+    """Copy the recording: the intact frames of a tlog, which are read without signing keys, of any other each file
+    as it is."""
     if _is_tlog(source):
         frames = ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source))
         write_records(out / "telemetry.tlog", frames)
     else:
-        ending = next((ending for ending in TABLES if source.name.lower().endswith(ending)), source.suffix)
-        _copy_bytes(source, out / f"telemetry{ending}")
+        for number, file in enumerate(recording_files(source), start=1):
+            ending = next((ending for ending in TABLES if file.name.lower().endswith(ending)), file.suffix)
+            _copy_bytes(file, out / f"telemetry{f'.{number}' if number > 1 else ''}{ending}")
 
 
 def _copy_bytes(source: Path, made: Path) -> None:

@@ -1,0 +1,120 @@
+"""Makes streams of named arrays, as NumPy (`.npz`) and MATLAB (`.mat`) keep them."""
+
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bridge.errors import LogError
+from identify.dive import Array
+from identify.ingest.streams import LONGEST_LIST, Stream, Streams, as_numbers, some_of
+
+FEWEST_ROWS = 2
+
+Tree = Mapping[str, Any]
+"""Arrays by name, and further trees: the fields of a struct."""
+Path_ = tuple[str, ...]
+Leaves = dict[Path_, Array]
+
+
+def read_npz(path: Path) -> Streams:
+    """The arrays of a `.npz`. Raises LogError."""
+    try:
+        with path.open("rb") as opened:
+            file = np.load(opened, allow_pickle=False)
+            if isinstance(file, np.ndarray):
+                raise LogError("holds a single array without a name; save it with numpy.savez", path)
+            held = {name: _loaded(file, name) for name in file.files}
+    except OSError as error:
+        raise LogError(f"can't be read ({error.strerror}); give a recording that can", path) from None
+    except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
+        raise LogError("is cut off or no .npz; save it again", path) from None
+    return streams_of(held, path)
+
+
+def _loaded(file: Any, name: str) -> Any:
+    """An array of a `.npz`; None if it holds objects of Python, which are never loaded: they may run any program."""
+    try:
+        return file[name]
+    except ValueError as error:
+        if "allow_pickle" in str(error):
+            return None
+        raise
+
+
+def streams_of(tree: Tree, path: Path) -> Streams:
+    """Streams of arrays (n,), (n, k) or (k, n), k up to 16, whose longer side is time.
+
+    If all are of one length, they are the columns of a single table. Otherwise each struct whose arrays have one length
+    is a stream with the struct's name, and arrays of the same length in the same struct are a stream `NAME.length100`.
+    The k columns of an array are `NAME.0`, `NAME.1` and so on. Numbers that stand alone are left out. Raises LogError
+    if there are no arrays of numbers.
+    """
+    left_out: list[str] = []
+    leaves = dict(_leaves(tree, (), left_out))
+    if not leaves:
+        raise LogError("holds no arrays of numbers over time; save each signal as an array", path)
+    notes = (f"Not read, as they are no arrays of numbers: {some_of(left_out)}.",) if left_out else ()
+    return Streams(tuple(_streams((), leaves)), notes)
+
+
+def _streams(at: Path_, leaves: Leaves) -> Iterator[Stream]:
+    """Streams of all arrays below the struct `at`."""
+    lengths = {len(values) for values in leaves.values()}
+    if len(lengths) == 1:
+        yield _stream(at, at, leaves)
+        return
+    here = {name: values for name, values in leaves.items() if len(name) == len(at) + 1}
+    for length in sorted({len(values) for values in here.values()}, reverse=True):
+        alike = {name: values for name, values in here.items() if len(values) == length}
+        yield _stream((*at, f"length{length}"), at, alike)
+    for inner in dict.fromkeys(name[len(at)] for name in leaves if name not in here):
+        below = {n: v for n, v in leaves.items() if n not in here and n[len(at)] == inner}
+        yield from _streams((*at, inner), below)
+
+
+def _stream(name: Path_, at: Path_, leaves: Leaves) -> Stream:
+    columns = {}
+    for place, values in leaves.items():
+        column = ".".join(place[len(at) :])
+        if values.ndim == 1:
+            columns[column] = values
+        else:
+            columns |= {f"{column}.{k}": values[:, k] for k in range(values.shape[1])}
+    return Stream(".".join(name), columns, {})
+
+
+def _leaves(tree: Tree, at: Path_, left_out: list[str]) -> Iterator[tuple[Path_, Array]]:
+    """Arrays over time, (n,) or (n, k), with their places; the names of others go to `left_out`."""
+    for name, value in tree.items():
+        place = (*at, str(name))
+        if isinstance(value, Mapping):
+            yield from _leaves(value, place, left_out)
+        elif _is_list_of_structs(value):
+            yield from _leaves({str(k): part for k, part in enumerate(value)}, place, left_out)
+        else:
+            array = np.squeeze(np.asarray(value)) if isinstance(value, np.ndarray) else None
+            if array is not None and array.ndim == 0 and array.dtype.kind != "O":
+                continue
+            numbers = None if array is None else _over_time(array)
+            if numbers is not None:
+                yield place, numbers
+            elif isinstance(value, np.ndarray) or value is None:
+                left_out.append(".".join(place))
+
+
+def _is_list_of_structs(value: object) -> bool:
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        value = value.ravel().tolist()
+    return isinstance(value, list) and bool(value) and all(isinstance(part, Mapping) for part in value)
+
+
+def _over_time(array: Any) -> Array | None:
+    if array.ndim == 2 and array.shape[0] < array.shape[1]:
+        array = array.T
+    if array.ndim not in (1, 2) or len(array) < FEWEST_ROWS or array.shape[1:] > (LONGEST_LIST,):
+        return None
+    return as_numbers(array)

@@ -1,0 +1,156 @@
+"""A column map: YAML with the column and unit of each signal of a foreign recording."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
+
+NOTHING = "-"
+UNKNOWN = (None, "?")
+WHOLE = ("quaternion", "euler", "tau_cmd")
+"""Signals of which no column can be unknown: an attitude is one turn, and an unknown force could be any. Nor can one of
+an autopilot's velocity, which is turned to when it was true."""
+DEGREE = np.pi / 180
+
+UNITS: dict[str, float] = {
+    "1": 1.0, "s": 1.0, "ms": 1e-3, "us": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3,
+    "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "knot": 1852 / 3600,
+    "rad": 1.0, "rad/s": 1.0, "deg": DEGREE,
+    "deg/s": DEGREE, "mrad/s": 1e-3, "m/s2": 1.0, "g": GRAVITY_M_S2, "mg": GRAVITY_M_S2 * 1e-3,
+    "Pa": 1.0, "hPa": 100.0, "mbar": 100.0, "bar": 1e5, "psi": 6894.757, "V": 1.0, "mV": 1e-3,
+    "N": 1.0, "kgf": GRAVITY_M_S2, "lbf": 4.4482216, "rpm": 1.0, "rev/s": 60.0,
+}  # fmt: skip
+# Units that a signal may have; the Dive holds the first.
+KINDS: dict[str, tuple[str, ...]] = {
+    "velocity": ("m/s", "cm/s", "mm/s", "knot"),
+    "gyro": ("rad/s", "deg/s", "mrad/s"), "fog": ("rad/s", "deg/s"),
+    "specific_force": ("m/s2", "g", "mg"), "quaternion": ("1",), "euler": ("rad", "deg"),
+    "pressure": ("Pa", "hPa", "mbar", "bar", "psi"),
+    "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
+    "pwm": ("us", "1", "N", "kgf", "lbf"), "rpm": ("rpm", "rev/s", "rad/s"),
+    "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"), "armed": ("1",),
+}  # fmt: skip
+WIDTHS = {
+    "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
+    "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
+}  # fmt: skip
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+ISO, OF_DAY = "iso", "hhmmss"
+RADIANS_PER_RPM = 2 * np.pi / 60
+
+
+@dataclass(frozen=True)
+class TimeColumn:
+    """The time column and its unit; `iso` for dates and times as words, `2026-07-19T10:15:00.25Z`; `hhmmss` for
+    the time of day as a number, 202459 for 20:24:59."""
+
+    column: str
+    unit: str = "s"
+
+    def __post_init__(self) -> None:
+        known = (*TIME_UNITS, ISO, OF_DAY)
+        if self.unit not in known:
+            raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(known)}")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros, null (or `?`) for one that
+    is unknown.
+
+    value = (cell + offset) * scale, converted from `unit` to SI; `offset` and `scale` are in the file's unit, one per
+    column (default: all 0, all 1).
+    """
+
+    columns: tuple[str | None, ...]
+    unit: str
+    offset: tuple[float, ...] = ()
+    scale: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not any(self.named):
+            raise ValueError("every column is unknown; name one, or leave the signal out")
+        for name in ("offset", "scale"):
+            if len(getattr(self, name)) not in (0, len(self.columns)):
+                raise ValueError(
+                    f"{name} needs one number for each of the {len(self.columns)} columns, or none"
+                )
+
+    @property
+    def named(self) -> tuple[str | None, ...]:
+        """The columns, None for one that is unknown."""
+        return tuple(None if name in UNKNOWN else name for name in self.columns)
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """The column of each signal. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are shown to the user.
+
+    `pwm` in microseconds, as commands from -1 to 1 (unit 1), or as the force of each thruster. `commands_hold`: each
+    thruster command, or wrench, holds until the next recorded command, however much later.
+    """
+
+    time: TimeColumn
+    velocity: Columns | None = None
+    gyro: Columns | None = None
+    fog: Columns | None = None
+    specific_force: Columns | None = None
+    quaternion: Columns | None = None
+    euler: Columns | None = None
+    pressure: Columns | None = None
+    depth: Columns | None = None
+    altitude: Columns | None = None
+    pwm: Columns | None = None
+    rpm: Columns | None = None
+    voltage: Columns | None = None
+    tau_cmd: Columns | None = None
+    armed: Columns | None = None
+    velocity_is_filtered: bool = False
+    commands_hold: bool = False
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, columns in self.signals().items():
+            if columns.unit not in KINDS[name]:
+                raise ValueError(f"{name}: unit '{columns.unit}' is none of {', '.join(KINDS[name])}")
+            width = WIDTHS.get(name, len(columns.columns))
+            if len(columns.columns) != width:
+                raise ValueError(f"{name}: needs {width} columns, {len(columns.columns)} are given")
+            whole = name in WHOLE or (name == "velocity" and self.velocity_is_filtered)
+            if whole and None in columns.named:
+                raise ValueError(
+                    f"{name}: can't be known in part; name every column, write '{NOTHING}' for one that is zero all "
+                    "the dive, or leave the signal out"
+                )
+
+    @property
+    def names(self) -> set[str]:
+        """All columns that a signal is taken from."""
+        return {name for source in self.signals().values() for name in source.named if name is not None}
+
+    def signals(self) -> dict[str, Columns]:
+        return {
+            field.name: value
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), Columns)
+        }
+
+
+def map_file(name: Path | str) -> Path:
+    """The column map that `name` means: a file, or a bundled map (configs/columns). Raises ConfigError."""
+    bundled = CONFIGS / "columns"
+    for file in (Path(name), bundled / f"{name}.yaml"):
+        if file.exists():
+            return file
+    known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
+    raise ConfigError(f"{name}: no such column map; give a YAML file, or one of {known}")
+
+
+def column_map(name: Path | str) -> ColumnMap:
+    """The column map in a file, or the bundled map of that name. Raises ConfigError."""
+    file = map_file(name)
+    return schema.build(ColumnMap, schema.load_yaml(file), str(file))

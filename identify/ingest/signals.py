@@ -1,0 +1,319 @@
+"""Signals of a dive from the streams of a foreign recording, by a column map."""
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import LogError
+from identify.dive import Array, Signal
+from identify.ingest import rotation
+from identify.ingest.clock import iso_s, of_day_s, within_seconds
+from identify.ingest.column_map import (
+    ISO,
+    NOTHING,
+    OF_DAY,
+    RADIANS_PER_RPM,
+    TIME_UNITS,
+    UNITS,
+    ColumnMap,
+    Columns,
+    TimeColumn,
+)
+from identify.ingest.commands import spread
+from identify.ingest.streams import MOST_NAMED, Mask, Stream, Streams, some_of
+from identify.ingest.text_table import no_number
+
+SPARSE = 0.5
+"""The rows of a table with this share of empty cells hold a part of a sample each."""
+COMMANDS = {"us": "pwm", "1": "effort"}
+"""The Dive's signal for thruster commands of a unit; forces are its `thrust_cmd`."""
+NEAR = 0.4
+"""Likeness, 0 to 1, from which a name is near another."""
+ANOTHER_CLOCK_S = 86_400.0
+
+
+def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, Any]:
+    """Fields of a Dive (all but its name, source and hash) that a column map makes of streams. Raises LogError.
+
+    Each signal has the times of its stream. A row in which all cells of a signal are empty has no sample of it; a NaN
+    is an unknown value. Rows of the same time become one row as far as their cells do not contradict each other.
+    """
+    names = _Names(recorded, path)
+    wanted = {name: names.of_signal(name, source) for name, source in columns.signals().items()}
+    notes: list[str] = []
+    tables: dict[str, _Rows] = {}
+    for stream in recorded.streams:
+        used = {
+            field
+            for at, fields_used in wanted.values()
+            if at is stream
+            for field in fields_used
+            if field is not None and field != NOTHING
+        }
+        if any(at is stream for at, _ in wanted.values()):
+            time_s = _within_seconds(names.time_of(stream, columns.time), columns.time, recorded.empty, used)
+            if time_s.spread:
+                notes.append(
+                    f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
+                )
+            tables[stream.name] = _rows(stream, recorded.empty, used, time_s.time_s, notes)
+    signals = {}
+    for name, source in columns.signals().items():
+        stream, fields_used = wanted[name]
+        signals[name] = tables[stream.name].signal(name, source, fields_used)
+    if columns.pwm is not None:
+        signals[COMMANDS.get(columns.pwm.unit, "thrust_cmd")] = signals.pop("pwm")
+    notes += _clocks(tables, path)
+    euler = signals.pop("euler", None)
+    if euler is not None:
+        signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))
+    quaternion = signals.pop("quaternion", None)
+    if quaternion is not None:
+        signals["attitude"] = quaternion
+    if columns.commands_hold:
+        end_s = max((float(signal.time_s[-1]) for signal in signals.values() if len(signal)), default=0.0)
+        for name in {*COMMANDS.values(), "thrust_cmd", "tau_cmd"} & signals.keys():
+            signals[name] = spread(signals[name], end_s)
+    return {
+        **signals,
+        "velocity_is_filtered": columns.velocity_is_filtered,
+        "notes": (*recorded.notes, *notes, *columns.notes),
+        "counts": {f"rows of {name}" if name else "rows": len(rows.time_s) for name, rows in tables.items()},
+    }
+
+
+class _Names:
+    """Finds the columns that a column map names."""
+
+    def __init__(self, recorded: Streams, path: Path) -> None:
+        self._recorded, self._path = recorded, path
+        self._places: dict[str, tuple[Stream, str]] = {}
+        for stream in recorded.streams:
+            for field in (*stream.columns, *stream.text):
+                self._places.setdefault(stream.full_name(field), (stream, field))
+
+    def of_signal(self, signal: str, source: Columns) -> tuple[Stream, tuple[str | None, ...]]:
+        """The stream of a signal, and the fields of its columns: `-` for zeros, None for an unknown one.
+
+        Raises LogError.
+        """
+        places = {name: self._place(name) for name in source.named if name is not None and name != NOTHING}
+        topics = list(dict.fromkeys(stream.name for stream, _ in places.values()))
+        if len(topics) > 1:
+            raise LogError(
+                f"{self._path}: {signal} is made of columns of {' and '.join(topics)}, which have times of their own: "
+                "take all of one topic in the column map"
+            )
+        if not topics and len(self._recorded.streams) > 1:
+            raise LogError(
+                f"{self._path}: {signal} names no column, so that no topic gives it times: name one in the column map"
+            )
+        stream = next(iter(places.values()))[0] if places else self._recorded.streams[0]
+        return stream, tuple(
+            name if name is None or name == NOTHING else places[name][1] for name in source.named
+        )
+
+    def time_of(self, stream: Stream, time: TimeColumn) -> Array:
+        """Times of a stream's rows, s. Raises LogError."""
+        known = (*stream.columns, *stream.text)
+        if time.column not in known:
+            of = f"topic {stream.name} " if stream.name else ""
+            raise LogError(f"{self._path}: {of}{_lacks(time.column, known)}: mend the column map")
+        words = stream.text.get(time.column)
+        if time.unit == ISO:
+            return _dates(self._path, time.column, words)
+        if words is not None:
+            raise LogError(
+                f"{self._path}: its times in '{time.column}' are words, as '{words[0]}'; give the time the unit {ISO} "
+                "in the column map if they are dates"
+            )
+        if time.unit == OF_DAY:
+            return _times_of_day(self._path, time.column, stream.columns[time.column])
+        return stream.columns[time.column] * TIME_UNITS[time.unit]
+
+    def _place(self, name: str) -> tuple[Stream, str]:
+        if name not in self._places:
+            raise LogError(f"{self._path}: {_lacks(name, self._places)}: mend the column map")
+        stream, field = self._places[name]
+        if field in stream.text:
+            raise LogError(f"{self._path}: {self._word_in(stream.text[field], name)}")
+        return stream, field
+
+    def _word_in(self, words: tuple[str, ...], name: str) -> str:
+        if self._recorded.lines is None:
+            return f"column '{name}' holds words, and a signal is numbers: mend the column map"
+        row, word = next((i, word) for i, word in enumerate(words) if not _is_number(word))
+        return f"row {self._recorded.lines[row]} {no_number(word)}; mend it"
+
+
+def _lacks(name: str, names: Iterable[str]) -> str:
+    names = list(names)
+    near = difflib.get_close_matches(name, names, MOST_NAMED, NEAR) if len(names) > MOST_NAMED else []
+    return f"has no column '{name}'; " + (
+        f"near it are {some_of(near)}" if near else f"it has {some_of(names)}"
+    )
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows (n,) of a stream, one of each time, sorted: the columns used, and the rows in which one is empty."""
+
+    time_s: Array
+    cells: Mapping[str, Array]
+    empty: Mapping[str, Mask]
+
+    def signal(self, name: str, source: Columns, used: tuple[str | None, ...]) -> Signal:
+        fields_used = [field for field in used if field is not None and field != NOTHING]
+        told = np.ones(len(self.time_s), np.bool_)
+        if fields_used and all(field in self.empty for field in fields_used):
+            told = ~np.logical_and.reduce([self.empty[field] for field in fields_used])
+        value = np.column_stack([self._column(field) for field in used])
+        return Signal(self.time_s[told], _in_si(value[told], name, source))
+
+    def _column(self, field: str | None) -> Array:
+        if field is None:
+            return np.full(len(self.time_s), np.nan)
+        return np.zeros(len(self.time_s)) if field == NOTHING else self.cells[field]
+
+
+def _rows(
+    stream: Stream, empty: Mapping[str, Mask], used: set[str], time_s: Array, notes: list[str]
+) -> _Rows:
+    """The rows of a stream, as columns `used`; `notes` get a sentence on those whose times are no good."""
+    names = sorted(used)
+    of = _of(stream)
+    steps = np.diff(time_s)
+    if (steps > 0).all() and np.isfinite(time_s).all():
+        return _Rows(
+            time_s, {name: stream.columns[name] for name in names}, {n: empty[n] for n in names if n in empty}
+        )
+    backwards = int(np.count_nonzero(steps < 0))
+    if backwards:
+        notes.append(f"The times{of} run backwards {backwards} times: the rows were sorted.")
+    cells = np.column_stack([np.zeros((len(time_s), 0)), *(stream.columns[name] for name in names)])
+    nothing = np.zeros(cells.shape, np.bool_)
+    for k, name in enumerate(names):
+        if name in empty:
+            nothing[:, k] = empty[name]
+    rows, taken = _merged(time_s, cells, nothing)
+    if taken < len(time_s):
+        notes.append(f"{len(time_s) - taken} rows{of} without a time of their own were left out.")
+    return _Rows(
+        time_s[rows],
+        {name: cells[rows, k] for k, name in enumerate(names)},
+        {name: nothing[rows, k] for k, name in enumerate(names)},
+    )
+
+
+def _clocks(tables: Mapping[str, _Rows], path: Path) -> list[str]:
+    """A note on topics that have no time in common. Raises LogError if they can't be of one clock."""
+    spans = sorted(
+        (float(rows.time_s[0]), float(rows.time_s[-1]), name)
+        for name, rows in tables.items()
+        if len(rows.time_s)
+    )
+    notes = []
+    for (start_s, end_s, name), (next_s, next_end_s, other) in pairwise(spans):
+        if next_s <= end_s:
+            continue
+        said = f"{name} runs from {start_s:.1f} to {end_s:.1f} s and {other} from {next_s:.1f} to {next_end_s:.1f} s"
+        if next_s - end_s > ANOTHER_CLOCK_S:
+            raise LogError(
+                f"{path}: {said}: they are on two clocks; name a time column that is on one clock in both topics, as "
+                "`received` is in a bag"
+            )
+        notes.append(f"{said}: they have no time in common, and may be on two clocks.")
+    return notes
+
+
+def _merged(time_s: Array, cells: Array, empty: Mask) -> tuple[NDArray[np.intp], int]:
+    """The first row of every time, sorted by time, and the number of rows that went into these.
+
+    `cells` and `empty` (rows, columns) of the first rows are filled in place from later rows of the same time. A later
+    row is used only if it adds a value and contradicts none.
+    """
+    known = np.flatnonzero(np.isfinite(time_s))
+    known = known[np.argsort(time_s[known], kind="stable")]
+    starts = np.flatnonzero(np.diff(time_s[known], prepend=-np.inf) > 0)
+    first = np.repeat(starts, np.diff([*starts, len(known)]))
+    place = np.arange(len(known)) - first
+    taken = len(starts)
+    by_place = np.argsort(place, kind="stable")
+    for later in np.split(by_place, np.cumsum(np.bincount(place)))[1:-1]:
+        to, row = known[first[later]], known[later]
+        (there, had), (here, says) = ((~empty[at], cells[at]) for at in (to, row))
+        clash = here & there & (had != says) & ~(np.isnan(had) & np.isnan(says))
+        new = here & ~there & ~clash.any(axis=1, keepdims=True)
+        which, column = np.nonzero(new)
+        cells[to[which], column] = says[which, column]
+        empty[to[which], column] = False
+        taken += int(new.any(axis=1).sum())
+    return known[starts], taken
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell or "nan")
+    except ValueError:
+        return False
+    return True
+
+
+def _of(stream: Stream) -> str:
+    return f" of {stream.name}" if stream.name else ""
+
+
+def _dates(path: Path, column: str, words: tuple[str, ...] | None) -> Array:
+    if words is None:
+        raise LogError(f"{path}: its times in '{column}' are numbers, not dates; mend their unit, {ISO}")
+    try:
+        return iso_s(words)
+    except ValueError as error:
+        raise LogError(
+            f"{path}: '{error}' in '{column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z; mend it"
+        ) from None
+
+
+def _times_of_day(path: Path, column: str, stamps: Array) -> Array:
+    try:
+        return of_day_s(stamps)
+    except ValueError as error:
+        raise LogError(
+            f"{path}: {error} in '{column}' is no time of day as a number, 202459 for 20:24:59; mend the time's unit "
+            "in the column map"
+        ) from None
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """Times (n,) of rows, s, and whether whole seconds were spread."""
+
+    time_s: Array
+    spread: bool
+
+
+def _within_seconds(time_s: Array, time: TimeColumn, empty: Mapping[str, Mask], used: set[str]) -> _Clock:
+    """The rows of a clock of whole seconds spread over each; not those of a table in which each row has a part of a
+    sample."""
+    apart_s = within_seconds(time_s) if time.unit in ("s", ISO, OF_DAY) else None
+    shares = [float(np.mean(empty[name])) if name in empty else 0.0 for name in used]
+    if apart_s is None or (shares and np.mean(shares) >= SPARSE):
+        return _Clock(time_s, False)
+    return _Clock(apart_s, True)
+
+
+def _in_si(value: Array, signal: str, source: Columns) -> Array:
+    """Cells (n, k) of a signal in the units of the Dive."""
+    value = (value + np.array(source.offset or 0.0)) * np.array(source.scale or 1.0)
+    if source.unit == "rad/s" and signal == "rpm":
+        factor = 1 / RADIANS_PER_RPM
+    else:
+        factor = UNITS[source.unit]
+    si: Array = value * factor
+    return si

@@ -1,0 +1,392 @@
+"""Bags of ROS 1 and ROS 2, whole and cut, without ROS."""
+
+import importlib
+import random
+import sqlite3
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bags_made import FORMS, LATE_NS, ROS1, ROS2, START_NS, STEP_NS, header, store_of, swim, write_bag
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from bridge.errors import LogError
+from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.streams import Stream, Streams
+
+COUNT = 200
+K = np.arange(COUNT)
+
+
+def topics(recorded: Streams) -> dict[str, Stream]:
+    return {stream.name: stream for stream in recorded.streams}
+
+
+def read_or_refused(file: Path) -> tuple[Streams, str]:
+    """What a bag holds, or nothing and the sentence that refuses it."""
+    try:
+        return read_bag([file]), ""
+    except LogError as error:
+        return Streams(()), str(error)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, form: str) -> None:
+    recorded = read_bag([write_bag(tmp_path, form, swim(store_of(form), COUNT))])
+    read = topics(recorded)
+    assert set(read) == {"/imu", "/thrusters", "/dvl/twist"}
+    assert read["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
+    assert read["/imu"].columns["angular_velocity_covariance.5"].tolist() == [5.0] * COUNT
+    assert read["/imu"].columns["linear_acceleration.z"].tolist() == [-9.8] * COUNT
+    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 64).tolist()
+    assert read["/thrusters"].columns["data.5"].tolist() == (K + 5.0).tolist()
+    assert "data.6" not in read["/thrusters"].columns
+    assert recorded.notes == ("No header time in /thrusters: their `stamp` is the time of the log.",)
+
+
+@pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
+def test_stamp_is_the_headers_time_and_received_the_logs(tmp_path: Path, form: str) -> None:
+    read = topics(read_bag([write_bag(tmp_path, form, swim(store_of(form), COUNT))]))
+    stamp_s = START_NS * 1e-9 + K * (STEP_NS * 1e-9)
+    for name in ("/imu", "/dvl/twist"):
+        assert read[name].columns["stamp"] == pytest.approx(stamp_s, abs=1e-6, rel=0)
+    for stream in read.values():
+        assert stream.columns["received"] == pytest.approx(stamp_s + LATE_NS * 1e-9, abs=1e-6, rel=0)
+    assert (read["/thrusters"].columns["stamp"] == read["/thrusters"].columns["received"]).all()
+
+
+def test_a_message_whose_header_is_not_filled_in_has_no_stamp(tmp_path: Path) -> None:
+    messages = swim(ROS2, 4)
+    for name, _, _, message in messages[:3]:
+        if name != "/thrusters":
+            message.header.stamp.sec = message.header.stamp.nanosec = 0
+    stamp_s = topics(read_bag([write_bag(tmp_path, "mcap", messages)]))["/imu"].columns["stamp"]
+    assert np.isnan(stamp_s).tolist() == [True, False, False, False]
+
+
+def test_a_header_that_is_never_filled_in_gives_the_time_of_the_log(tmp_path: Path) -> None:
+    twist, vector = (ROS2.types[f"geometry_msgs/msg/{name}"] for name in ("Twist", "Vector3"))
+    stamped = ROS2.types["geometry_msgs/msg/TwistStamped"]
+    still = twist(vector(1.0, 0.0, 0.0), vector(0.0, 0.0, 0.0))
+    messages = [
+        (
+            "/dvl",
+            "geometry_msgs/msg/TwistStamped",
+            START_NS + k * STEP_NS,
+            stamped(header(ROS2, 0, ""), still),
+        )
+        for k in range(3)
+    ]
+    recorded = read_bag([write_bag(tmp_path, "mcap", messages)])
+    columns = recorded.streams[0].columns
+    assert columns["stamp"].tolist() == columns["received"].tolist()
+    assert recorded.notes == ("No header time in /dvl: their `stamp` is the time of the log.",)
+
+
+WILD = """
+bool flag
+string name
+int8 small
+float64 wide
+uint16[3] three
+string[] names
+float32[] many
+byte octet
+uint64 big
+std_msgs/Header[] heads
+float64 last
+int32[<=4] few
+time_like/Pair pair
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: time_like/Pair
+uint8 a
+int64 b
+"""
+
+
+def wild_store(base: Stores) -> Any:
+    store = get_typestore(base)
+    text = WILD if base is Stores.ROS2_HUMBLE else WILD.replace("builtin_interfaces/Time", "uint32 seq\ntime")
+    text = text.replace("<=", "") if base is Stores.ROS1_NOETIC else text
+    types = get_types_from_msg(text, "pkg/msg/Wild")
+    store.register({name: made for name, made in types.items() if name not in store.fielddefs})
+    return store
+
+
+@pytest.mark.parametrize("form", ["bag", "mcap"])
+def test_texts_and_lists_of_any_length_leave_every_field_in_its_place(tmp_path: Path, form: str) -> None:
+    """Each message has lengths of its own, and the library's own decoder is asked beside ours."""
+    rng = random.Random(3)
+    base = Stores.ROS1_NOETIC if form == "bag" else Stores.ROS2_HUMBLE
+    store = wild_store(base)
+    wild, pair = store.types["pkg/msg/Wild"], store.types["time_like/msg/Pair"]
+    head, time = store.types["std_msgs/msg/Header"], store.types["builtin_interfaces/msg/Time"]
+    messages = []
+    for k in range(300):
+        number = (1,) if form == "bag" else ()
+        heads = [
+            head(*number, time(rng.randrange(99), 5), "f" * rng.randrange(9)) for _ in range(rng.randrange(3))
+        ]
+        few = [rng.randrange(-9, 9) for _ in range(4 if form == "bag" else rng.randrange(4))]
+        made = wild(
+            bool(k % 2), "n" * rng.randrange(5), -k % 100, rng.random(), np.arange(3, dtype=np.uint16) + k,
+            ["x" * rng.randrange(6) for _ in range(rng.randrange(4))],
+            np.arange(rng.randrange(19), dtype=np.float32), k % 128, k * 2**33, heads, k / 3,
+            np.array(few, np.int32), pair(k % 7, -k),
+        )  # fmt: skip
+        messages.append(("/wild", "pkg/msg/Wild", START_NS + k, made))
+    file = write_bag(tmp_path, form, messages, store)
+    columns = read_bag([file]).streams[0].columns
+    with AnyReader([file]) as reader:
+        decoded: list[Any] = [reader.deserialize(raw, said.msgtype) for said, _, raw in reader.messages()]
+    assert len(decoded) == 300
+    for k, message in enumerate(decoded):
+        for name in ("flag", "small", "wide", "octet", "big", "last"):
+            assert columns[name][k] == getattr(message, name), (k, name)
+        assert [columns[f"three.{j}"][k] for j in range(3)] == message.three.tolist()
+        many = [columns[f"many.{j}"][k] for j in range(16)]
+        held = message.many.tolist() if len(message.many) <= 16 else []
+        assert many[: len(held)] == held
+        assert np.isnan(many[len(held) :]).all()
+        assert columns["pair.b"][k] == message.pair.b
+        for j, sub in enumerate(message.heads):
+            assert columns[f"heads.{j}.stamp"][k] == sub.stamp.sec + 5e-9
+    assert not any(name.startswith("many.16") for name in columns)
+
+
+def test_messages_of_one_size_and_hundreds_of_layouts_are_all_read(tmp_path: Path) -> None:
+    """The lengths of two texts differ from message to message, their sum does not, and a number is between them."""
+    array, status = (ROS2.types[f"diagnostic_msgs/msg/Diagnostic{name}"] for name in ("Array", "Status"))
+    kind = "diagnostic_msgs/msg/DiagnosticArray"
+    messages = [
+        (
+            "/health",
+            kind,
+            START_NS + k,
+            array(
+                header(ROS2, START_NS, "f"),
+                [
+                    status(1, "a" * (4 * (k % 300)), "", "", []),
+                    status(k % 100, "b" * (4 * (299 - k % 300)), "", "", []),
+                ],
+            ),
+        )
+        for k in range(600)
+    ]
+    columns = read_bag([write_bag(tmp_path, "mcap", messages)]).streams[0].columns
+    assert columns["status.1.level"].tolist() == (np.arange(600) % 100).tolist()
+
+
+def test_big_endian_messages_are_read(tmp_path: Path) -> None:
+    vector = ROS2.types["geometry_msgs/msg/Vector3"]
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    plain = store.serialize_cdr
+    store.serialize_cdr = lambda message, kind: plain(message, kind, little_endian=False)
+    messages = [
+        ("/v", "geometry_msgs/msg/Vector3", START_NS + k, vector(1.0 * k, 2.0, -3.5)) for k in range(4)
+    ]
+    columns = read_bag([write_bag(tmp_path, "mcap", messages, store)]).streams[0].columns
+    assert columns["x"].tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert columns["z"].tolist() == [-3.5] * 4
+
+
+def image(k: int) -> tuple[str, str, int, Any]:
+    made = ROS2.types["sensor_msgs/msg/Image"]
+    pixels = np.zeros(12, np.uint8)
+    return (
+        "/camera",
+        "sensor_msgs/msg/Image",
+        START_NS + k,
+        made(header(ROS2, START_NS, "c"), 2, 2, "rgb8", 0, 6, pixels),
+    )
+
+
+def text(k: int) -> tuple[str, str, int, Any]:
+    return "/words", "std_msgs/msg/String", START_NS + k, ROS2.types["std_msgs/msg/String"]("hello")
+
+
+def test_images_and_words_are_left_out(tmp_path: Path) -> None:
+    messages = [*swim(ROS2, 3), image(0), text(0)]
+    assert set(topics(read_bag([write_bag(tmp_path, "mcap", messages)]))) == {
+        "/imu",
+        "/thrusters",
+        "/dvl/twist",
+    }
+
+
+def test_a_bag_without_numbers_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"bag\.mcap: holds no message with numbers"):
+        read_bag([write_bag(tmp_path, "mcap", [text(0), image(1)])])
+
+
+def without_definitions(file: Path) -> Path:
+    """A `.db3` as ROS 2 Humble writes it."""
+    with sqlite3.connect(file) as database:
+        database.execute("DROP TABLE message_definitions")
+    database.close()
+    return file
+
+
+def test_types_of_ros_need_no_definition_in_the_bag(tmp_path: Path) -> None:
+    file = without_definitions(write_bag(tmp_path, "db3", swim(ROS2, COUNT)))
+    assert topics(read_bag([file]))["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
+
+
+def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: Path) -> None:
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("float64 depth", "deep_msgs/msg/Depth"))
+    depth = store.types["deep_msgs/msg/Depth"]
+    messages = [*swim(store, 5), ("/depth", "deep_msgs/msg/Depth", START_NS, depth(1.0))]
+    file = write_bag(tmp_path, "db3", messages, store)
+    assert topics(read_bag([file]))["/depth"].columns["depth"].tolist() == [1.0]
+    recorded = read_bag([without_definitions(file)])
+    assert set(topics(recorded)) == {"/imu", "/thrusters", "/dvl/twist"}
+    assert (
+        "Left out, since the bag does not define what they hold: /depth (deep_msgs/msg/Depth). Record it as .mcap, "
+        "which has the definitions."
+    ) in recorded.notes
+
+
+def test_a_message_that_contradicts_its_definition_is_counted(tmp_path: Path) -> None:
+    file = write_bag(tmp_path, "db3", swim(ROS2, 5))
+    with sqlite3.connect(file) as database:
+        database.execute("UPDATE messages SET data = substr(data, 1, length(data) - 20) WHERE id = 1")
+        database.execute("UPDATE messages SET data = CAST(data || zeroblob(20) AS BLOB) WHERE id = 4")
+    database.close()
+    recorded = read_bag([file])
+    assert topics(recorded)["/imu"].columns["angular_velocity.z"].tolist() == [0.25, 0.375, 0.5]
+    assert (
+        "2 messages of /imu don't fit the definition of sensor_msgs/msg/Imu and were left out."
+        in recorded.notes
+    )
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_path: Path, form: str) -> None:
+    file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
+    data, cut = file.read_bytes(), tmp_path / f"cut{file.suffix}"
+    longest = 0
+    for share in range(40):
+        cut.write_bytes(data[: len(data) * share // 40])
+        recorded, said = read_or_refused(cut)
+        assert "\n" not in said
+        assert said == "" or said.startswith(f"{cut}: ")
+        for stream in recorded.streams:
+            if stream.name == "/imu":
+                rates = stream.columns["angular_velocity.z"]
+                assert rates.tolist() == (K / 8)[: len(rates)].tolist()
+                assert len(rates) >= longest
+                longest = len(rates)
+    assert longest > COUNT / 3
+    if form not in ("bag", "bag.bz2", "bag.lz4"):
+        return
+    # A ROS 1 bag ends in an index, which may be all that is lost.
+    assert longest == COUNT
+
+
+def test_of_a_chunk_that_is_cut_the_beginning_is_read(tmp_path: Path) -> None:
+    file = write_bag(tmp_path, "bag", swim(ROS1, 1), chunk_bytes=1 << 20)
+    data = file.read_bytes()
+    file.write_bytes(data[: data.rindex(b"base_link")])
+    recorded, said = read_or_refused(file)
+    assert said == ""
+    assert topics(recorded)["/imu"].columns["angular_velocity.z"].tolist()[:1] == [0.0]
+    assert "/dvl/twist" not in topics(recorded)
+
+
+@pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
+def test_a_cut_is_said(tmp_path: Path, form: str) -> None:
+    file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) * 7 // 10])
+    notes = read_bag([file]).notes
+    assert f"{file.name} is cut off or damaged: what is before was read." in notes
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_damage_anywhere_is_never_more_than_a_sentence(tmp_path: Path, form: str) -> None:
+    file = write_bag(tmp_path, form, swim(store_of(form), 20))
+    data, rng = file.read_bytes(), random.Random(form)
+    for _ in range(60):
+        damaged = bytearray(data)
+        for _ in range(rng.randrange(1, 6)):
+            damaged[rng.randrange(len(damaged))] = rng.randrange(256)
+        file.write_bytes(damaged)
+        recorded, said = read_or_refused(file)
+        assert "\n" not in said
+        assert all(len(column) for stream in recorded.streams for column in stream.columns.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("a.bag", "no bag of ROS 1"), ("a.mcap", "no MCAP file"), ("a.db3", "no database of a ROS 2 bag")],
+)
+@pytest.mark.parametrize("held", [b"", b"something else entirely, and long enough to be read"])
+def test_a_file_that_is_no_bag_is_refused(tmp_path: Path, name: str, said: str, held: bytes) -> None:
+    file = tmp_path / name
+    file.write_bytes(held)
+    with pytest.raises(LogError, match=said):
+        read_bag([file])
+
+
+def test_an_mcap_of_json_is_refused_with_its_encoding(tmp_path: Path) -> None:
+    def words(*said: str) -> bytes:
+        return b"".join(struct.pack("<I", len(word)) + word.encode() for word in said)
+
+    def record(kind: int, content: bytes) -> bytes:
+        return struct.pack("<BQ", kind, len(content)) + content
+
+    file = tmp_path / "web.mcap"
+    schema = struct.pack("<H", 1) + words("Depth", "jsonschema", "{}")
+    channel = struct.pack("<HH", 1, 1) + words("/depth", "json") + struct.pack("<I", 0)
+    message = struct.pack("<HIQQ", 1, 0, START_NS, START_NS) + b'{"depth": 1}'
+    records = (
+        record(1, words("", "")),
+        record(3, schema),
+        record(4, channel),
+        record(5, message),
+        record(15, b""),
+    )
+    file.write_bytes(b"\x89MCAP0\r\n" + b"".join(records))
+    with pytest.raises(
+        LogError, match="Topic /depth is in json, which is not read; only messages of ROS are"
+    ):
+        read_bag([file])
+
+
+def test_the_parts_of_a_bag_follow_each_other_by_number(tmp_path: Path) -> None:
+    parts = []
+    for number in (2, 10):
+        (tmp_path / str(number)).mkdir()
+        messages = swim(ROS2, 10)[(number > 2) * 15 : 15 + (number > 2) * 15]
+        made = write_bag(tmp_path / str(number), "mcap", messages)
+        parts.append(made.rename(tmp_path / f"run_{number}.mcap"))
+    assert list(bag_files(tmp_path)) == parts
+    assert (
+        topics(read_bag(parts))["/imu"].columns["angular_velocity.z"].tolist() == (np.arange(10) / 8).tolist()
+    )
+
+
+def test_without_the_library_the_way_to_install_it_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = write_bag(tmp_path, "mcap", swim(ROS2, 2))
+    real = importlib.import_module
+
+    def lacking(name: str) -> Any:
+        if name.startswith("rosbags"):
+            raise ModuleNotFoundError(name=name)
+        return real(name)
+
+    monkeypatch.setattr("identify.ingest.extras.import_module", lacking)
+    with pytest.raises(
+        LogError, match=r"needs rosbags, which is not installed; pip install 'seatrial\[bags\]'"
+    ):
+        read_bag([file])
