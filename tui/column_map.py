@@ -50,8 +50,9 @@ def propose_map(arguments: argparse.Namespace) -> int:
 
 
 def _table(path: Path, proposal: Proposal) -> show.Table:
+    shown = [profile for profile in proposal.profiles if _worth_a_look(profile, proposal)]
     rows = []
-    for profile in proposal.profiles:
+    for profile in shown:
         signal, unit = proposal.taken_for(profile.name)
         rows.append((
             profile.name, signal or "not used", unit or "-",
@@ -59,11 +60,25 @@ def _table(path: Path, proposal: Proposal) -> show.Table:
             show.number(profile.rate_hz or None, 3), show.number(100.0 * profile.unknown, 2), drawn(profile),
         ))  # fmt: skip
     return show.Table(
-        f"{path.name}: {len(rows)} columns",
+        f"{path.name}: {_counted(proposal, shown)}",
         ("column", "taken for", "unit", "least", "median", "largest", "rate Hz", "unknown %", "course"),
         rows,
         numbers=("least", "median", "largest", "rate Hz", "unknown %"),
-        stale=[not proposal.taken_for(profile.name)[0] for profile in proposal.profiles],
+        stale=[not proposal.taken_for(profile.name)[0] for profile in shown],
+    )
+
+
+def _worth_a_look(profile: Profile, proposal: Proposal) -> bool:
+    """Whether a column is used, or may be: the covariances of a bag never change."""
+    return bool(proposal.taken_for(profile.name)[0]) or profile.is_text or profile.least != profile.largest
+
+
+def _counted(proposal: Proposal, shown: list[Profile]) -> str:
+    count, hidden = len(proposal.profiles), len(proposal.profiles) - len(shown)
+    return f"{count} columns" + (
+        f", of which {hidden} neither used nor ever changing {'is' if hidden == 1 else 'are'} left out here"
+        if hidden
+        else ""
     )
 
 

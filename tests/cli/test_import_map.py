@@ -19,9 +19,9 @@ def log(tmp_path, monkeypatch):
     t = np.arange(0.0, 30.0, 0.05)
     yaw, r = np.degrees(1.5 * np.sin(0.5 * t)), 0.75 * np.cos(0.5 * t)
     pulse = 1500 + 200 * np.sin(0.5 * t)
-    rows = np.column_stack([t, yaw, -r, pulse, np.full_like(t, 7.0)])
+    rows = np.column_stack([t, yaw, -r, pulse, np.where(t < 10, 7.0, 8.0), np.zeros_like(t)])
     path = tmp_path / "tank.csv"
-    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header="t,yaw_deg,r,T1,mood", comments="")
+    np.savetxt(path, rows, fmt="%.9g", delimiter=",", header="t,yaw_deg,r,T1,mood,spare", comments="")
     return path
 
 
@@ -30,6 +30,8 @@ def test_it_shows_every_column_writes_the_map_and_says_what_to_do_next(log, caps
     said = " ".join(capsys.readouterr().out.split())
     assert "yaw_deg euler 3 deg" in said
     assert "mood not used - 7" in said
+    assert "6 columns, of which 1 neither used nor ever changing is left out here" in said
+    assert "spare" not in said
     assert "check gyro: The gyro contradicts how the attitude turns" in said
     assert f"seatrial import {log} --columns columns.yaml" in said
     written = yaml.safe_load((log.parent / "columns.yaml").read_text(encoding="utf-8"))
