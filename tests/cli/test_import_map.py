@@ -19,7 +19,7 @@ def log(tmp_path, monkeypatch):
     t = np.arange(0.0, 30.0, 0.05)
     yaw, r = np.degrees(1.5 * np.sin(0.5 * t)), 0.75 * np.cos(0.5 * t)
     pulse = 1500 + 200 * np.sin(0.5 * t)
-    rows = np.column_stack([t, yaw, -r, pulse, np.where(t < 10, 7.0, 8.0), np.zeros_like(t)])
+    rows = np.column_stack([t, yaw, -r, pulse, np.where(t < 25, 7.0, 8.0), np.zeros_like(t)])
     path = tmp_path / "tank.csv"
     np.savetxt(path, rows, fmt="%.9g", delimiter=",", header="t,yaw_deg,r,T1,mood,spare", comments="")
     return path
@@ -57,7 +57,7 @@ def test_its_json_has_the_profiles_the_choices_and_the_next_commands(log, capsys
     assert cli.main(["import", str(log), "--map", "columns.yaml", "--json", "-"]) == exit_codes.DONE
     found = json.loads(capsys.readouterr().out)
     mood = next(column for column in found["columns"] if column["name"] == "mood")
-    assert (mood["taken_for"], mood["least"], mood["median"], mood["largest"]) == ("", 7.0, 7.0, 7.0)
+    assert (mood["taken_for"], mood["least"], mood["median"], mood["largest"]) == ("", 7.0, 7.0, 8.0)
     assert mood["rate_hz"] == pytest.approx(20.0)
     chosen = {choice["signal"]: choice for choice in found["signals"]}
     assert chosen["gyro"]["scale"] == [1.0, 1.0, -1.0]
