@@ -114,6 +114,14 @@ def mended(dive: Dive, mend: Mend) -> Dive:
     return replace(dive, **changed)
 
 
+def _read(signal: Signal | None) -> Signal | None:
+    """The finite readings of a signal, with zeros for axes that nothing read; None if fewer than two."""
+    if signal is None:
+        return None
+    unread = ~np.isfinite(signal.value).any(axis=0)
+    return whole(Signal(signal.time_s, np.where(unread, 0.0, signal.value)))
+
+
 def matched(seen: Array, said: Array, least: float) -> Match | None:
     """How alike two series (n,) move; None if they are short, or if one moves less than `least`."""
     known = np.isfinite(seen) & np.isfinite(said)
@@ -150,7 +158,7 @@ def turn_match(dive: Dive) -> Match | None:
 
 def _gravity(dive: Dive) -> tuple[Mend, ...]:
     """Specific force whose size is gravity in another unit."""
-    force = whole(dive.specific_force)
+    force = _read(dive.specific_force)
     if force is None:
         return ()
     usual = float(np.median(np.linalg.norm(force.value, axis=1)))
@@ -167,7 +175,7 @@ def _is_gravity(size: float) -> bool:
 
 def _depth_below(dive: Dive) -> tuple[Mend, ...]:
     """Depths below zero."""
-    depth = whole(dive.depth)
+    depth = _read(dive.depth)
     if depth is None:
         return ()
     low, high = np.quantile(depth.value, (0.05, 0.95)).tolist()
@@ -201,7 +209,7 @@ def _frames(dive: Dive) -> tuple[Mend, ...]:
     """
     frames: dict[str, bool] = {}
     proof: dict[str, str] = {}
-    force, table = whole(dive.specific_force), _turn_table(dive)
+    force, table = _read(dive.specific_force), _turn_table(dive)
     if force is not None and _is_gravity(abs(float(np.median(force.value[:, 2])))):
         up = float(np.median(force.value[:, 2]))
         frames["specific_force"] = up > 0
@@ -312,7 +320,7 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
     unit = _unit_factor(abs(match.ratio), (100.0, 1000.0, 0.01, 0.001, 1 / 0.3048, 0.3048))
     if unit is None:
         return ()
-    velocity = whole(dive.velocity)
+    velocity = _read(dive.velocity)
     fast = velocity is not None and np.quantile(np.abs(velocity.value), 0.95) > FASTEST_M_S
     signal = "velocity" if fast and unit > 1 else "depth"
     factors = (1 / unit,) * 3 if signal == "velocity" else (unit,)
@@ -325,8 +333,8 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
 
 def _pushes(dive: Dive) -> tuple[Mend, ...]:
     """The velocity's change along x and y against the accelerometer, less gravity and turning."""
-    force, velocity = whole(dive.specific_force), whole(dive.velocity)
-    gyro, attitude = whole(dive.gyro), whole(dive.attitude)
+    force, velocity = _read(dive.specific_force), _read(dive.velocity)
+    gyro, attitude = _read(dive.gyro), _read(dive.attitude)
     if force is None or velocity is None or gyro is None or attitude is None:
         return ()
     edges_s = _edges((force, velocity, attitude))
@@ -360,7 +368,7 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
 
 def _turn_table(dive: Dive) -> tuple[tuple[Match | None, ...], ...] | None:
     """By axis of the attitude's turning and by axis of the gyro, how alike they move over windows."""
-    attitude, gyro = whole(dive.attitude), whole(dive.gyro)
+    attitude, gyro = _read(dive.attitude), _read(dive.gyro)
     edges_s = _edges((attitude, gyro)) if attitude is not None and gyro is not None else None
     if attitude is None or gyro is None or edges_s is None:
         return None
@@ -408,7 +416,7 @@ def _order(table: tuple[tuple[Match | None, ...], ...]) -> tuple[int, int, int]:
 
 def _tilt_match(dive: Dive) -> Match | None:
     """Gravity along x, by the accelerometer, against pitch; both as means over windows."""
-    force, attitude = whole(dive.specific_force), whole(dive.attitude)
+    force, attitude = _read(dive.specific_force), _read(dive.attitude)
     edges_s = _edges((force, attitude)) if force is not None and attitude is not None else None
     if force is None or attitude is None or edges_s is None:
         return None
@@ -419,7 +427,7 @@ def _tilt_match(dive: Dive) -> Match | None:
 
 def _pressure_match(dive: Dive) -> Match | None:
     """Depth against pressure as a depth."""
-    depth, pressure = whole(dive.depth), whole(dive.pressure)
+    depth, pressure = _read(dive.depth), _read(dive.pressure)
     if depth is None or pressure is None:
         return None
     by_pressure = pressure.at(depth.time_s)[:, 0] / PASCALS_PER_METRE
@@ -428,9 +436,9 @@ def _pressure_match(dive: Dive) -> Match | None:
 
 def _rise_match(dive: Dive) -> Match | None:
     """Change of depth over windows against the downward velocity, turned by the attitude if there is one."""
-    depth, velocity, attitude = whole(dive.depth), whole(dive.velocity), whole(dive.attitude)
+    depth, velocity, attitude = _read(dive.depth), _read(dive.velocity), _read(dive.attitude)
     if depth is None and dive.pressure is not None:
-        depth = whole(Signal(dive.pressure.time_s, dive.pressure.value / PASCALS_PER_METRE))
+        depth = _read(Signal(dive.pressure.time_s, dive.pressure.value / PASCALS_PER_METRE))
     if depth is None or velocity is None:
         return None
     edges_s = _edges((depth, velocity), RISE_S)

@@ -12,7 +12,7 @@ import numpy as np
 from bridge.errors import LogError
 from identify.checks.mends import CLEAR, Match, Mend, agreeing, mends, turn_match
 from identify.dive import Array
-from identify.ingest.column_map import NOTHING, WIDTHS, ColumnMap, Columns, TimeColumn
+from identify.ingest.column_map import NOTHING, WHOLE, WIDTHS, ColumnMap, Columns, TimeColumn
 from identify.ingest.mapped import mapped
 from identify.ingest.names import Scaled, named, snake, time_unit
 from identify.ingest.profiles import Profile, profiles
@@ -161,7 +161,7 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
 
 def _borne_out(choice: Choice) -> Choice:
     """The choice, whose unit is no guess any more since another signal agrees with it."""
-    is_whole = NOTHING not in choice.columns.columns
+    is_whole = not {NOTHING, None} & {*choice.columns.named}
     if choice.confidence is not Confidence.GUESSED or not is_whole:
         return choice
     return replace(
@@ -265,21 +265,25 @@ def _choice(candidate: _Candidate) -> tuple[Choice | None, str]:
     signal, stream, fields = candidate.signal, candidate.stream, candidate.fields
     width = WIDTHS.get(signal)
     places = list(range(width)) if width else sorted(fields)
-    names = tuple(stream.full_name(fields[place]) if place in fields else NOTHING for place in places)
+    # An attitude and a filtered velocity are known whole or not at all; of any other vector a part may be unknown.
+    whole = signal in WHOLE or (signal == "velocity" and _filtered(map(stream.full_name, fields.values())))
+    missing = NOTHING if whole else None
+    names = tuple(stream.full_name(fields[place]) if place in fields else missing for place in places)
     values = candidate.values
     named_unit = candidate.unit
     guess = Guess(named_unit[0], "", scale=named_unit[1]) if named_unit else unit_of(signal, values)
     if not guess.unit:
-        return None, f"{', '.join(names)}: not used for {signal}. {guess.reason}"
+        return None, f"{', '.join(filter(None, names))}: not used for {signal}. {guess.reason}"
     confidence = (
         Confidence.NAMED if named_unit else Confidence.LIKELY if guess.is_telling else Confidence.GUESSED
     )
     reasons = [guess.reason] if guess.reason else []
     if signal == "altitude" and np.nanmedian(values) < 0:
         signal, reasons = "depth", ["It is mostly below 0, so it is taken for a height, not for an altitude."]
-    if NOTHING in names:
-        missing = ", ".join(str(k + 1) for k, name in enumerate(names) if name == NOTHING)
-        reasons.append(f"Nothing is named for column {missing}, which is taken for 0.")
+    lacking = ", ".join(str(k + 1) for k, name in enumerate(names) if name == missing)
+    if lacking:
+        taken = "0" if whole else "unknown"
+        reasons.append(f"Nothing is named for column {lacking}, which is taken for {taken}.")
         confidence = Confidence.GUESSED
     offset = (guess.offset,) * len(names) if guess.offset else ()
     scale = (guess.scale,) * len(names) if guess.scale != 1.0 else ()
@@ -338,8 +342,13 @@ def _likelier(by_unit: dict[str, Match | None]) -> str:
 def _map(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
     signals: dict[str, Any] = {choice.signal: choice.columns for choice in choices}
     velocity = signals.get("velocity")
-    filtered = velocity is not None and any(FILTERED.search(snake(name)) for name in velocity.columns)
+    filtered = velocity is not None and _filtered(filter(None, velocity.named))
     return ColumnMap(time, velocity_is_filtered=filtered, **signals)
+
+
+def _filtered(names: Iterable[str]) -> bool:
+    """Whether the names of a velocity's columns say that it comes from a filter."""
+    return any(FILTERED.search(snake(name)) for name in names)
 
 
 def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ def test_it_shows_every_column_writes_the_map_and_says_what_to_do_next(log, caps
     assert "check gyro: The gyro contradicts how the attitude turns" in said
     assert f"seatrial import {log} --columns columns.yaml" in said
     written = yaml.safe_load((log.parent / "columns.yaml").read_text(encoding="utf-8"))
-    assert written["gyro"] == {"columns": ["-", "-", "r"], "unit": "rad/s", "scale": [1, 1, -1]}
+    assert written["gyro"] == {"columns": [None, None, "r"], "unit": "rad/s", "scale": [1, 1, -1]}
 
 
 def test_without_a_name_the_map_is_named_after_the_log(log):
@@ -69,7 +69,7 @@ def test_a_mapped_import_names_what_contradicts_physics_and_the_edit_of_the_map(
     columns = log.parent / "wrong.yaml"
     columns.write_text(
         'time: {column: t}\neuler: {columns: ["-", "-", yaw_deg], unit: deg}\n'
-        'gyro: {columns: ["-", "-", r], unit: rad/s}\n',
+        "gyro: {columns: [null, null, r], unit: rad/s}\n",
         encoding="utf-8",
     )
     assert cli.main(["import", str(log), "--columns", str(columns)]) == exit_codes.DONE

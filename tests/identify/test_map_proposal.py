@@ -211,9 +211,9 @@ def test_an_acceleration_without_gravity_is_no_specific_force() -> None:
     assert any("ax, ay, az: not used" in note for note in proposal.notes)
 
 
-def test_a_single_rate_is_taken_with_zeros_for_the_others() -> None:
+def test_of_a_single_rate_the_others_are_unknown() -> None:
     proposal = proposed({"t": READ["t"], "r": READ["gyro"][:, 2], "T1": READ["pulses"][:, 0]})
-    assert proposal.columns.gyro.columns == ("-", "-", "r")
+    assert proposal.columns.gyro.columns == (None, None, "r")
 
 
 def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown() -> None:
