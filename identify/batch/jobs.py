@@ -50,7 +50,7 @@ ANSWERING = (
     "identify/batch/work.py",
     "identify/checks/*.py",
     "identify/estimators/**/*.py",
-    "identify/ingest/*.py",
+    "identify/ingest/**/*.py",
     "identify/run/__init__.py",
     "identify/run/identify.py",
 )

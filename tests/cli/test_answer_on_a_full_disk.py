@@ -58,7 +58,7 @@ def test_identify_shows_its_values_and_writes_what_it_can(
     unwritten, dive, fit, full, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.setattr("tui.commands.identify.estimator_of", lambda *_: lambda *_: fit)
-    monkeypatch.setattr("tui.commands.identify.identification_report", lambda *_: Report("d", "v", "m", ()))
+    monkeypatch.setattr("tui.commands.identify.page_of", lambda *_: Report("d", "v", "m", ()))
     at = {name: (full if name in unwritten else tmp_path) / name for name in EACH}
     options = zip(("--json", "--param", "--report"), at.values(), strict=True)
     code = verb("identify", dive, "--method", "likelihood", *(word for both in options for word in both))

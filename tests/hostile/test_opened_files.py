@@ -105,9 +105,11 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
     for file in files:
         place = str(file.relative_to(ROOT))
         for name, call in calls(ast.parse(file.read_text(encoding="utf-8"))):
+            words = {word.arg: ast.unparse(word.value) for word in call.keywords}
+            if name == "np.load" and words.get("allow_pickle") == "False":
+                continue
             loader = name == "yaml.load" and place != "bridge/plain.py"
-            shell = any(word.arg == "shell" for word in call.keywords)
-            if name in FORBIDDEN or loader or shell:
+            if name in FORBIDDEN or loader or "shell" in words:
                 found.append(f"{place}:{call.lineno} {name}")
     assert found == []
 
