@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from identify.dive import Array, Dive, Signal
 from identify.ingest import rotation
-from identify.ingest.column_map import NOTHING, RADIANS_PER_RPM, TIME_UNITS, UNITS, ColumnMap, Columns
+from identify.ingest.clock import of_day_s, within_seconds
+from identify.ingest.column_map import NOTHING, OF_DAY, RADIANS_PER_RPM, TIME_UNITS, UNITS, ColumnMap, Columns
 from identify.ingest.streams import Stream
 
 
@@ -37,7 +38,12 @@ def rows_of(stream: Stream, columns: ColumnMap) -> tuple[Array, NDArray[np.intp]
     cells = stream.columns.get(_field(stream, columns.time.column))
     if cells is None:
         return None
-    time_s = cells * TIME_UNITS[columns.time.unit]
+    if columns.time.unit == OF_DAY:
+        seconds = of_day_s(cells)
+        spread_s = within_seconds(seconds)
+        time_s = seconds if spread_s is None else spread_s
+    else:
+        time_s = cells * TIME_UNITS[columns.time.unit]
     known = np.flatnonzero(np.isfinite(time_s))
     rows = known[np.argsort(time_s[known], kind="stable")]
     rows = rows[np.diff(time_s[rows], prepend=-np.inf) > 0]

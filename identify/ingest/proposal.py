@@ -12,7 +12,7 @@ import numpy as np
 from bridge.errors import LogError
 from identify.checks.mends import CLEAR, Match, Mend, agreeing, mends, turn_match
 from identify.dive import Array
-from identify.ingest.column_map import NOTHING, WHOLE, WIDTHS, ColumnMap, Columns, TimeColumn
+from identify.ingest.column_map import NOTHING, OF_DAY, WHOLE, WIDTHS, ColumnMap, Columns, TimeColumn
 from identify.ingest.mapped import mapped
 from identify.ingest.names import Scaled, named, snake, time_unit
 from identify.ingest.profiles import Profile, profiles
@@ -188,6 +188,12 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         raise LogError(f"{path}: holds no rows of numbers; give a log with samples")
     if not counts:
         names = sorted({field for stream in streams for field in stream.columns})
+        back = [name for name in names if time_unit(name)[0]]
+        if back:
+            raise LogError(
+                f"{path}: its times in '{back[0]}' do not rise, as where several runs stand in one table; give each "
+                "run a file of its own"
+            )
         raise LogError(
             f"{path}: no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds"
         )
@@ -201,10 +207,22 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     values = [stream.columns[column] for stream in streams if column in stream.columns]
     if unit or not values:
         return TimeColumn(column, unit or "s"), ""
-    unit, is_telling = time_unit_of(max(values, key=len))
+    longest = max(values, key=len)
+    if _is_time_of_day(longest):
+        return TimeColumn(
+            column, OF_DAY
+        ), f"'{column}' counts to 59 and on from 100, so it is the time of day."
+    unit, is_telling = time_unit_of(longest)
     return TimeColumn(
         column, unit
     ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
+
+
+def _is_time_of_day(time: Array) -> bool:
+    """Whether times are hours, minutes and seconds as one number, which steps from 59 to 100."""
+    known = time[np.isfinite(time)]
+    sixty = (known % 100 < 60).all() and (known // 100 % 100 < 60).all()
+    return bool(sixty and (known == np.rint(known)).all() and np.isin(np.diff(known), (41, 4041)).any())
 
 
 def _rises(time: Array) -> bool:

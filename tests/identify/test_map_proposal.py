@@ -10,7 +10,7 @@ from turning_vehicle import readings, table, usual
 
 from bridge import schema
 from bridge.errors import LogError
-from identify.ingest.column_map import ColumnMap, column_map
+from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.map_text import map_text
 from identify.ingest.mapped import mapped
 from identify.ingest.proposal import Confidence, Proposal, propose
@@ -233,6 +233,18 @@ def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown() -> None:
     assert proposal.taken_for("t") == ("time", "s")
 
 
+def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day() -> None:
+    """Twenty rows a second from 20:24:50 on."""
+    second = np.arange(600) // 20
+    clock = np.where(second < 10, 202450, 202500 - 10) + second
+    proposal = proposed({"time": clock.astype(float), "depth": 0.01 * np.arange(600.0)})
+    assert proposal.columns.time == TimeColumn("time", "hhmmss")
+    dive = mapped(
+        table({"time": clock.astype(float), "depth": 0.01 * np.arange(600.0)}), proposal.columns, LOG
+    )
+    np.testing.assert_allclose(np.diff(dive.depth.time_s), 0.05, atol=1e-9)
+
+
 def test_the_written_map_reads_back_as_the_proposal() -> None:
     columns = usual(READ)
     columns["q"] = -columns["q"]
@@ -243,6 +255,10 @@ def test_the_written_map_reads_back_as_the_proposal() -> None:
 
 
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence() -> None:
+    with pytest.raises(
+        LogError, match="its times in 'time' do not rise, as where several runs stand in one table"
+    ):
+        proposed({"time": np.tile(READ["t"][:10], 100), "u": np.zeros(1000)})
     with pytest.raises(LogError, match="no column is a rising time"):
         proposed({"u": READ["velocity"][:, 0]})
     with pytest.raises(LogError, match="holds no rows of numbers"):
