@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from bridge.errors import LogError
 from identify.dive import Array
 from identify.ingest.column_map import ColumnMap
-from identify.ingest.mapped import rows_of
+from identify.ingest.signals import clock_of
 from identify.ingest.streams import Stream
 
 PIECES = 12
@@ -60,11 +62,12 @@ def _words(stream: Stream, field: str) -> Profile:
 
 
 def _rate_hz(stream: Stream, cells: Array, columns: ColumnMap) -> float:
-    timed = rows_of(stream, columns)
-    if timed is None:
+    """Rate of the known samples; 0 if the map's time is none here."""
+    try:
+        time_s = clock_of(stream, columns.time, Path(stream.name), {}).time_s
+    except LogError:
         return 0.0
-    time_s, rows = timed
-    steps_s = np.diff(time_s[np.isfinite(cells[rows])])
+    steps_s = np.diff(np.unique(time_s[np.isfinite(cells) & np.isfinite(time_s)]))
     return float(1.0 / np.median(steps_s)) if len(steps_s) else 0.0
 
 

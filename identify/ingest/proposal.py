@@ -11,13 +11,13 @@ import numpy as np
 
 from bridge.errors import LogError
 from identify.checks.mends import CLEAR, Match, Mend, agreeing, mends, turn_match
-from identify.dive import Array
-from identify.ingest.column_map import NOTHING, OF_DAY, WHOLE, WIDTHS, ColumnMap, Columns, TimeColumn
-from identify.ingest.mapped import mapped
+from identify.dive import Array, Dive
+from identify.ingest.column_map import ISO, NOTHING, OF_DAY, WHOLE, WIDTHS, ColumnMap, Columns, TimeColumn
 from identify.ingest.names import Scaled, named, snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import Guess, time_unit_of, unit_of
-from identify.ingest.streams import Stream
+from identify.ingest.signals import dive_fields
+from identify.ingest.streams import Stream, Streams
 
 SIGNALS = (
     "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
@@ -124,13 +124,23 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
         )
     choices = _agreed_angles(choices, timed, time)
     columns = _map(time, choices)
-    for mend in mends(mapped(timed, columns, path)):
+    for mend in mends(_dive(timed, columns, path)):
         choices = tuple(_mended(choice, mend) for choice in choices)
-    borne_out = agreeing(mapped(timed, _map(time, choices), path))
+    borne_out = agreeing(_dive(timed, _map(time, choices), path))
     choices = tuple(_borne_out(choice) if _meant(choice) in borne_out else choice for choice in choices)
     return Proposal(
         _map(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
     )
+
+
+def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:
+    """The dive of a map, for the checks of physics; without signals if its topics are on two clocks, or its time is
+    none."""
+    try:
+        fields = dive_fields(Streams(tuple(streams)), columns, path)
+    except LogError:
+        fields = {}
+    return Dive(path.name, path, "", **fields)
 
 
 def mended_columns(signal: str, columns: Columns, mend: Mend) -> Columns:
@@ -205,8 +215,10 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     column = max(counts, key=worth)
     unit = time_unit(column)[1]
     values = [stream.columns[column] for stream in streams if column in stream.columns]
-    if unit or not values:
-        return TimeColumn(column, unit or "s"), ""
+    if not values:
+        return TimeColumn(column, ISO), ""
+    if unit:
+        return TimeColumn(column, unit), ""
     longest = max(values, key=len)
     if _is_time_of_day(longest):
         return TimeColumn(
@@ -328,7 +340,7 @@ def _agreed_angles(
     for choice in choices:
         if choice.signal == "euler" and choice.confidence is not Confidence.NAMED:
             in_unit = {
-                unit: turn_match(mapped(streams, _map(time, (*choices, _with_unit(choice, unit))), Path()))
+                unit: turn_match(_dive(streams, _map(time, (*choices, _with_unit(choice, unit))), Path()))
                 for unit in ("rad", "deg")
             }
             unit = _likelier(in_unit)

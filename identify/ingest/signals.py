@@ -57,12 +57,12 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
             if field is not None and field != NOTHING
         }
         if any(at is stream for at, _ in wanted.values()):
-            time_s = _within_seconds(names.time_of(stream, columns.time), columns.time, recorded.empty, used)
-            if time_s.spread:
+            clock = clock_of(stream, columns.time, path, {name: recorded.empty.get(name) for name in used})
+            if clock.is_spread:
                 notes.append(
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
                 )
-            tables[stream.name] = _rows(stream, recorded.empty, used, time_s.time_s, notes)
+            tables[stream.name] = _rows(stream, recorded.empty, used, clock.time_s, notes)
     signals = {}
     for name, source in columns.signals().items():
         stream, fields_used = wanted[name]
@@ -118,24 +118,6 @@ class _Names:
         return stream, tuple(
             name if name is None or name == NOTHING else places[name][1] for name in source.named
         )
-
-    def time_of(self, stream: Stream, time: TimeColumn) -> Array:
-        """Times of a stream's rows, s. Raises LogError."""
-        known = (*stream.columns, *stream.text)
-        if time.column not in known:
-            of = f"topic {stream.name} " if stream.name else ""
-            raise LogError(f"{self._path}: {of}{_lacks(time.column, known)}: mend the column map")
-        words = stream.text.get(time.column)
-        if time.unit == ISO:
-            return _dates(self._path, time.column, words)
-        if words is not None:
-            raise LogError(
-                f"{self._path}: its times in '{time.column}' are words, as '{words[0]}'; give the time the unit {ISO} "
-                "in the column map if they are dates"
-            )
-        if time.unit == OF_DAY:
-            return _times_of_day(self._path, time.column, stream.columns[time.column])
-        return stream.columns[time.column] * TIME_UNITS[time.unit]
 
     def _place(self, name: str) -> tuple[Stream, str]:
         if name not in self._places:
@@ -291,21 +273,40 @@ def _times_of_day(path: Path, column: str, stamps: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _Clock:
-    """Times (n,) of rows, s, and whether whole seconds were spread."""
+class Clock:
+    """Times (n,) of a stream's rows, s, and whether whole seconds were spread."""
 
     time_s: Array
-    spread: bool
+    is_spread: bool
 
 
-def _within_seconds(time_s: Array, time: TimeColumn, empty: Mapping[str, Mask], used: set[str]) -> _Clock:
-    """The rows of a clock of whole seconds spread over each; not those of a table in which each row has a part of a
-    sample."""
+def clock_of(stream: Stream, time: TimeColumn, path: Path, used: Mapping[str, Mask | None]) -> Clock:
+    """The times of a stream by a map's time column. Raises LogError.
+
+    Rows of a clock of whole seconds are spread over each, but for a table in which each row has a part of a sample.
+    used: the columns that signals are made of, with the rows in which each is empty.
+    """
+    known = (*stream.columns, *stream.text)
+    if time.column not in known:
+        of = f"topic {stream.name} " if stream.name else ""
+        raise LogError(f"{path}: {of}{_lacks(time.column, known)}: mend the column map")
+    words = stream.text.get(time.column)
+    if time.unit == ISO:
+        time_s = _dates(path, time.column, words)
+    elif words is not None:
+        raise LogError(
+            f"{path}: its times in '{time.column}' are words, as '{words[0]}'; give the time the unit {ISO} in the "
+            "column map if they are dates"
+        )
+    elif time.unit == OF_DAY:
+        time_s = _times_of_day(path, time.column, stream.columns[time.column])
+    else:
+        time_s = stream.columns[time.column] * TIME_UNITS[time.unit]
     apart_s = within_seconds(time_s) if time.unit in ("s", ISO, OF_DAY) else None
-    shares = [float(np.mean(empty[name])) if name in empty else 0.0 for name in used]
+    shares = [0.0 if empty is None else float(np.mean(empty)) for empty in used.values()]
     if apart_s is None or (shares and np.mean(shares) >= SPARSE):
-        return _Clock(time_s, False)
-    return _Clock(apart_s, True)
+        return Clock(time_s, False)
+    return Clock(apart_s, True)
 
 
 def _in_si(value: Array, signal: str, source: Columns) -> Array:

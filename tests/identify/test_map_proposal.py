@@ -10,11 +10,12 @@ from turning_vehicle import readings, table, usual
 
 from bridge import schema
 from bridge.errors import LogError
+from identify.dive import Dive
 from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.map_text import map_text
-from identify.ingest.mapped import mapped
 from identify.ingest.proposal import Confidence, Proposal, propose
-from identify.ingest.streams import Stream
+from identify.ingest.signals import dive_fields
+from identify.ingest.streams import Stream, Streams
 from identify.ingest.text_table import read_table
 
 LOG = Path("log.csv")
@@ -23,6 +24,10 @@ READ = readings()
 
 def proposed(columns: dict[str, np.ndarray]) -> Proposal:
     return propose(table(columns), LOG)
+
+
+def mapped(streams: tuple[Stream, ...], columns: ColumnMap, path: Path) -> Dive:
+    return Dive(path.name, path, "", **dive_fields(Streams(streams), columns, path))
 
 
 def units(proposal: Proposal) -> dict[str, str]:
@@ -243,6 +248,14 @@ def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day() -> None:
         table({"time": clock.astype(float), "depth": 0.01 * np.arange(600.0)}), proposal.columns, LOG
     )
     np.testing.assert_allclose(np.diff(dive.depth.time_s), 0.05, atol=1e-9)
+
+
+def test_a_clock_of_dates_is_taken_for_one() -> None:
+    second = [f"2026-07-19T10:15:{k:02d}Z" for k in range(50)]
+    stream = Stream("", {"depth": np.linspace(1.0, 2.0, 50)}, {"time": tuple(second)})
+    proposal = propose((stream,), LOG)
+    assert proposal.columns.time == TimeColumn("time", "iso")
+    assert np.diff(mapped((stream,), proposal.columns, LOG).depth.time_s) == pytest.approx(1.0)
 
 
 def test_the_written_map_reads_back_as_the_proposal() -> None:
