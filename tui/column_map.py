@@ -3,6 +3,7 @@
 import argparse
 import math
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from tui.files import Files, check_new_file
 
 BARS = "▁▂▃▄▅▆▇█"
 LEVEL = BARS[0]
+SPARED = ("median", "unknown %", "course", "rate Hz")
+"""What a narrow terminal goes without, first what it misses least."""
 
 
 def propose_map(arguments: argparse.Namespace) -> int:
@@ -34,7 +37,7 @@ def propose_map(arguments: argparse.Namespace) -> int:
     proposal = propose(recorded.streams, path)
     notes = (*recorded.notes, *proposal.notes)
     console = show.results(arguments.json)
-    show.put(console, _table(path, proposal))
+    show.put(console, _fitting(_table(path, proposal), console.width))
     show.say(console, *_questions(proposal), *(f"note: {note}" for note in notes))
     mapped = f"{shlex.quote(str(path))} --columns {shlex.quote(target)}"
     following = [
@@ -66,6 +69,17 @@ def _table(path: Path, proposal: Proposal) -> show.Table:
         numbers=("least", "median", "largest", "rate Hz", "unknown %"),
         stale=[not proposal.taken_for(profile.name)[0] for profile in shown],
     )
+
+
+def _fitting(table: show.Table, width: int) -> show.Table:
+    """The table without the columns of SPARED, as many as lines of `width` have no room for."""
+    for heading in SPARED:
+        if all(len(line) <= width for line in table.lines(width)):
+            break
+        at = table.columns.index(heading)
+        rows = [(*row[:at], *row[at + 1 :]) for row in table.rows]
+        table = replace(table, columns=[name for name in table.columns if name != heading], rows=rows)
+    return table
 
 
 def _worth_a_look(profile: Profile, proposal: Proposal) -> bool:

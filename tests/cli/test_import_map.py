@@ -102,3 +102,12 @@ def test_a_course_is_drawn_from_its_lowest_to_its_highest_mean():
     assert course(0.0, 0.5, 1.0) == "▁▅█"
     assert course(3.0, 3.0) == "▁▁"
     assert course() == "-"
+
+
+def test_a_narrow_terminal_gets_the_table_without_what_it_misses_least(log, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    assert cli.main(["import", str(log), "--map", "columns.yaml"]) == exit_codes.DONE
+    table = capsys.readouterr().out.partition("\n\n")[0].splitlines()[1:]
+    assert max(map(len, table)) <= 60
+    assert "column taken for unit least largest" in " ".join(" ".join(table).split())
+    assert "median" not in " ".join(table)
