@@ -90,9 +90,14 @@ def test_an_app_that_is_stopped_and_goes_on_has_no_more_threads_and_leaves_the_t
     (pid,) = map(int, Path(of_child.format(shell)).read_text().split())
     threads = Path(f"/proc/{pid}/task")
     before = len(list(threads.iterdir()))
-    for _ in range(5):
+    sent = tmp_path / "bytes"
+    sent.touch()
+    app.keep(sent)
+    for turn in range(1, 6):
         os.kill(pid, signal.SIGSTOP)
         os.kill(pid, signal.SIGCONT)
+        # A key that comes while the threads are replaced may be lost: the screen is set up again after that.
+        until(lambda turn=turn: sent.read_bytes().count(b"\x1b[?1049h") >= turn)
         app.keys("?")
         app.until("Everywhere")
         app.keys("Escape")
