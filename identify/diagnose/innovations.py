@@ -33,7 +33,7 @@ from identify.estimators.readings import HEAVE, PITCH, ROLL
 from identify.estimators.scoring import slopes
 from identify.forces import asked_thrusts, evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import sampled_slowly
-from identify.ingest.rotation import attitude_at, euler_angles
+from identify.ingest.rotation import euler_angles, turned_on
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -385,17 +385,17 @@ def course_of(
     time_s, asked = at.time_s, _asked(dive, file, configuration)
     count = asked.value.shape[1]
     by_wrench = not tells_thrusters(dive, shape)
-    # One step earlier: an angle must not explain its own reading.
-    euler = _euler(dive, time_s - (time_s[1] - time_s[0]))
-    depth = dive.depth_by(file.vehicle.water)
+    euler = euler_ahead(dive.attitude, at)
+    # Depth grows and altitude shrinks with the heave velocity, nearly.
+    depth, altitude = dive.depth_by(file.vehicle.water), dive.altitude
     return Course(
         shape,
         time_s,
         at.nu,
         at.nu_dot,
         euler,
-        _at(depth, time_s),
-        _at(dive.altitude, time_s),
+        reading_ahead(depth, time_s, at.nu[:, HEAVE]),
+        reading_ahead(altitude, time_s, -at.nu[:, HEAVE]),
         _position(Motion(time_s, at.nu), euler),
         _mean_ahead(asked, time_s),
         np.full((len(time_s), count), np.nan)
@@ -440,12 +440,41 @@ def _at(signal: Signal | None, time_s: Array) -> Array:
     return np.full(len(time_s), np.nan) if signal is None or not len(signal) else signal.at(time_s)[:, 0]
 
 
-def _euler(dive: Dive, time_s: Array) -> Array:
-    """Roll and heading, continuous over full turns, and pitch, (n, 3); zeros without an attitude."""
-    if dive.attitude is None or not len(dive.attitude):
-        return np.zeros((len(time_s), 3))
-    roll, pitch, heading = euler_angles(attitude_at(dive.attitude, time_s))
+def reading_ahead(signal: Signal | None, time_s: Array, rate: Array) -> Array:
+    """A reading (n,) at uniform times, from the last one before each and the integral of its predicted `rate` (n,)."""
+    if signal is None or not (good := np.isfinite(signal.value[:, 0])).any():
+        return np.full(len(time_s), np.nan)
+    last = _last_before(signal.time_s[good], time_s)
+    return np.asarray(
+        signal.value[good, 0][last] + _since(signal.time_s[good][last], time_s, rate[:, None])[:, 0]
+    )
+
+
+def euler_ahead(attitude: Signal | None, at: Predicted) -> Array:
+    """Roll and heading, continuous over full turns, and pitch, (n, 3); zeros without an attitude.
+
+    From the last attitude before each time and the predicted turn since: an attitude between two readings knows the
+    disturbance that turned the hull between them.
+    """
+    if attitude is None or not len(attitude):
+        return np.zeros((len(at.time_s), 3))
+    last = _last_before(attitude.time_s, at.time_s)
+    turn = _since(attitude.time_s[last], at.time_s, at.nu[:, 3:])
+    roll, pitch, heading = euler_angles(turned_on(attitude.value[last], turn))
     return np.column_stack([np.unwrap(roll), pitch, np.unwrap(heading)])
+
+
+def _last_before(read_s: Array, time_s: Array) -> NDArray[np.intp]:
+    """The last of some readings before each time, (n,); the first where there is none."""
+    return np.maximum(np.searchsorted(read_s, time_s - APART_S, side="left") - 1, 0)
+
+
+def _since(start_s: Array, time_s: Array, rate: Array) -> Array:
+    """Integrals (n, k) of rates (n, k) at uniform times (n,), up to each of these; 0 before the start."""
+    motion = Motion(time_s, rate)
+    total = np.column_stack([motion.integral(column) for column in rate.T])
+    begun = np.column_stack([np.interp(start_s, time_s, column) for column in total.T])
+    return np.asarray((total - begun) * (start_s < time_s)[:, None])
 
 
 def _position(motion: Motion, euler: Array) -> Array:

@@ -75,6 +75,15 @@ def turned_by(turn: Array, vector: Array) -> Array:
     return result
 
 
+def turned_on(attitude: Array, turn: Array) -> Array:
+    """Attitudes (n, 4) turned on by rotation vectors (n, 3) in body axes, rad."""
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    w1, r1 = np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * turn
+    w0, r0 = attitude[:, :1], attitude[:, 1:]
+    w = w0 * w1 - (r0 * r1).sum(axis=1, keepdims=True)
+    return np.hstack([w, w0 * r1 + w1 * r0 + np.cross(r0, r1)])
+
+
 def to_body_turn(before: Array, after: Array) -> Array:
     """Rotation vectors (n, 3) in body axes, rad, that turn attitudes (n, 4) into others (n, 4) the shorter way."""
     w0, r0, w1, r1 = before[:, :1], before[:, 1:], after[:, :1], after[:, 1:]

@@ -15,7 +15,15 @@ from identify.diagnose.evidence import (
     pieces_of,
     products_of,
 )
-from identify.diagnose.innovations import autoregression_of, mean_before, predicted, value_before
+from identify.diagnose.innovations import (
+    Predicted,
+    autoregression_of,
+    euler_ahead,
+    mean_before,
+    predicted,
+    reading_ahead,
+    value_before,
+)
 from identify.diagnose.nominal import thinned
 from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
@@ -25,6 +33,7 @@ from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.motion import Motion
+from identify.ingest.rotation import quaternions_from_euler
 
 
 @pytest.fixture(scope="module")
@@ -148,6 +157,33 @@ def test_a_mean_up_to_a_time_is_the_same_whatever_comes_after_and_exact_for_stra
     later = np.where(time_s > 0.777, 100.0, line)
     assert mean_before(time_s, later, starts[1:2], ends[1:2]) == pytest.approx(3.0 - (0.677 + 0.777))
     assert value_before(time_s, later, ends[1:2]) == pytest.approx(3.0 - 2.0 * 0.777)
+
+
+def test_an_angle_between_two_readings_is_the_first_turned_on_at_the_predicted_rate():
+    time_s, read_s = np.arange(0.0, 2.0, 0.02), np.array([0.0, 0.5, 1.01])
+    nu = np.zeros((len(time_s), 6))
+    nu[:, 4] = 0.2
+    # The hull was pushed before the last reading, which nothing before it may know.
+    pitch = np.array([0.0, 0.1, 0.6])
+    attitude = Signal(read_s, quaternions_from_euler(0.3 * pitch, pitch, np.full(3, 2.0)))
+    roll, seen, heading = euler_ahead(attitude, Predicted(time_s, nu, np.zeros_like(nu))).T
+    before = (time_s > 0.5) & (time_s <= 1.0)
+    assert roll[time_s <= 0.5] == pytest.approx(0.0, abs=1e-12)
+    assert seen[time_s <= 0.5] == pytest.approx(0.2 * time_s[time_s <= 0.5], abs=1e-12)
+    assert seen[before] == pytest.approx(0.1 + 0.2 * (time_s[before] - 0.5), abs=1e-4)
+    assert heading[before] == pytest.approx(2.0, abs=0.005)
+    assert seen[time_s > 1.01][0] == pytest.approx(0.602, abs=1e-3)
+
+
+def test_a_depth_between_two_readings_is_the_first_and_the_predicted_way_down_since():
+    time_s = np.arange(0.0, 1.0, 0.02)
+    depth = Signal(np.array([0.1, 0.49, 0.71]), np.array([[2.0], [np.nan], [9.0]]))
+    ahead = reading_ahead(depth, time_s, np.full(len(time_s), 0.5))
+    np.testing.assert_allclose(ahead[time_s <= 0.1], 2.0)
+    until = (time_s > 0.1) & (time_s < 0.7)
+    np.testing.assert_allclose(ahead[until], 2.0 + 0.5 * (time_s[until] - 0.1))
+    np.testing.assert_allclose(ahead[time_s > 0.71], 9.0 + 0.5 * (time_s[time_s > 0.71] - 0.71))
+    assert np.isnan(reading_ahead(None, time_s, time_s)).all()
 
 
 class TestEvidence:
