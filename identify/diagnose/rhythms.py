@@ -275,7 +275,7 @@ def _count(long_s: float, runs_s: Runs) -> int:
 
 
 def _places(at_s: Array, long_s: float, runs_s: Runs) -> NDArray[np.intp]:
-    """Stretch (n,) of each time. What is left of the last run counts on; of another run, or between two, it is -1."""
+    """Stretch (n,) of each time. The remainder of a single run counts on; of several, as between two, it is -1."""
     if len(runs_s) == 1:
         return np.maximum((at_s - runs_s[0][0]) / long_s, 0.0).astype(np.intp)
     out, first = np.full(len(at_s), -1, dtype=np.intp), 0

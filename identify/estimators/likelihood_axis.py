@@ -150,7 +150,7 @@ class AxisLikelihood:
     def _scored_runs(
         self, theta: Array, points: Array, tables: Array, dofs: Sequence[int]
     ) -> Iterator[tuple[Array, Array]]:
-        """Gradient and information of each run by itself: what the filter knows ends with a run.
+        """Gradient and information of each run by itself, since the filter forgets all at its end.
 
         Of the linear parameters come its own trim, the other shapes and the log masses of `dofs`.
         """

@@ -1,6 +1,6 @@
 """Several runs of one vehicle as one dive: behind one another on one clock, each with a state and a trim of its own.
 
-What the runs share are masses, damping, thrust, delays and noise levels. Between two runs nothing is known of how the
+The runs share masses, damping, thrust, delays and noise levels. Between two runs nothing is known of how the
 vehicle moved (`Dive.breaks_s`), so each recursion begins anew.
 """
 
@@ -22,8 +22,8 @@ from identify.run.recordings import Reading
 from identify.words import listed, significant
 
 APART_S: Final = 3.0
-"""Least time between two runs on their common clock: half of it is longer than any delay that is tried, and than what a
-filter of forces or readings remembers."""
+"""Least time between two runs on their common clock: half of it is longer than any delay that is tried, and than the
+memory of a filter of forces or readings."""
 
 TICKS_HZ: Final = 50.0
 """Runs are moved by whole ticks, which are those of the grid of `identify.estimators.axes`: a run's forces are then the
