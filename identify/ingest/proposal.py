@@ -128,10 +128,17 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     """
     if run := run_column_in(streams):
         proposal = _of_single_run([longest_run(streams[0], run)], path)
-        columns = replace(proposal.columns, runs=RunColumn(run))
+        time, reason = _time_of_runs(streams[0], proposal)
+        columns = replace(proposal.columns, time=time, runs=RunColumn(run))
+        # Ranges are those of all runs; a rate is known within one.
+        shown = zip(profiles(streams, columns), proposal.profiles, strict=True)
         note = f"'{run}' changes where the clock starts anew, so it is taken for the number of the run."
         return replace(
-            proposal, columns=columns, profiles=profiles(streams, columns), notes=(note, *proposal.notes)
+            proposal,
+            columns=columns,
+            profiles=tuple(replace(whole, rate_hz=of_run.rate_hz) for whole, of_run in shown),
+            notes=(note, *proposal.notes),
+            time_reason=reason,
         )
     return _of_single_run(streams, path)
 
@@ -246,13 +253,24 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         return TimeColumn(column, unit), ""
     longest = max(values, key=len)
     if _is_time_of_day(longest):
-        return TimeColumn(
-            column, OF_DAY
-        ), f"'{column}' counts to 59 and on from 100, so it is the time of day."
+        return _of_day(column)
     unit, is_telling = time_unit_of(longest)
     return TimeColumn(
         column, unit
     ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
+
+
+def _time_of_runs(stream: Stream, of_longest: Proposal) -> tuple[TimeColumn, str]:
+    """As `_time`, of a table of several runs: a single one is too short to show that its clock counts minutes."""
+    time = of_longest.columns.time
+    cells = stream.columns.get(time.column)
+    if cells is not None and not time_unit(time.column)[1] and _is_time_of_day(cells):
+        return _of_day(time.column)
+    return time, of_longest.time_reason
+
+
+def _of_day(column: str) -> tuple[TimeColumn, str]:
+    return TimeColumn(column, OF_DAY), f"'{column}' counts to 59 and on from 100, so it is the time of day."
 
 
 def _is_time_of_day(time: Array) -> bool:

@@ -15,6 +15,9 @@ from identify.ingest.names import time_unit
 from identify.ingest.streams import Stream, Streams, some_of
 
 MOST_RUNS = 2000
+LEAP, OFTEN, MOST = 3.0, 0.99, 0.9
+"""A clock leaps by this many of the steps within a run (of which OFTEN are no longer), at MOST of the runs' starts."""
+
 FEWEST_ROWS = 10
 """Rows of a run, on average: a column with more values than that is a measurement."""
 
@@ -61,18 +64,18 @@ def labels(stream: Stream, column: str) -> NDArray[np.str_]:
 
 
 def run_column_in(streams: Sequence[Stream]) -> str:
-    """The column that names the runs of a single table: it changes where a clock starts anew, and nowhere else.
+    """The column that names the runs of a single table: a clock falls back or leaps where it takes a new value, and
+    never falls back elsewhere.
 
     Empty if there is none.
     """
     if len(streams) != 1:
         return ""
     (stream,) = streams
-    restarts = [
-        np.flatnonzero(np.diff(cells) < 0) for field, cells in stream.columns.items() if time_unit(field)[0]
-    ]
-    for rows, column in itertools.product(restarts, (*stream.columns, *stream.text)):
-        if len(rows) and not time_unit(column)[0] and _changes_at(stream, column, rows):
+    clocks = [cells for field, cells in stream.columns.items() if time_unit(field)[0]]
+    columns = [field for field in (*stream.columns, *stream.text) if not time_unit(field)[0]]
+    for clock, column in itertools.product(clocks, columns):
+        if (np.diff(clock) < 0).any() and _starts_anew(clock, stream, column):
             return column
     return ""
 
@@ -84,13 +87,17 @@ def longest_run(stream: Stream, column: str) -> Stream:
     return _some(stream, np.flatnonzero(words == values[np.argmax(counts)]))
 
 
-def _changes_at(stream: Stream, column: str, rows: NDArray[np.intp]) -> bool:
-    """Whether a column takes another value after each of these rows, and after no others, each time a new one."""
+def _starts_anew(clock: Array, stream: Stream, column: str) -> bool:
+    """Whether a clock (n,) starts anew where a column takes a new value, and nowhere else."""
     if column in stream.columns and not _whole(stream.columns[column]):
         return False
-    words = labels(stream, column)
+    words, steps = labels(stream, column), np.diff(clock)
     changes = np.flatnonzero(words[1:] != words[:-1])
-    return np.array_equal(changes, rows) and len(np.unique(words)) == len(rows) + 1
+    inside = np.delete(steps, changes)
+    if not len(changes) or len(np.unique(words)) != len(changes) + 1 or not len(inside) or (inside < 0).any():
+        return False
+    leaps = steps[changes] > LEAP * np.quantile(inside, OFTEN)
+    return bool(np.mean(leaps | (steps[changes] < 0)) >= MOST)
 
 
 def _whole(cells: Array) -> bool:

@@ -148,3 +148,17 @@ def test_an_import_of_a_table_says_how_many_runs_it_holds_and_files_it(folder, c
     assert cli.main([*map(str, words)]) == exit_codes.DONE
     assert "3 runs are one dive of 45 s" in " ".join(capsys.readouterr().out.split())
     assert [dive.name for dive in read_dives(folder / "made")] == [f"made run {k}" for k in (1, 2, 3)]
+
+
+def test_runs_in_any_order_of_the_day_are_known_by_where_the_clock_leaps(folder, capsys):
+    began = (202252, 162000, 201510)
+    lines = ["trial,time,u,T1"]
+    for seed, start in enumerate(began):
+        dive = closed_loop.dive(np.random.default_rng(seed), 15.0)
+        rows = zip(dive.velocity.time_s, dive.velocity.value[:, 0], dive.tau_cmd.value[:, 0], strict=True)
+        lines += [f"{seed},{start + int(t)},{u:.9g},{force:.9g}" for t, u, force in rows]
+    path = folder / "trials.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert cli.main(["import", str(path), "--map", "made.yaml"]) == exit_codes.DONE
+    assert "so it is taken for the number of the run" in " ".join(capsys.readouterr().out.split())
+    assert yaml.safe_load((folder / "made.yaml").read_text(encoding="utf-8"))["runs"] == {"column": "trial"}
