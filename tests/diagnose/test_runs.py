@@ -9,8 +9,10 @@ from fakes.planted import diagnosed, planted_nominal, quiet
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import Water
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.contradictions import contradictions
+from identify.checks.descent import descent
+from identify.checks.scales import within_runs
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.innovations import autoregressions_of
 from identify.diagnose.recording import refuse_short_runs
@@ -18,6 +20,7 @@ from identify.diagnose.regression import pieces_of, regression_of
 from identify.diagnose.rhythms import bursts
 from identify.diagnose.shrink import held_windows, stitched_windows
 from identify.diagnose.simulation import EACH, simulation_of, smoothed_angle
+from identify.dive import Dive, Signal
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.run.together import joined
@@ -144,16 +147,32 @@ def test_runs_that_are_all_too_short_are_refused():
         diagnose(joined(short), PLAIN.file, PLAIN.configuration, progress=quiet)
 
 
-def test_no_sensor_contradicts_another_across_a_break():
-    """The vehicle was carried up or down by two metres between two runs, which no velocity saw."""
-    dive = dive_of(PLAIN)
-    whole = contradictions(dive, PLAIN.file, PLAIN.configuration, ())
-    parts = []
-    for k, run in enumerate(runs_of(dive).runs):
-        part = dive.between(run.start_s - 3.0 * k, run.end_s - 3.0 * k)
-        pressure = replace(part.pressure, value=part.pressure.value + 2e4 * (-1.0) ** k)
-        parts.append(replace(part, name=f"{k}", sha256=f"{k}", pressure=pressure))
-    assert contradictions(joined(parts), PLAIN.file, PLAIN.configuration, ()) == whole == ()
+def test_a_window_that_holds_a_break_or_has_it_at_an_edge_compares_no_sensors():
+    edges_s = np.arange(0.0, 60.0, 10.0)
+    assert within_runs(edges_s, np.zeros(0)).all()
+    assert within_runs(edges_s, np.array([15.0])).tolist() == [True, False, True, True, True]
+    assert within_runs(edges_s, np.array([20.3]), 0.5).tolist() == [True, False, False, True, True]
+
+
+def test_depth_and_velocity_agree_though_the_vehicle_was_lifted_between_runs():
+    """Most windows hold a break, at which depth jumps."""
+    time_s = np.arange(0.0, 12.0, 0.1)
+    sinking = 0.3 * np.sin(0.5 * time_s)
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (120, 1))
+    runs = [
+        Dive(
+            f"{k}",
+            Path(f"{k}.tlog"),
+            f"{k}",
+            velocity=Signal(time_s, np.column_stack([np.zeros((120, 2)), sinking])),
+            attitude=Signal(time_s, level),
+            depth=Signal(time_s, (4.0 * (k % 3) + 0.6 * (1.0 - np.cos(0.5 * time_s)))[:, None]),
+        )
+        for k in range(30)
+    ]
+    scale = descent(joined(runs), Water())
+    assert scale is not None
+    assert scale.least == pytest.approx(1.0, abs=0.01)
 
 
 def test_every_degree_of_freedom_was_read_in_every_run(nominal):
