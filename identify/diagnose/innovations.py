@@ -96,13 +96,22 @@ def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
 
 def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregression:
     """Coefficients by the Yule-Walker equations of `innovations` (n,) at some rows; none for few rows."""
-    series = innovations[rows]
-    if len(series) < LEAST_ROWS:
-        return Autoregression(rows, np.zeros(0))
-    series = series - series.mean()
-    products = np.array([float(series[lag:] @ series[: len(series) - lag]) for lag in range(ORDER + 1)])
+    return autoregressions_of([rows], innovations)[0]
+
+
+def autoregressions_of(runs: Sequence[NDArray[np.intp]], innovations: Array) -> list[Autoregression]:
+    """As `autoregression_of`, for the rows of each run: with common coefficients, and no lag into the run before."""
+    count = sum(map(len, runs))
+    if count < LEAST_ROWS:
+        return [Autoregression(rows, np.zeros(0)) for rows in runs]
+    mean = sum(float(innovations[rows].sum()) for rows in runs) / count
+    products = np.zeros(ORDER + 1)
+    for rows in runs:
+        series = innovations[rows] - mean
+        products += [float(series[lag:] @ series[: max(len(series) - lag, 0)]) for lag in range(ORDER + 1)]
     table = products[np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))]
-    return Autoregression(rows, np.asarray(np.linalg.solve(table, products[1:])))
+    by_lag = np.asarray(np.linalg.solve(table, products[1:]))
+    return [Autoregression(rows, by_lag) for rows in runs]
 
 
 @dataclass(frozen=True)
@@ -136,7 +145,7 @@ def push_of(act: Act, course: Course) -> Push:
 @dataclass(frozen=True)
 class AxisInnovations:
     """An axis: its likelihood at `theta`, its filter's table and gains, its innovations with their standard
-    deviations, and an autoregression for each channel."""
+    deviations, and an autoregression for each channel in each run."""
 
     problem: AxisLikelihood
     theta: Array
@@ -192,7 +201,7 @@ class AxisInnovations:
         """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
         shows them."""
         time_s = self.problem.axis.time_s
-        before = np.concatenate([time_s[:1], time_s[:-1]])
+        before = self.problem.axis.before_s
         out = np.empty((len(self.std), len(forces)))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)
@@ -385,7 +394,7 @@ def course_of(
     time_s, asked = at.time_s, _asked(dive, file, configuration)
     count = asked.value.shape[1]
     by_wrench = not tells_thrusters(dive, shape)
-    euler = euler_ahead(dive.attitude, at)
+    euler = euler_ahead(dive.attitude, at, dive.breaks_s)
     # Depth grows and altitude shrinks with the heave velocity, nearly.
     depth, altitude = dive.depth_by(file.vehicle.water), dive.altitude
     return Course(
@@ -394,9 +403,9 @@ def course_of(
         at.nu,
         at.nu_dot,
         euler,
-        reading_ahead(depth, time_s, at.nu[:, HEAVE]),
-        reading_ahead(altitude, time_s, -at.nu[:, HEAVE]),
-        _position(Motion(time_s, at.nu), euler),
+        reading_ahead(depth, time_s, at.nu[:, HEAVE], dive.breaks_s),
+        reading_ahead(altitude, time_s, -at.nu[:, HEAVE], dive.breaks_s),
+        _position(Motion(time_s, at.nu), euler, dive.breaks_s),
         _mean_ahead(asked, time_s),
         np.full((len(time_s), count), np.nan)
         if by_wrench or dive.rpm is None
@@ -440,17 +449,17 @@ def _at(signal: Signal | None, time_s: Array) -> Array:
     return np.full(len(time_s), np.nan) if signal is None or not len(signal) else signal.at(time_s)[:, 0]
 
 
-def reading_ahead(signal: Signal | None, time_s: Array, rate: Array) -> Array:
+def reading_ahead(signal: Signal | None, time_s: Array, rate: Array, breaks_s: Array) -> Array:
     """A reading (n,) at uniform times, from the last one before each and the integral of its predicted `rate` (n,)."""
     if signal is None or not (good := np.isfinite(signal.value[:, 0])).any():
         return np.full(len(time_s), np.nan)
-    last = _last_before(signal.time_s[good], time_s)
+    last = _last_before(signal.time_s[good], time_s, breaks_s)
     return np.asarray(
         signal.value[good, 0][last] + _since(signal.time_s[good][last], time_s, rate[:, None])[:, 0]
     )
 
 
-def euler_ahead(attitude: Signal | None, at: Predicted) -> Array:
+def euler_ahead(attitude: Signal | None, at: Predicted, breaks_s: Array) -> Array:
     """Roll and heading, continuous over full turns, and pitch, (n, 3); zeros without an attitude.
 
     From the last attitude before each time and the predicted turn since: an attitude between two readings knows the
@@ -458,15 +467,17 @@ def euler_ahead(attitude: Signal | None, at: Predicted) -> Array:
     """
     if attitude is None or not len(attitude):
         return np.zeros((len(at.time_s), 3))
-    last = _last_before(attitude.time_s, at.time_s)
+    last = _last_before(attitude.time_s, at.time_s, breaks_s)
     turn = _since(attitude.time_s[last], at.time_s, at.nu[:, 3:])
     roll, pitch, heading = euler_angles(turned_on(attitude.value[last], turn))
     return np.column_stack([np.unwrap(roll), pitch, np.unwrap(heading)])
 
 
-def _last_before(read_s: Array, time_s: Array) -> NDArray[np.intp]:
-    """The last of some readings before each time, (n,); the first where there is none."""
-    return np.maximum(np.searchsorted(read_s, time_s - APART_S, side="left") - 1, 0)
+def _last_before(read_s: Array, time_s: Array, breaks_s: Array) -> NDArray[np.intp]:
+    """The last of some readings before each time, (n,); the first of its run where there is none."""
+    last = np.maximum(np.searchsorted(read_s, time_s - APART_S, side="left") - 1, 0)
+    of_earlier_run = np.searchsorted(breaks_s, read_s[last]) < np.searchsorted(breaks_s, time_s)
+    return np.asarray(np.minimum(last + of_earlier_run, len(read_s) - 1))
 
 
 def _since(start_s: Array, time_s: Array, rate: Array) -> Array:
@@ -477,8 +488,10 @@ def _since(start_s: Array, time_s: Array, rate: Array) -> Array:
     return np.asarray((total - begun) * (start_s < time_s)[:, None])
 
 
-def _position(motion: Motion, euler: Array) -> Array:
-    """North and east (n, 2) by dead reckoning from the beginning."""
+def _position(motion: Motion, euler: Array, breaks_s: Array) -> Array:
+    """North and east (n, 2) by dead reckoning from the beginning of each run."""
     u, v = motion.nu[:, 0], motion.nu[:, 1]
     cos, sin = np.cos(euler[:, 2]), np.sin(euler[:, 2])
-    return np.column_stack([motion.integral(u * cos - v * sin), motion.integral(u * sin + v * cos)])
+    way = np.column_stack([motion.integral(u * cos - v * sin), motion.integral(u * sin + v * cos)])
+    runs = np.split(way, np.searchsorted(motion.time_s, breaks_s))
+    return np.vstack([run - run[:1] for run in runs])

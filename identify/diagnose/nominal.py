@@ -183,7 +183,7 @@ def nominal_of(
         dive = dated_back(dive, *timing_s)
     else:
         dive = dated(dive, file, configuration)
-    built = _without_still(build_axes(thinned(dive), file, configuration), dive)
+    built = _axes_of(dive, file, configuration)
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
         raise FitError(
@@ -197,7 +197,7 @@ def nominal_of(
     )
     if late_s := late_samples_s(start):
         dive = with_later_commands(dive, late_s)
-        built = _without_still(build_axes(thinned(dive), file, configuration), dive)
+        built = _axes_of(dive, file, configuration)
         start = filters_of(built, shape)
     if (slow := _without_quick(start, built)) is not built:
         start, built = filters_of(slow, shape), slow
@@ -215,6 +215,8 @@ def nominal_of(
     mass, damping = coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
     course = replace(_known_course(course, joint, theta, ()), drift=motion.nu[:, :3])
+    if len(joint.runs_s) > 1:
+        course = replace(course, runs_s=joint.runs_s)
     seen = witnesses(dive, file, course)
     return Nominal(
         built,
@@ -294,6 +296,16 @@ def _braking_of(problem: AxisLikelihood, theta: Array) -> float:
     quadratic = problem.axis.quadratic + problem.quadratic(theta)
     usual = float(np.sqrt(np.average(problem.axis.speed**2, weights=problem.axis.step_s)))
     return float(np.exp(theta[DAMPING])) + 2.0 * quadratic * usual
+
+
+def _axes_of(dive: Dive, file: VehicleFile, configuration: str) -> Axes:
+    """The axes of a dive that are judged.
+
+    All its runs have one trim force in common: a steady push is a cause, and a trim of each run would pass for the slow
+    part of the disturbance.
+    """
+    built = build_axes(thinned(dive), file, configuration)
+    return _without_still(built, dive).with_common_trims()
 
 
 def _without_still(built: Axes, dive: Dive) -> Axes:
@@ -410,7 +422,7 @@ def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tup
 def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, near: Axis) -> AxisLikelihood:
     """An axis less the acts, at the speeds of a nearby fit."""
     axis = problem.axis
-    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    before = axis.before_s
     force, reading, quadratic = axis.force.copy(), problem.reading.copy(), axis.quadratic
     for act in acts:
         if act.quadratic is not None:
@@ -438,10 +450,10 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
 
     def along(k: int) -> None:
         axis, speed = problems[k].axis, problems[k].speed(theta[joint.places[k]])
-        nu[:, axis.dof] = np.interp(motion.time_s, axis.shown_s, speed)
+        nu[:, axis.dof] = motion.interpolated(axis.shown_s, speed)
 
     side_by_side(along, range(len(problems)))
-    return Motion(motion.time_s, nu)
+    return replace(motion, nu=nu)
 
 
 def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:

@@ -166,7 +166,7 @@ def test_an_angle_between_two_readings_is_the_first_turned_on_at_the_predicted_r
     # The hull was pushed before the last reading, which nothing before it may know.
     pitch = np.array([0.0, 0.1, 0.6])
     attitude = Signal(read_s, quaternions_from_euler(0.3 * pitch, pitch, np.full(3, 2.0)))
-    roll, seen, heading = euler_ahead(attitude, Predicted(time_s, nu, np.zeros_like(nu))).T
+    roll, seen, heading = euler_ahead(attitude, Predicted(time_s, nu, np.zeros_like(nu)), np.zeros(0)).T
     before = (time_s > 0.5) & (time_s <= 1.0)
     assert roll[time_s <= 0.5] == pytest.approx(0.0, abs=1e-12)
     assert seen[time_s <= 0.5] == pytest.approx(0.2 * time_s[time_s <= 0.5], abs=1e-12)
@@ -178,12 +178,15 @@ def test_an_angle_between_two_readings_is_the_first_turned_on_at_the_predicted_r
 def test_a_depth_between_two_readings_is_the_first_and_the_predicted_way_down_since():
     time_s = np.arange(0.0, 1.0, 0.02)
     depth = Signal(np.array([0.1, 0.49, 0.71]), np.array([[2.0], [np.nan], [9.0]]))
-    ahead = reading_ahead(depth, time_s, np.full(len(time_s), 0.5))
+    ahead = reading_ahead(depth, time_s, np.full(len(time_s), 0.5), np.zeros(0))
     np.testing.assert_allclose(ahead[time_s <= 0.1], 2.0)
     until = (time_s > 0.1) & (time_s < 0.7)
     np.testing.assert_allclose(ahead[until], 2.0 + 0.5 * (time_s[until] - 0.1))
     np.testing.assert_allclose(ahead[time_s > 0.71], 9.0 + 0.5 * (time_s[time_s > 0.71] - 0.71))
-    assert np.isnan(reading_ahead(None, time_s, time_s)).all()
+    assert np.isnan(reading_ahead(None, time_s, time_s, np.zeros(0))).all()
+    # In a run of its own, the time before its first reading has that reading.
+    run = reading_ahead(depth, time_s, np.full(len(time_s), 0.5), np.array([0.5]))
+    np.testing.assert_allclose(run[(time_s > 0.51) & (time_s < 0.7)], 9.0)
 
 
 class TestEvidence:

@@ -78,7 +78,7 @@ class Events:
             self.variance if variance is None else variance,
             sigma,
             MODEL["slow_error"],
-            INITIAL,
+            INITIAL[None],
             gate_sigma,
         )
 
@@ -157,7 +157,7 @@ def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
         events.variance,
         MODEL["sigma"],
         MODEL["slow_error"],
-        INITIAL,
+        INITIAL[None],
     )
     np.testing.assert_allclose(found, dense(events)[2], atol=5e-6)
 
@@ -181,7 +181,7 @@ def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance
         noise,
         MODEL["sigma"] * np.array([1.0, 1.0 + STEP, 1.0]),
         np.full(3, MODEL["slow_error"]),
-        np.array(INITIAL),
+        INITIAL,
     )
     e, s, _ = events.run()
     read = np.isfinite(e)
@@ -249,7 +249,7 @@ def test_the_likelihood_alone_is_that_of_all_innovations_and_of_a_mass_told_by_o
 
 def test_a_state_that_has_run_away_has_no_likelihood():
     one, *_ = problems()
-    away = replace(one, axis=replace(one.axis, initial=np.array([np.inf, 0.0, 1.0, 1.0])))
+    away = replace(one, axis=replace(one.axis, initial=np.array([[np.inf, 0.0, 1.0, 1.0]])))
     assert away.log_likelihood(away.prior_mean) == -np.inf
 
 
