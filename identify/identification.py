@@ -251,7 +251,7 @@ class Estimate:
     """One parameter: `value`, `std` and the 95 % interval in `unit`; the value is NaN if nothing can be said.
 
     `std`, `low95` and `high95` hold given the vehicle file's thrust, unless a force standard corrected it: these
-    compare dives of one vehicle. What is known of the vehicle itself is `with_thrust`, the interval that users read
+    compare dives of one vehicle. Knowledge of the vehicle itself is `with_thrust`, the interval that users read
     first.
 
     `reason` says why the parameter is not identifiable; empty if it is. `scale_std` is what the uncertainty of the
@@ -283,7 +283,7 @@ class Estimate:
 
     @property
     def with_thrust(self) -> Ends:
-        """The interval with what the thrust may be off by.
+        """The interval with the thrust's uncertainty.
 
         A common factor on the thrust adds to the logarithm of a total mass or damping. To an added mass, a difference,
         and to an interval that reaches zero, it adds as it is.

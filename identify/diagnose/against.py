@@ -373,7 +373,7 @@ def cause_lines(comparison: Against) -> tuple[str, ...]:
 
 
 def difference_lines(comparison: Against) -> tuple[str, ...]:
-    """Causes and numbers that differ, those first of which the real dive has most evidence; then what both have."""
+    """Causes and numbers that differ, those first of which the real dive has most evidence; causes of both come last."""
     lines_of = [*_weighed_causes(comparison), *_weighed_numbers(comparison)]
     return tuple(line for _, line in sorted(lines_of, key=lambda each: -each[0]))
 
@@ -418,7 +418,7 @@ def lines(comparison: Against) -> tuple[str, ...]:
 
 
 def further_lines(comparison: Against) -> tuple[str, ...]:
-    """What would make numbers differ, effects that the dive does not show, undetermined axes."""
+    """Causes that would make numbers differ, effects that the dive does not show, undetermined axes."""
     untold = (
         [
             f"In {listed(comparison.untold)} nothing is said of masses and dampings: one of the recordings "

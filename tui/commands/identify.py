@@ -177,7 +177,7 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
 
 
 def _row(parameter: Estimate, reasons: Sequence[str], priors: bool, given: bool) -> tuple[str, ...]:
-    """Value, interval with what the thrust may be off by, and if `given` the interval given the thrust."""
+    """Value, interval with the thrust's uncertainty, and if `given` the interval given the thrust."""
     values = (parameter.value, *parameter.with_thrust)
     ends = [show.number(end) for end in (parameter.low95, parameter.high95)]
     partner = parameter.partner if parameter.partner and parameter.partner.is_close else None

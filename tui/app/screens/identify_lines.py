@@ -46,7 +46,7 @@ COLUMNS: Final = "".join(
 class Value:
     """One parameter in `unit`, NaN if not identified, with its 95 % interval; `reason` says why it was not.
 
-    `given` is the interval given the vehicle file's thrust, the other holds what the thrust may be off by.
+    `given` is the interval given the vehicle file's thrust, the other holds the thrust's uncertainty.
     `accepted` is the value that the vehicle last accepted, NaN for none.
     """
 
