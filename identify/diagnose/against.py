@@ -373,7 +373,7 @@ def cause_lines(comparison: Against) -> tuple[str, ...]:
 
 
 def difference_lines(comparison: Against) -> tuple[str, ...]:
-    """Causes and numbers that differ, those first of which the real dive has most evidence; causes of both come last."""
+    """Causes and numbers that differ, by the real dive's evidence, strongest first; causes of both come last."""
     lines_of = [*_weighed_causes(comparison), *_weighed_numbers(comparison)]
     return tuple(line for _, line in sorted(lines_of, key=lambda each: -each[0]))
 

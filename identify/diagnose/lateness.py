@@ -1,4 +1,4 @@
-"""How late the thrust of a dive acts, beyond the vehicle file: by the causes found, and by the lateness that the fit still asks for.
+"""How late the thrust of a dive acts, beyond the vehicle file: by its causes and by the fit's residual lateness.
 
 Each axis tests its own thrust for lateness (`misfit.doubts_of`). The axes are averaged by their precision; where they
 disagree beyond their errors, the error of the mean grows by as much (Birge 1932).
