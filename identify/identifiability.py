@@ -60,7 +60,7 @@ def with_identifiability(answer: Identification) -> Identification:
         if not set(direction.weights) <= at_bound and _open(direction, answer)
     )
     scale = answer.thrust_scale
-    if scale is not None and not scale.in_intervals and answer.covariance_of:
+    if scale is not None and not scale.weighed and answer.covariance_of:
         moved = [name for name in answer.covariance_of if name not in answer.rest_on_righting]
         directions = (*directions, *((scale_direction(moved),) if moved else ()))
     return replace(

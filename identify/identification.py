@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,12 +179,13 @@ class ThrustScale:
     """How all masses and dampings together depend on the vehicle file's thrust.
 
     `shift` and `std` are relative: the correction of the thrust by a force standard, and its remaining uncertainty.
-    `in_intervals` says whether the intervals include this uncertainty.
+    `weighed`: a force standard corrected the thrust, so that the values hold the correction and `Estimate.std` the
+    remaining uncertainty. Else they hold given the thrust, and `Estimate.scale_std` stands beside them.
     """
 
     shift: float
     std: float
-    in_intervals: bool
+    weighed: bool
     sentence: str
 
     def to_json(self) -> dict[str, Any]:
@@ -238,9 +239,20 @@ class DragForce:
         return dict(vars(self))
 
 
+class Ends(NamedTuple):
+    """The ends of a 95 % interval."""
+
+    low95: float
+    high95: float
+
+
 @dataclass(frozen=True)
 class Estimate:
     """One parameter: `value`, `std` and the 95 % interval in `unit`; the value is NaN if nothing can be said.
+
+    `std`, `low95` and `high95` hold given the vehicle file's thrust, unless a force standard corrected it: these
+    compare dives of one vehicle. Knowledge of the vehicle itself is `with_thrust`, the interval that users read
+    first.
 
     `reason` says why the parameter is not identifiable; empty if it is. `scale_std` is what the uncertainty of the
     thrust scale would add to `std`, in `unit`; 0 if the interval includes it. `share_from_prior` is the share of the
@@ -270,6 +282,34 @@ class Estimate:
         return self.std / abs(self.value) if self.value else math.nan
 
     @property
+    def with_thrust(self) -> Ends:
+        """The interval with the thrust's uncertainty.
+
+        A common factor on the thrust adds to the logarithm of a total mass or damping. To an added mass, a difference,
+        and to an interval that reaches zero, it adds as it is.
+        """
+        if not self.scale_std > 0.0:
+            return Ends(self.low95, self.high95)
+        if self.name in OF_HULL and 0.0 < self.low95 <= self.value:
+            scale = Z95 * self.scale_std / self.value
+            below = math.hypot(math.log(self.value / self.low95), scale)
+            above = math.hypot(math.log(self.high95 / self.value), scale)
+            return Ends(self.value * math.exp(-below), self.value * math.exp(above))
+        scale = Z95 * self.scale_std
+        return Ends(
+            self.value - math.hypot(self.value - self.low95, scale),
+            self.value + math.hypot(self.high95 - self.value, scale),
+        )
+
+    @property
+    def at_thrust(self) -> Ends:
+        """The interval given the vehicle file's thrust, about the value with that thrust."""
+        if not self.given_thrust_std > 0.0 or math.isclose(self.given_thrust_std, self.std):
+            return Ends(self.low95, self.high95)
+        reach = Z95 * self.given_thrust_std / self.given_thrust
+        return Ends(self.given_thrust * math.exp(-reach), self.given_thrust * math.exp(reach))
+
+    @property
     def wider_std(self) -> float:
         """Relative standard error from the wider side of the interval: it decides whether the value may be used.
 
@@ -282,8 +322,17 @@ class Estimate:
         return max(below, above) / Z95 / abs(self.value) if self.value else math.nan
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data; NaN and infinity become null."""
-        data = {**vars(self), "relative_std": self.relative_std}
+        """Plain data, with the thrust's uncertainty in `std`, `low95` and `high95` and without it in `given_thrust_`;
+        NaN and infinity become null."""
+        std = math.hypot(self.std, self.scale_std) if self.scale_std > 0.0 else self.std
+        data = {
+            **vars(self),
+            **self.with_thrust._asdict(),
+            **{f"given_thrust_{end}": value for end, value in self.at_thrust._asdict().items()},
+            "given_thrust_std": self.given_thrust_std if math.isfinite(self.given_thrust_std) else self.std,
+            "std": std,
+            "relative_std": std / abs(self.value) if self.value else math.nan,
+        }
         data["partner"] = None if self.partner is None else dict(vars(self.partner))
         if not self.reason:
             del data["reason"]

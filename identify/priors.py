@@ -86,12 +86,12 @@ def relative_std(prior: Prior) -> float:
 def with_priors(answer: Identification, priors: Mapping[str, Prior], scale_std: float) -> Identification:
     """Return the identification joined with the priors, with the remaining thrust uncertainty and the priors' shares.
 
-    If no prior was weighed, the intervals hold given the vehicle file's thrust, and each estimate's `scale_std` gives
-    the rest. If a prior was weighed, the intervals include all remaining thrust uncertainty. A prior that conflicts
-    with the dive, or with the dive and the other priors together, is left out and reported as a doubt. A prior that
-    rests on this very dive (or on another copy of its recording), directly or through an identification that had such
-    a prior, is left out and named. A coefficient that the dive says nothing about takes its prior's value and stays
-    not identifiable.
+    If no prior was weighed, `std`, `low95` and `high95` hold given the vehicle file's thrust, and each estimate's
+    `scale_std` gives the rest. If a prior was weighed, the intervals include all remaining thrust uncertainty. A
+    prior that conflicts with the dive, or with the dive and the other priors together, is left out and reported as
+    a doubt. A prior that rests on this very dive (or on another copy of its recording), directly or through an
+    identification that had such a prior, is left out and named. A coefficient that the dive says nothing about
+    takes its prior's value and stays not identifiable.
     """
     marks = set(filter(None, map(dive_mark, (answer.dive_sha256, answer.dive_opening))))
     reused = [name for name, prior in priors.items() if marks.intersection(prior.dives)]
@@ -270,8 +270,9 @@ def _scale(answer: Identification, known: Known, weighed: bool, scale_std: float
         return None
     if not weighed:
         sentence = (
-            f"The intervals hold given the vehicle file's thrust, which is known to {100 * scale_std:.2g} % (one "
-            "standard deviation): were it 1 % stronger, every mass and damping that thrust weighs would be 1 % larger."
+            f"The intervals include what the vehicle file's thrust may be off by: it is known to {100 * scale_std:.2g} "
+            "% (one standard deviation), and were it 1 % stronger, every mass and damping that thrust weighs would be "
+            "1 % larger. Given that thrust, the narrower intervals hold; they compare dives of one vehicle."
         )
         return ThrustScale(0.0, scale_std, False, sentence)
     shift, std = float(known.mean[-1]), float(np.sqrt(known.covariance[-1, -1]))

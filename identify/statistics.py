@@ -31,6 +31,18 @@ def spread(value: Array) -> float:
     return bulk_std(value - np.median(value))
 
 
+def birge_mean(value: Array, covariance: Array) -> tuple[float, float]:
+    """Mean of values (n,) by generalised least squares, and its standard error.
+
+    Where the values disagree beyond their `covariance` (n, n), the error grows by as much (Birge 1932).
+    """
+    weight = np.linalg.solve(covariance, np.ones(len(value)))
+    mean = float(weight @ value / weight.sum())
+    off = value - mean
+    beyond = float(off @ np.linalg.solve(covariance, off)) / max(len(value) - 1, 1)
+    return mean, math.sqrt(max(beyond, 1.0) / float(weight.sum()))
+
+
 def left_of(columns: Array, value: Array) -> Array:
     """Residual of a value, (n,) or (n, k), after a least-squares fit of the columns of `columns`."""
     fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)

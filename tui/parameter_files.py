@@ -101,11 +101,14 @@ def _is_doubt(data: Any) -> bool:
     return isinstance(data, dict) and "sentence" in data and isinstance(data.get("about", []), list)
 
 
+NUMBERS = ("value", "low95", "high95", "given_thrust_low95", "given_thrust_high95")
+
+
 def _is_estimate(data: Any) -> bool:
     return (
         isinstance(data, dict)
         and isinstance(data.get("name"), str)
-        and all(data.get(key) is None or is_number(data[key]) for key in ("value", "low95", "high95"))
+        and all(data.get(key) is None or is_number(data[key]) for key in NUMBERS)
     )
 
 

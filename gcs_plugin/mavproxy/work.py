@@ -141,7 +141,9 @@ def identified_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     yield f"{answer['dive']['name']}: {answer['method']}, configuration {answer['configuration']}, {answer['outcome']}"
     for p in answer["parameters"]:
         if p["identifiable"]:
-            yield f"{p['name']} {p['value']:.4g} {p['unit']} (95 %: {p['low95']:.4g} to {p['high95']:.4g})"
+            low, high = p["given_thrust_low95"], p["given_thrust_high95"]
+            given = f"; given the thrust {low:.4g} to {high:.4g}" if low > p["low95"] else ""
+            yield f"{p['name']} {p['value']:.4g} {p['unit']} (95 %: {p['low95']:.4g} to {p['high95']:.4g}{given})"
     yield from dict.fromkeys(p["reason"] for p in answer["parameters"] if not p["identifiable"])
     yield from (f"warning: {doubt['sentence']}" for doubt in answer["doubts"])
     yield from (f"note: {note}" for note in answer["notes"])

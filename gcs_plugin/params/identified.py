@@ -23,6 +23,9 @@ OF_A_PRIOR: Final = "prior"
 class Estimate:
     """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None for what the dive did not tell.
 
+    The interval holds given the vehicle file's thrust, by which values are compared and act, unless a force standard
+    corrected the thrust.
+
     `reason` says why it is not identifiable.
     """
 
@@ -45,13 +48,15 @@ def estimates_in(identification: Mapping[str, Any]) -> list[Estimate]:
         raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
     if not all(isinstance(entry, dict) for entry in entries):
         raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
+    thrust = identification.get("thrust_scale") or {}
+    at = "" if thrust.get("weighed") else "given_thrust_"
     return [
         Estimate(
             str(entry.get("name")),
             str(entry.get("unit", "")),
             _number(entry, "value"),
-            _number(entry, "low95"),
-            _number(entry, "high95"),
+            _number(entry, f"{at}low95"),
+            _number(entry, f"{at}high95"),
             entry.get("identifiable") is True,
             str(entry.get("reason", "")),
         )

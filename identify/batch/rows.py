@@ -51,9 +51,14 @@ def clauses(doubts: Collection[Doubt], names: Collection[str]) -> dict[str, str]
 NAMES = (*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES)
 
 
+AT_THRUST = ("value", "given_thrust_std", "given_thrust_low95", "given_thrust_high95")
+"""Keys of an identification's JSON that hold given the vehicle file's thrust, which is the same in all dives."""
+
+
 @dataclass(frozen=True)
 class Value:
-    """An identified parameter with its standard error and 95 % interval, in the parameter's unit."""
+    """An identified parameter with its standard error and 95 % interval given the vehicle file's thrust, in the
+    parameter's unit."""
 
     value: float
     std: float
@@ -166,10 +171,10 @@ def _row(result: Result) -> Row:
         )
     identification = result.answer["identification"]
     values = {
-        p["name"]: Value(p["value"], p["std"], p["low95"], p["high95"])
+        p["name"]: Value(*(p[key] for key in AT_THRUST))
         for p in identification["parameters"]
-        if p["identifiable"] and p["name"] in NAMES and None not in (p["value"], p["std"], p["low95"], p["high95"])
-    }  # fmt: skip
+        if p["identifiable"] and p["name"] in NAMES and None not in [p[key] for key in AT_THRUST]
+    }
     return Row(
         result.dive,
         result.source,

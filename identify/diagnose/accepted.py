@@ -7,6 +7,7 @@ intervals by the coefficients' changes if the cause of a doubt were part of the 
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -233,6 +234,35 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
 def log_stds(causes: Sequence[Cause], now: Nominal) -> list[dict[int, float]]:
     """Standard errors of the logarithms of each axis's mass and drags, by their places in its part of theta, with the
     causes fitted too."""
+    covariance, at = _log_covariance(causes, now)
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return [
+        {k: float(std[at[place.start + k]]) for k in places_of_hull(problem).values()}
+        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+    ]
+
+
+def correlations_of(explanation: Explanation) -> dict[frozenset[str], float]:
+    """Correlations of the logarithms of the hull's coefficients, by pairs of names, with the causes fitted too."""
+    now = explanation.now
+    covariance, at = _log_covariance(explanation.causes, now)
+    of = {
+        name: at[place.start + k]
+        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+        for name, k in places_of_hull(problem).items()
+    }
+    std = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return {
+        frozenset((first, second)): float(
+            covariance[of[first], of[second]] / (std[of[first]] * std[of[second]])
+        )
+        for first, second in combinations(of, 2)
+    }
+
+
+def _log_covariance(causes: Sequence[Cause], now: Nominal) -> tuple[Array, dict[int, int]]:
+    """Covariance of the logarithms of the nominal parameters, with the causes fitted too, and the row of each place in
+    theta."""
     rows = regression_of(now.joint, now.theta, now.unheard)
     slopes = [
         cause.slope(now.course, p)
@@ -242,13 +272,8 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[dict[int, float]]:
     ]
     columns = rows.nuisance.beside(rows.blocks(slopes, now.course))
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
-    std = np.sqrt(np.maximum(np.diag(inverse(columns.square() + np.diag(known))), 0.0))
     kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
-    at = {place: float(std[i]) for i, place in enumerate(kept)}
-    return [
-        {k: at[place.start + k] for k in places_of_hull(problem).values()}
-        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-    ]
+    return inverse(columns.square() + np.diag(known)), {place: row for row, place in enumerate(kept)}
 
 
 def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:

@@ -1,7 +1,8 @@
-"""A real dive compared with a simulator's recording: effects and numbers that the simulator must change.
+"""A real dive compared with a simulator's recording: its thrust, effects and numbers that the simulator must change.
 
 Both recordings are diagnosed alike, each by its own commands, so these may differ. The gap is that of the simulator's
-own model, parameters and effects, along the real dive.
+own model, parameters and effects, along the real dive. The thrust is compared first, because other thrust makes all
+masses and drags come out otherwise; these are then compared at one thrust.
 """
 
 import math
@@ -17,21 +18,19 @@ from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.result import Diagnosis, Finding, Value, Verdict
 from identify.diagnose.result import plain as plain_diagnosis
 from identify.diagnose.shrink import CHANCE
+from identify.diagnose.thrust_ratio import LEAST_SHARE, SIGNIFICANT, ThrustRatio, thrust_ratio
 from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.statistics import Z95
-from identify.words import capital, listed, significant
+from identify.words import capital, fixed, listed, significant, with_interval
 
 DRIFT_S = 5.0
 """Horizon of the drift in the answer."""
 
-SIGNIFICANT = 3.0
-"""Standard errors of a significant difference, among some dozen that are compared."""
-
-LEAST_SHARE = 0.01
-"""Smaller relative differences are good enough, however precise."""
+THRUST = "thrust_gain"
+"""The effect that the ratio of the thrusts tells already, by degree of freedom."""
 
 LEAST_DRIFT = 1.2
 """Least drift of a degree of freedom, relative to that with the vehicle's own numbers, for its numbers to matter."""
@@ -42,7 +41,8 @@ class Difference:
     """A number that differs between simulator and vehicle.
 
     of: its effect, "" for the nominal model. probability: that this effect is present in both, 1 for the nominal
-    model.
+    model. thrust: ratio of the thrusts that is taken out of the vehicle's value. nats: evidence of the real dive
+    against the simulator's value.
     """
 
     of: str
@@ -50,6 +50,8 @@ class Difference:
     simulator: Value
     vehicle: Value
     probability: float = 1.0
+    thrust: float = 1.0
+    nats: float = 0.0
 
     @property
     def share(self) -> float:
@@ -62,9 +64,10 @@ class Against:
     """vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: the diagnosis of its own recording.
 
     lacks: effects to add. has: effects in both, with the lower of both probabilities. spare: the simulator's own
-    effects that the real dive does not show. differences: numbers to change. stories: causes that would explain
-    differences of masses and dampings. untold: degrees of freedom with undetermined numbers in either recording. All
-    may hold possible causes as well as likely causes.
+    effects that the real dive does not show. differences: numbers to change, strongest evidence first. stories: causes
+    that would explain differences of masses and dampings. untold: degrees of freedom with undetermined numbers in
+    either recording. All may hold possible causes as well as likely causes. thrust: the vehicle's over the
+    simulator's.
     """
 
     vehicle: Diagnosis
@@ -75,6 +78,7 @@ class Against:
     differences: tuple[Difference, ...]
     stories: tuple[Finding, ...]
     untold: tuple[str, ...]
+    thrust: ThrustRatio
 
     @property
     def causes(self) -> tuple[Finding, ...]:
@@ -92,9 +96,9 @@ class Against:
         """Verdict on the simulator's gap. Significant drift without a missing effect or a differing number is
         ambiguous."""
         if self.vehicle.verdict in ("partly", "unknown"):
-            has_cause = self.vehicle.verdict == "partly" and (self.causes or self.off)
+            has_cause = self.vehicle.verdict == "partly" and (self.causes or self.off or self.thrust.differs)
             return "partly" if has_cause else "unknown"
-        if self.causes or self.off:
+        if self.causes or self.off or self.thrust.differs:
             return "ambiguous" if any(cause.also for cause in self.causes) else "explained"
         return "no_gap" if self.vehicle.gap.before < 1.0 + CHANCE else "ambiguous"
 
@@ -134,8 +138,8 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     has = tuple(replace(mine, probability=min(mine.probability, its.probability)) for mine, its in pairs)
     shared = {id(its) for _, its in pairs}
     spare = tuple(its for its in simulator.findings if id(its) not in shared and its.cause.effect.lasting)
-    differences = [
-        Difference(mine.name, name, its.parameters[name], value, min(mine.probability, its.probability))
+    of_effects = [
+        _difference(mine.name, name, its.parameters[name], value, min(mine.probability, its.probability))
         for mine, its in pairs
         if its.name == mine.name and mine.cause.effect.lasting
         for name, value in mine.parameters.items()
@@ -143,23 +147,43 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     ]
     its, mine = simulator.numbers, vehicle.numbers
     costs = _costs(vehicle)
+    thrust = thrust_ratio(simulator, vehicle)
     nominal = [
-        Difference("", each.name, its[each.name], mine[each.name])
+        _difference("", each.name, its[each.name], at_its_thrust, 1.0, thrust.at(dof).value)
         for group in (MASSES, DAMPINGS, QUADRATICS)
         for dof, each in enumerate(group)
-        if each.name in its and each.name in mine and costs[dof] and differ(its[each.name], mine[each.name])
+        if each.name in its
+        and each.name in mine
+        and costs[dof]
+        and differ(its[each.name], at_its_thrust := _scaled(mine[each.name], thrust.at(dof)))
     ]
     untold = tuple(
         DOFS[dof]
         for dof in range(len(DOFS))
         if any(item.name not in its or item.name not in mine for item in (MASSES[dof], DAMPINGS[dof]))
     )
-    stories = (
-        tuple(finding for finding in vehicle.findings if finding.cause.effect.refit_absorbs)
-        if nominal
-        else ()
+    stories = tuple(
+        finding
+        for finding in vehicle.findings
+        if finding.cause.effect.refit_absorbs and (nominal or (thrust.differs and finding.name == THRUST))
     )
-    return Against(vehicle, simulator, lacks, has, spare, (*nominal, *differences), stories, untold)
+    differences = sorted((*nominal, *of_effects), key=lambda each: -each.nats)
+    return Against(vehicle, simulator, lacks, has, spare, tuple(differences), stories, untold, thrust)
+
+
+def _difference(
+    of: str, name: str, its: Value, mine: Value, probability: float, thrust: float = 1.0
+) -> Difference:
+    errors = Z95 * (its.value - mine.value) / max(_half_interval(mine, its), 1e-12 * abs(mine.value))
+    return Difference(of, name, its, mine, probability, thrust, 0.5 * errors**2)
+
+
+def _scaled(value: Value, by: Value) -> Value:
+    """A mass or drag times a ratio of thrusts; the ends of its interval hold the ratio's error."""
+    low = math.hypot(value.value - value.low95, value.value * (1.0 - by.low95 / by.value))
+    high = math.hypot(value.high95 - value.value, value.value * (by.high95 / by.value - 1.0))
+    middle = by.value * value.value
+    return Value(middle, value.unit, middle - by.value * low, middle + by.value * high)
 
 
 def plain(comparison: Against) -> dict[str, Any]:
@@ -181,6 +205,12 @@ def plain(comparison: Against) -> dict[str, Any]:
     ) | {
         "against": {
             "simulator": comparison.simulator.dive,
+            "thrust": {
+                "ratio": _plain_value(comparison.thrust.whole),
+                "by_axis": {dof: vars(value) for dof, value in comparison.thrust.by_axis.items()},
+                "later": _plain_value(comparison.thrust.later),
+                "differs": comparison.thrust.differs,
+            },
             "drift": {"before": gap.before, "after": after[0] if after else None, "floor": 1},
             **{key: [item.name for item in likely] for key, (likely, _) in halves.items()},
             "possible": {key: [item.name for item in possible] for key, (_, possible) in halves.items()},
@@ -191,12 +221,18 @@ def plain(comparison: Against) -> dict[str, Any]:
                     "simulator": vars(each.simulator),
                     "vehicle": vars(each.vehicle),
                     "probability": each.probability,
+                    "thrust_taken_out": each.thrust,
+                    "nats": each.nats,
                 }
                 for each in comparison.differences
             ],
             "untold": list(comparison.untold),
         }
     }
+
+
+def _plain_value(value: Value | None) -> dict[str, Any] | None:
+    return None if value is None else dict(vars(value))
 
 
 def differ(value: Value, other: Value) -> bool:
@@ -247,7 +283,7 @@ def verdict_sentence(comparison: Against) -> str:
 
 def _verdict(comparison: Against) -> str:
     gap = comparison.vehicle.gap
-    numbers = _number_words(comparison.off)
+    numbers = listed([*_thrust_words(comparison.thrust), *_number_words(comparison.off)])
     lacks, possible = wording.sorted_by_likelihood(comparison.lacks)
     may_lack = listed([_with_probability(item) for item in possible])
     where = wording.gap_sentence(gap, "the gap")
@@ -281,11 +317,90 @@ def _verdict(comparison: Against) -> str:
     return sentence
 
 
+def thrust_sentences(comparison: Against) -> tuple[str, ...]:
+    """The ratio of the thrusts, then the delay; nothing where a recording's thrust or velocity is of no known sign."""
+    if comparison.vehicle.first or comparison.simulator.first:
+        return ()
+    return (*_ratio_sentence(comparison.thrust), *_delay_sentence(comparison.thrust))
+
+
+def _ratio_sentence(thrust: ThrustRatio) -> tuple[str, ...]:
+    if thrust.whole is None:
+        return ()
+    axes = listed([f"{dof} {_with_interval(value)}" for dof, value in thrust.by_axis.items()])
+    whole = f"The vehicle's thrust is {_with_interval(thrust.whole)} of the simulator's"
+    if not thrust.differs:
+        whole = f"The vehicle's thrust is not told from the simulator's: {_with_interval(thrust.whole)} of it"
+    return (f"{whole}; by axis: {axes}.",)
+
+
+def _delay_sentence(thrust: ThrustRatio) -> tuple[str, ...]:
+    if thrust.later is None:
+        return ("How late the thrust comes, one of the recordings does not tell.",)
+    later = thrust.later
+    low, high = sorted(abs(end) for end in (later.low95, later.high95))
+    if not thrust.is_later:
+        return (
+            f"It comes no later than the simulator's: {_ms(later.value)} ms (95 %: {_ms(later.low95)} to "
+            f"{_ms(later.high95)}).",
+        )
+    way = "later" if later.value > 0 else "earlier"
+    return (
+        f"It comes {_ms(abs(later.value))} ms {way} than the simulator's (95 %: {_ms(low)} to {_ms(high)}).",
+    )
+
+
+def _with_interval(ratio: Value) -> str:
+    number, interval = with_interval(ratio.value, ratio.low95, ratio.high95)
+    return f"{number} (95 %: {interval})"
+
+
+def _ms(seconds: float) -> str:
+    return fixed(1e3 * seconds, 0)
+
+
+def _thrust_words(thrust: ThrustRatio) -> list[str]:
+    """`its thrust is 25 % too strong`; nothing where it is alike."""
+    if not thrust.differs or thrust.whole is None:
+        return []
+    off = 1.0 / thrust.whole.value - 1.0
+    return [f"its thrust is {wording.percent(abs(off))} too {'strong' if off > 0 else 'weak'}"]
+
+
 def cause_lines(comparison: Against) -> tuple[str, ...]:
     """The causes of the real dive, each marked if the simulator has it."""
+    return tuple(line for _, line in _weighed_causes(comparison))
+
+
+def difference_lines(comparison: Against) -> tuple[str, ...]:
+    """Causes and numbers that differ, by the real dive's evidence, strongest first; causes of both come last."""
+    lines_of = [*_weighed_causes(comparison), *_weighed_numbers(comparison)]
+    return tuple(line for _, line in sorted(lines_of, key=lambda each: -each[0]))
+
+
+def _weighed_causes(comparison: Against) -> list[tuple[float, str]]:
+    """Nats, 0 for a cause that the simulator has, and line of each cause; not the thrust's, nor a story of no number
+    that differs."""
     has = {item.cause.key: item.probability for item in comparison.has}
+    stories = {id(item) for item in comparison.stories}
     pairs = zip(comparison.vehicle.findings, wording.cause_lines(comparison.vehicle), strict=True)
-    return tuple(_already(has.get(finding.cause.key)) + line for finding, line in pairs)
+    return [
+        (
+            0.0 if finding.cause.key in has else finding.gain_nats,
+            _already(has.get(finding.cause.key)) + line,
+        )
+        for finding, line in pairs
+        if not finding.cause.effect.refit_absorbs
+        or (id(finding) in stories and not _is_thrust_told(comparison, finding))
+    ]
+
+
+def _is_thrust_told(comparison: Against, finding: Finding) -> bool:
+    return finding.name == THRUST and comparison.thrust.differs
+
+
+def _weighed_numbers(comparison: Against) -> list[tuple[float, str]]:
+    return [(each.nats, f"{capital(difference_sentence(each))}.") for each in comparison.differences]
 
 
 def _already(probability: float | None) -> str:
@@ -298,7 +413,12 @@ def _already(probability: float | None) -> str:
 
 
 def lines(comparison: Against) -> tuple[str, ...]:
-    """All further remarks: numbers to change, effects that the dive does not show, undetermined axes."""
+    """Numbers to change, then all further remarks."""
+    return (*(line for _, line in _weighed_numbers(comparison)), *further_lines(comparison))
+
+
+def further_lines(comparison: Against) -> tuple[str, ...]:
+    """Causes that would make numbers differ, effects that the dive does not show, undetermined axes."""
     untold = (
         [
             f"In {listed(comparison.untold)} nothing is said of masses and dampings: one of the recordings "
@@ -307,13 +427,8 @@ def lines(comparison: Against) -> tuple[str, ...]:
         if comparison.untold
         else []
     )
-    numbers = [f"{capital(difference_sentence(each))}." for each in comparison.differences]
-    return (
-        *numbers,
-        *map(_story_sentence, comparison.stories),
-        *map(_spare_sentence, comparison.spare),
-        *untold,
-    )
+    told_of = [finding for finding in comparison.stories if not _is_thrust_told(comparison, finding)]
+    return (*map(_story_sentence, told_of), *map(_spare_sentence, comparison.spare), *untold)
 
 
 def _story_sentence(finding: Finding) -> str:
@@ -344,9 +459,10 @@ def _with_probability(finding: Finding) -> str:
 def difference_sentence(difference: Difference) -> str:
     """`its M_u is 12 % too small: 105 kg, the vehicle's is 119 kg`."""
     unit = wording.unit_after(difference.vehicle.unit)
+    at_one_thrust = " at the simulator's thrust" if difference.thrust != 1.0 else ""
     return (
         f"{_error_words(difference)}: {significant(difference.simulator.value)}{unit}, the vehicle's is "
-        f"{significant(difference.vehicle.value)}{unit}"
+        f"{significant(difference.vehicle.value)}{unit}{at_one_thrust}"
     )
 
 
@@ -363,11 +479,11 @@ def _error_words(difference: Difference) -> str:
     return f"{whose} may be {off} ({probable})"
 
 
-def _number_words(differences: Sequence[Difference]) -> str:
+def _number_words(differences: Sequence[Difference]) -> list[str]:
     order = sorted(differences, key=lambda each: -abs(each.share))
     named = [_error_words(each) for each in order[:NAMED]]
     more = len(order) - NAMED
-    return listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
+    return [*named, f"{more} more of its numbers are off"] if more > 0 else named
 
 
 def _drift_clause(comparison: Against) -> str:

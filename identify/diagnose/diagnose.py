@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from identify.diagnose.accepted import beside_all, likely_accepted, log_stds
+from identify.diagnose.accepted import beside_all, correlations_of, likely_accepted, log_stds
 from identify.diagnose.changed import (
     Simulator,
     accepted_causes,
@@ -38,6 +38,7 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
+from identify.diagnose.lateness import lateness_of
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
@@ -250,6 +251,8 @@ def diagnose(
         ),
         mounted_otherwise(nominal.mirrored, nominal.swapped),
         held,
+        correlations_of(explanation),
+        lateness_of(causes, explanation.now),
     )
 
 

@@ -257,8 +257,9 @@ class Diagnosis:
 
     heldout: cross-validated shrink; check: shrink on a check dive; None if not asked for. tried: all candidates,
     strongest first. prediction: on the check dive; held: on held-out pieces. numbers: masses and dampings fitted
-    together with all causes, accepted or not. provisos: sentences after the verdict that limit it. first: sentences
-    before it that invalidate all.
+    together with all causes, accepted or not; correlation: of their logarithms, by pairs of names. late: how late the
+    thrust acts beyond the vehicle file, s, causes included; None if the dive doesn't tell. provisos: sentences after
+    the verdict that limit it. first: sentences before it that invalidate all.
     """
 
     dive: str
@@ -280,6 +281,8 @@ class Diagnosis:
     provisos: tuple[str, ...] = ()
     first: tuple[str, ...] = ()
     held: Prediction | None = None
+    correlation: Mapping[frozenset[str], float] = field(default_factory=dict)
+    late: Value | None = None
 
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:

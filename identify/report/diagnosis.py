@@ -8,10 +8,17 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording
-from identify.diagnose.against import Against, Difference, lines, verdict_sentence
+from identify.diagnose.against import (
+    Against,
+    Difference,
+    lines,
+    thrust_sentences,
+    verdict_sentence,
+)
 from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink, Value
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
+from identify.diagnose.thrust_ratio import ThrustRatio
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table
@@ -343,7 +350,7 @@ def against_report(comparison: Against) -> Report:
     return Report(
         f"{comparison.vehicle.vehicle}: {comparison.vehicle.dive} against the simulator's {comparison.simulator.dive}",
         subtitle(comparison.vehicle),
-        unbroken(verdict_sentence(comparison)),
+        unbroken(" ".join((*thrust_sentences(comparison), verdict_sentence(comparison)))),
         (
             _change(comparison),
             *sections(replace(comparison.vehicle, verdict=comparison.verdict)),
@@ -354,7 +361,11 @@ def against_report(comparison: Against) -> Report:
 
 def _change(comparison: Against) -> Section:
     """Changes to make in the simulator."""
-    rows = [*_lacking_rows(comparison), *(_row(difference) for difference in comparison.off)]
+    rows = [
+        *_thrust_rows(comparison.thrust),
+        *_lacking_rows(comparison),
+        *(_row(difference) for difference in comparison.off),
+    ]
     columns = ("What", "Simulator has", "Vehicle has", "95 % interval", "Unit", "Off by")
     table = (
         (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
@@ -362,6 +373,16 @@ def _change(comparison: Against) -> Section:
     possible = tuple(each for each in comparison.differences if each not in comparison.off)
     text = [HOW, *lines(replace(comparison, differences=possible))]
     return Section("What to change in the simulator", "\n\n".join(text), table)
+
+
+def _thrust_rows(thrust: ThrustRatio) -> list[tuple[str, ...]]:
+    """The ratio of the thrusts by degree of freedom, where it differs."""
+    if not thrust.differs:
+        return []
+    return [
+        (f"thrust in {dof}, ratio", "1", *_cells(value), _signed_percent(1.0 / value.value - 1.0))
+        for dof, value in thrust.by_axis.items()
+    ]
 
 
 def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
@@ -380,8 +401,14 @@ def _row(difference: Difference) -> tuple[str, ...]:
     name = difference.name
     if difference.of:
         name = f"{wording.words(difference.of)}, {wording.parameter(name)}"
-    share = f"{'+' if difference.share > 0 else '−'}{wording.percent(abs(difference.share))}"
+    if difference.thrust != 1.0:
+        name = f"{name}, at the simulator's thrust"
+    share = _signed_percent(difference.share)
     return name, _cells(difference.simulator)[0], *_cells(difference.vehicle), share
+
+
+def _signed_percent(share: float) -> str:
+    return f"{'+' if share > 0 else '−'}{wording.percent(abs(share))}"
 
 
 def _own(comparison: Against) -> Section:

@@ -67,7 +67,8 @@ def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float =
 
 
 def intervals(dive: str, estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
-    """A dot and a 95 % interval for each parameter, in per cent from the truth, or from the value without a truth.
+    """A dot and a 95 % interval given the thrust for each parameter, in per cent from the truth, or from the value
+    without a truth.
 
     An interval far longer than the others ends in an arrow at the edge, with its end as a number. None without
     intervals.
@@ -108,7 +109,7 @@ def intervals(dive: str, estimates: Sequence[Estimate], truth: Mapping[str, floa
     about = "each relative to its own value" if truth is None else "relative to the truth"
     return Figure(
         f"intervals {dive}",
-        f"Estimates and their 95 % intervals, {about}.{goes_on}",
+        f"Estimates and their 95 % intervals given the thrust, {about}.{goes_on}",
         stack([Panel(draw, 0.27 * len(names) + 0.5)]),
     )
 

@@ -43,15 +43,19 @@ SIGNAL_WORDS = {
 def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Table:
     """Value, interval and unit of each parameter, the truth if known, and why a parameter can't be identified.
 
-    Further columns: standard error, the parameter that it is most correlated with, and, if the vehicle file has
-    priors, the share of the answer that comes from them.
+    Where the thrust is not known exactly, the interval holds what it may be off by, and another column the interval
+    given the vehicle file's thrust; digits, standard error and truth are by that one. Further columns: standard
+    error, the parameter that it is most correlated with, and, if the vehicle file has priors, the share of the
+    answer that comes from them.
     """
     against = () if truth is None else ("Truth", "Truth is")
     priors = ("From prior",) if any(e.share_from_prior for e in estimates) else ()
+    given = ("Given the thrust",) if any(e.scale_std > 0 for e in estimates) else ()
     rows = []
     for e in estimates:
         known = e.identifiable or e.share_from_prior > 0
-        value, interval = with_interval(e.value, e.low95, e.high95) if known else (MISSING, MISSING)
+        value, narrow = with_interval(e.value, e.low95, e.high95) if known else (MISSING, MISSING)
+        interval = with_interval(e.value, *e.with_thrust)[1] if known else MISSING
         truth_cells = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
         share = f"{100 * e.share_from_prior:.0f} %" if e.share_from_prior else MISSING
@@ -62,6 +66,7 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
                 e.symbol,
                 value,
                 interval,
+                *((narrow,) if given else ()),
                 unit(e.unit),
                 *truth_cells,
                 *error_cells,
@@ -69,13 +74,17 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
             )
         )
     columns = (
-        "Parameter", "Value", "95 % interval", "Unit", *against, "Standard error", "Partner", *priors, "Meaning"
+        "Parameter", "Value", "95 % interval", *given, "Unit", *against, "Standard error", "Partner", *priors, "Meaning"
     )  # fmt: skip
+    by_thrust = (
+        " The 95 % interval holds what the vehicle file's thrust may be off by. Given that thrust, by which dives are "
+        "compared and by which the simulator's truth holds, it is the narrower one; the standard error is of that."
+    )
     return Table(
         columns,
         tuple(rows),
-        "Identified parameters, digits as their intervals allow. Partner: what each is most correlated with, where "
-        f"by more than {NEGLIGIBLE_CORRELATION:g}.",
+        f"Identified parameters, digits as their intervals allow.{by_thrust if given else ''} Partner: what each is "
+        f"most correlated with, where by more than {NEGLIGIBLE_CORRELATION:g}.",
     )
 
 

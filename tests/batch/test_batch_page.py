@@ -70,7 +70,8 @@ def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():
 
 
 def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_worst_where_that_is_not_told():
-    told = {"std": 1.0, "low95": 1.0, "high95": 3.0, "identifiable": True}
+    told = {"std": 5.0, "low95": 0.1, "high95": 9.0, "identifiable": True}
+    told |= {"given_thrust_std": 1.0, "given_thrust_low95": 1.0, "given_thrust_high95": 3.0}
     parameters = [{"name": name, "value": 2.0, **told} for name in ("M_u", "M_v", "D_u")]
     found = {
         "parameters": parameters, "configuration": "only", "outcome": "converged", "dive": {"duration_s": 60.0},
@@ -82,6 +83,7 @@ def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_w
     assert [row.dive for row in rows_of(results)] == ["2025-11-20", "one", "undated"]
     row = rows_of(results)[1]
     assert row.doubts == (WARNED,)
+    assert vars(row.values["M_u"]) == {"value": 2.0, "std": 1.0, "low95": 1.0, "high95": 3.0}
     assert set(replace(row, values={**row.values, "X_udot": row.values["M_u"]}).doubted) == {"M_u", "X_udot"}
     assert row.correlation[frozenset(("M_u", "M_v"))] == pytest.approx(0.6)
     assert row.correlation[frozenset(("M_u", "D_u"))] == 1.0

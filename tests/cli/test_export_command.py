@@ -32,8 +32,22 @@ BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
 
 def identified(path, **changed):
     parameters = [
-        {"name": "M_u", "value": 111.0, "std": 1.1, "low95": 109.0, "high95": 113.0, "identifiable": True},
-        {"name": "D_u", "value": 56.0, "std": 0.5, "low95": 55.0, "high95": 57.0, "identifiable": True},
+        {
+            "name": "M_u",
+            "value": 111.0,
+            "std": 1.1,
+            "given_thrust_low95": 109.0,
+            "given_thrust_high95": 113.0,
+            "identifiable": True,
+        },
+        {
+            "name": "D_u",
+            "value": 56.0,
+            "std": 0.5,
+            "given_thrust_low95": 55.0,
+            "given_thrust_high95": 57.0,
+            "identifiable": True,
+        },
         {"name": "M_w", "value": 999.0, "std": 500.0, "identifiable": False, "reason": "too little"},
         {"name": "X_udot", "value": 39.0, "std": 1.0, "identifiable": True},
     ]

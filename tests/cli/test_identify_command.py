@@ -3,7 +3,9 @@
 import contextlib
 import hashlib
 import json
+import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -299,3 +301,24 @@ def test_a_disagreement_of_two_methods_is_a_no_and_told_once_in_terminal_and_pag
     )
     assert capsys.readouterr().out.count("On M_u two methods disagree") == disagrees
     assert page.read_text(encoding="utf-8").count("On M_u two methods disagree") == disagrees
+
+
+def test_the_table_shows_the_interval_with_the_thrust_s_doubt_and_beside_it_the_one_given_the_thrust():
+    mass = replace(estimate("M_u", 100.0, 1.0, 98.06, 101.98), scale_std=10.0)
+    unknown = estimate("I_q", math.nan, math.nan, math.nan, math.nan, "pitch is hardly excited")
+    assert command._row(mass, [], False, True)[:6] == (
+        "M_u",
+        "100.0",
+        "82.12",
+        "121.8",
+        "98.06 to 102.0",
+        "kg",
+    )
+    assert command._row(unknown, [unknown.reason], False, True)[4] == "-"
+    assert command._row(replace(mass, scale_std=0.0), [], False, False)[:5] == (
+        "M_u",
+        "100.0",
+        "98.06",
+        "102.0",
+        "kg",
+    )

@@ -30,7 +30,7 @@ def vehicle(tmp_path):
     return path
 
 
-def identified(path, in_intervals=False, **changed):
+def identified(path, weighed=False, **changed):
     parameters: list[dict[str, object]] = [
         {"name": "M_u", "value": 111.0, "std": 1.11, "identifiable": True},
         {"name": "D_u", "value": 56.0, "std": 0.56, "identifiable": True},
@@ -39,14 +39,14 @@ def identified(path, in_intervals=False, **changed):
     ]
     for one in parameters:
         one |= {
-            "given_thrust": 0.9 * one["value"] if in_intervals else one["value"],
+            "given_thrust": 0.9 * one["value"] if weighed else one["value"],
             "given_thrust_std": one["std"],
         }
     data = {
         "method": "likelihood", "outcome": "converged", "configuration": "hovering", "parameters": parameters,
         "dive": {"name": "hovering-7", "sha256": "7" * 64, "date": "2026-11-20"},
         "vehicle": {"name": "ruvifist", "sha256": "0" * 64},
-        "thrust_scale": {"in_intervals": in_intervals},
+        "thrust_scale": {"weighed": weighed},
     }  # fmt: skip
     path.write_text(json.dumps(data | changed), encoding="utf-8")
     return path
@@ -129,7 +129,7 @@ def test_a_weighed_prior_stays(vehicle, tmp_path):
 
 
 def test_what_a_weighed_prior_made_of_the_thrust_is_taken_out(vehicle, tmp_path):
-    accept(identified(tmp_path / "a.json", in_intervals=True), vehicle)
+    accept(identified(tmp_path / "a.json", weighed=True), vehicle)
     assert priors(vehicle)["D_u"].rests_on == "thrust"
     assert priors(vehicle)["D_u"].value == pytest.approx(0.9 * 56.0)
 

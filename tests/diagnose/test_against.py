@@ -17,9 +17,11 @@ from identify.diagnose.against import (
     cause_lines,
     compared,
     differ,
+    difference_lines,
     difference_sentence,
     lines,
     plain,
+    thrust_sentences,
     verdict_sentence,
 )
 from identify.diagnose.candidates import Cause
@@ -166,6 +168,49 @@ def test_a_mass_that_is_off_is_told_in_per_cent_of_the_vehicle_s():
     assert difference_sentence(each) == ("its M_u is 12 % too small: 88.0 kg, the vehicle's is 100 kg")
     assert verdict_sentence(one).startswith(
         "Your simulator lacks no effect that this dive shows, but its M_u is 12 % too small; "
+    )
+
+
+STRONGER = {"M_u": 125.0, "D_u": 50.0, "M_v": 150.0, "D_v": 75.0, "M_w": 250.0, "D_w": 125.0}
+IN_HEAVE = {"M_w": 200.0, "D_w": 100.0}
+
+
+def test_masses_and_drags_that_other_thrust_explains_are_no_numbers_to_change():
+    one = compared(diagnosis(values=STRONGER), diagnosis(values=IN_HEAVE))
+    assert one.differences == ()
+    assert plain(one)["verdict"] == "explained"
+    assert verdict_sentence(one).startswith(
+        "Your simulator lacks no effect that this dive shows, but its thrust is 25 % too strong; "
+    )
+
+
+def test_a_number_that_other_thrust_does_not_explain_is_told_at_the_simulator_s_thrust():
+    one = compared(diagnosis(values=STRONGER | {"D_v": 150.0}), diagnosis(values=IN_HEAVE))
+    (each,) = one.differences
+    assert each.share == pytest.approx(-0.5, abs=0.01)
+    assert difference_sentence(each) == (
+        "its D_v is 50 % too small: 60.0 kg, the vehicle's is 120 kg at the simulator's thrust"
+    )
+    (data,) = plain(one)["against"]["differences"]
+    assert data["thrust_taken_out"] == pytest.approx(0.8, abs=0.005)
+
+
+def test_what_the_dive_has_most_evidence_of_is_told_first():
+    drag, lag = replace(found("quadratic_drag"), gain_nats=12.0), found("thruster_lag", size=2.0)
+    one = compared(diagnosis(drag, lag), diagnosis(found("thruster_lag"), values={"M_u": 88.0}))
+    starts = [line.split()[:2] for line in difference_lines(one)]
+    assert starts == [["Its", "thruster"], ["Its", "M_u"], ["Quadratic", "drag,"], ["Your", "simulator"]]
+    by_nats = [each.nats for each in one.differences]
+    assert by_nats == sorted(by_nats, reverse=True)
+    assert by_nats[-1] > drag.gain_nats
+
+
+def test_where_thrust_pushes_against_the_motion_nothing_is_told_of_thrust():
+    one = compared(replace(diagnosis(), first=("It goes the other way.",)), diagnosis())
+    assert one.thrust.whole is not None
+    assert thrust_sentences(one) == ()
+    assert thrust_sentences(compared(diagnosis(), diagnosis()))[0].startswith(
+        "The vehicle's thrust is not told from the simulator's: 1.0"
     )
 
 

@@ -117,8 +117,10 @@ def estimate(name, value, identifiable=True):
         "unit": "kg",
         "value": value,
         "identifiable": identifiable,
-        "low95": 1.0,
-        "high95": 2.0,
+        "low95": 0.5,
+        "given_thrust_low95": 1.0,
+        "high95": 4.0,
+        "given_thrust_high95": 2.0,
     }
 
 
@@ -158,6 +160,8 @@ def test_a_sidecar_says_where_the_values_came_from(tmp_path):
     }
     sidecar = sidecar_of(data, 0)
     assert sidecar.intervals == {"FF0_M_U": Interval("M_u", "kg", 1.0, 2.0)}
+    by_weight = sidecar_of({**data, "thrust_scale": {"shift": 0.1, "weighed": True}}, 0)
+    assert by_weight.intervals == {"FF0_M_U": Interval("M_u", "kg", 0.5, 4.0)}
     assert read_sidecar(path) is None
     assert write_sidecar(path, sidecar) == sidecar_path(path)
     assert read_sidecar(path) == sidecar

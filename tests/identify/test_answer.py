@@ -1,5 +1,6 @@
 """From a fit to an answer: outcomes, bounds, and directions that a dive can't resolve."""
 
+import math
 from dataclasses import replace
 
 import closed_loop
@@ -10,6 +11,7 @@ from fakes.planted import quiet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gcs_plugin.mavproxy.work import identified_lines
 from identify.dive import Signal
 from identify.estimators.answer import answered
 from identify.estimators.table import estimator
@@ -103,12 +105,19 @@ def test_the_json_has_what_each_parameter_hangs_on():
     relative = 1e-4 * np.array([[1.0, -0.5], [-0.5, 1.0]])
     data = judged(fitted.fit(SURGE, relative)).to_json()
     mass = data["parameters"][0]
-    assert mass["relative_std"] == pytest.approx(0.01)
+    # 1 % by the dive, 10 % by the thrust.
+    assert mass["relative_std"] == pytest.approx(math.hypot(0.01, 0.1))
+    assert mass["std"] == pytest.approx(100.0 * math.hypot(0.01, 0.1))
+    assert math.log(mass["high95"] / 100.0) == pytest.approx(1.96 * math.hypot(0.01, 0.1), rel=1e-3)
+    assert math.log(100.0 / mass["low95"]) == pytest.approx(1.96 * math.hypot(0.01, 0.1), rel=1e-3)
+    assert (mass["given_thrust"], mass["given_thrust_std"]) == pytest.approx((100.0, 1.0))
+    assert math.log(mass["given_thrust_high95"] / 100.0) == pytest.approx(1.96 * 0.01, rel=1e-3)
+    assert math.log(100.0 / mass["given_thrust_low95"]) == pytest.approx(1.96 * 0.01, rel=1e-3)
     assert mass["partner"] == {"name": "D_u", "correlation": pytest.approx(-0.5)}
     assert mass["share_from_prior"] == 0.0
     assert mass["scale_std"] == pytest.approx(10.0)
     assert data["parameters"][1]["partner"] is None
-    assert data["thrust_scale"]["in_intervals"] is False
+    assert data["thrust_scale"]["weighed"] is False
 
 
 def test_masses_by_an_autopilots_own_velocity_are_warned_of_and_those_by_a_dvl_are_not():
@@ -228,3 +237,10 @@ def test_thrust_scale_and_all_masses_and_dampings_are_told_as_one():
     assert set(direction.weights) == {"thrust_scale", "M_u", "D_u"}
     assert "weigh the vehicle, or hang 0.5 kg on it" in direction.sentence
     assert found.to_json()["null_directions"][0]["relative_std"] is None
+
+
+def test_a_line_of_the_console_has_both_intervals():
+    relative = 1e-4 * np.array([[1.0, -0.5], [-0.5, 1.0]])
+    data = judged(fitted.fit(SURGE, relative)).to_json()
+    lines = list(identified_lines(data))
+    assert lines[1] == "M_u 100 kg (95 %: 82.12 to 121.8; given the thrust 98.06 to 102)"

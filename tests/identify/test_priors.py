@@ -33,8 +33,34 @@ def test_intervals_hold_given_the_thrust_and_what_it_would_add_stands_beside_the
     found = answer(np.diag([1e-4, 4e-4]), scale_std=0.05)
     assert found["M_u"].scale_std == pytest.approx(5.0)
     assert found["X_udot"].scale_std == pytest.approx(5.0)
-    assert not found.thrust_scale.in_intervals
+    assert not found.thrust_scale.weighed
     assert "known to 5 %" in found.thrust_scale.sentence
+
+
+def test_the_first_interval_holds_what_the_thrust_may_be_off_by_and_another_does_not():
+    found = answer(np.diag([4e-4, 9e-4]), scale_std=0.05)
+    mass, added = found["M_u"], found["X_udot"]
+    assert np.log(np.array(mass.with_thrust) / 100.0) == pytest.approx([-0.1055, 0.1055], abs=1e-4)
+    assert mass.at_thrust == (mass.low95, mass.high95)
+    assert np.log(np.array(mass.at_thrust) / 100.0) == pytest.approx([-0.0392, 0.0392], abs=1e-4)
+    # Of 100 kg that thrust weighs, 5 % are 5 kg of whatever water is in them.
+    reach = np.hypot(added.high95 - added.value, 1.96 * 5.0)
+    assert added.with_thrust.high95 - added.value == pytest.approx(reach, rel=1e-3)
+    assert added.at_thrust == (added.low95, added.high95)
+
+
+def test_a_thrust_that_is_known_exactly_leaves_one_interval():
+    mass = answer(np.diag([4e-4, 9e-4]), scale_std=0.0)["M_u"]
+    assert mass.with_thrust == mass.at_thrust == (mass.low95, mass.high95)
+
+
+def test_beside_a_force_standard_the_interval_given_the_thrust_is_about_the_value_with_that_thrust():
+    mass = answer(np.diag([1e-4, 1e-4]), {"M_u": fitted.prior(105.0, 0.001)}, scale_std=0.1)["M_u"]
+    assert mass.value == pytest.approx(105.0, rel=1e-3)
+    assert mass.with_thrust == (mass.low95, mass.high95)
+    low, high = mass.at_thrust
+    assert np.sqrt(low * high) == pytest.approx(100.0, rel=1e-3)
+    assert np.log(high / low) == pytest.approx(2 * 1.96 * 0.01, rel=1e-2)
 
 
 def test_a_prior_on_the_thrust_itself_is_a_product_of_two_gaussians():
@@ -57,7 +83,7 @@ def test_a_prior_moves_what_the_dive_ties_to_it():
 def test_a_weighed_mass_tells_the_thrust_and_with_it_every_other_parameter():
     """The dive knows both to 0.1 % but for the thrust; the weighed mass says that the thrust is 5 % stronger."""
     found = answer(np.diag([1e-6, 1e-6]), {"M_u": fitted.prior(105.0, 0.001)}, scale_std=0.1)
-    assert found.thrust_scale.in_intervals
+    assert found.thrust_scale.weighed
     assert found.thrust_scale.shift == pytest.approx(0.05, abs=1e-4)
     assert found["D_u"].value == pytest.approx(52.5, rel=1e-3)
     assert found["D_u"].relative_std == pytest.approx(np.sqrt(1e-6 + 1e-6 + 1e-6), rel=1e-2)
@@ -119,7 +145,7 @@ def test_priors_that_each_fit_the_dive_but_not_each_other_are_all_left_out_and_d
     assert "contradict each other" in doubt.sentence
     assert "123 ± 0.49 kg (towed)" in doubt.sentence
     assert found["M_u"].value == pytest.approx(111.7)
-    assert not found.thrust_scale.in_intervals
+    assert not found.thrust_scale.weighed
 
 
 def test_priors_that_the_thrust_alone_moves_are_both_taken():
@@ -147,7 +173,7 @@ def test_a_weighed_moment_of_inertia_that_thrust_did_not_weigh_tells_no_thrust()
     fit = fitted.fit({"M_u": 100.0, "I_q": 12.0}, 1e-4 * np.eye(2), rest_on_righting=("I_q",))
     file = fitted.vehicle_file(0.1, priors={"I_q": fitted.prior(12.1, 0.01)})
     found = answered(fit, fitted.dive(), file)
-    assert not found.thrust_scale.in_intervals
+    assert not found.thrust_scale.weighed
     assert found["I_q"].value == pytest.approx(np.sqrt(12.0 * 12.1))
     assert found["M_u"].value == pytest.approx(100.0)
 
@@ -260,7 +286,7 @@ def test_a_prior_never_widens_what_the_dive_and_the_thrust_leave_open(
     relative = np.array([[stds[0] ** 2, tied], [tied, stds[1] ** 2]])
     prior = fitted.prior(100.0 * float(np.exp(off * width)), width, rests_on)
     found = answer(relative, {"M_u": prior})
-    thrust = 0.1 if found.thrust_scale.in_intervals else 0.0
+    thrust = 0.1 if found.thrust_scale.weighed else 0.0
     for name, std in zip(("M_u", "D_u"), stds, strict=True):
         assert found[name].relative_std <= np.hypot(std, thrust) * (1 + 1e-9)
     assert found["M_u"].relative_std <= width * (1 + 1e-9)

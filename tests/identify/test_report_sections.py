@@ -96,6 +96,19 @@ def shape() -> Configuration:
     )
 
 
+def test_beside_the_interval_with_the_thrust_s_doubt_stands_the_one_given_the_thrust():
+    mass = replace(MASS, scale_std=0.1 * MASS.value)
+    table = identification_section(identification(mass, INERTIA), {"M_u": 111.0}, None).tables[0]
+    assert table.columns[:4] == ("Parameter", "Value", "95 % interval", "Given the thrust")
+    assert table.rows[0][:4] == ("M_u", "111.9", "92 to 136", "110.5 to 113.3")
+    # A simulator's thrust is exact, so that its truth is judged by the narrow one.
+    outside = identification_section(identification(mass), {"M_u": 120.0}, None).tables[0]
+    assert "OUTSIDE" in outside.rows[0]
+    assert (
+        "Given the thrust" not in identification_section(identification(MASS), None, None).tables[0].columns
+    )
+
+
 def test_the_true_added_mass_is_the_true_total_less_the_rigid_body():
     added = [added_mass(total, shape()) for total in (MASS, UNKNOWN, INERTIA)]
     truth = {"M_u": 111.6, "I_q": 15.5, "I_r": 16.0}

@@ -27,7 +27,8 @@ def parameters(missing=("I_q",)):
     for c in COEFFICIENTS:
         value = VALUES[c.name]
         known = {"name": c.name, "unit": c.unit, "value": value, "identifiable": c.name not in missing}
-        interval = {"low95": 0.97 * value, "high95": 1.03 * value}
+        interval = {"low95": 0.82 * value, "high95": 1.21 * value}
+        interval |= {"given_thrust_low95": 0.97 * value, "given_thrust_high95": 1.03 * value}
         made.append(known | interval | ({"reason": REASON} if c.name in missing else {}))
     return made
 
@@ -40,7 +41,7 @@ def identified(**what):
         "configuration": "hovering",
         "dive": {"name": "2026-11-21T0352Z-hovering"},
         "null_directions": [],
-        "thrust_scale": {"sentence": "The intervals hold given the vehicle file's thrust."},
+        "thrust_scale": {"sentence": "The intervals include what the thrust may be off by."},
         "doubts": [],
         "notes": ["The DVL had no bottom lock in 1 % of its samples."],
         "comparison": {

@@ -212,11 +212,11 @@ def configuration_of_both(real: Dive, sim: Dive, file: VehicleFile) -> str:
 
 
 def tell_against(console: Console, comparison: Against) -> None:
-    """Print the verdict on a simulator, then all other sentences, indented."""
-    show.say(console, against.verdict_sentence(comparison))
+    """Print the thrust and the verdict on a simulator, then all other sentences, indented."""
+    show.say(console, *against.thrust_sentences(comparison), against.verdict_sentence(comparison))
     for line in (
-        *against.cause_lines(comparison),
-        *against.lines(comparison),
+        *against.difference_lines(comparison),
+        *against.further_lines(comparison),
         *(f"Where: {line}." for line in wording.where_lines(comparison.vehicle)),
         *wording.shrink_lines(comparison.vehicle),
         *wording.next_lines(comparison.vehicle),

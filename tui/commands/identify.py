@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     from identify.report.page import Report
 
 
-COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
+COLUMNS = ("name", "value", "low 95 %", "high 95 %")
+GIVEN_COLUMN = "given thrust"
+FURTHER_COLUMNS = ("unit", "std, %", "strongest partner")
 PRIOR_COLUMN = "prior, %"
 LAST_COLUMN = "identifiable"
 
@@ -151,8 +153,15 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
         show.say(console, f"{title}\n{reasons[0]}")
     else:
         priors = any(p.share_from_prior for p in answer.parameters)
-        columns = (*COLUMNS, *((PRIOR_COLUMN,) if priors else ()), LAST_COLUMN)
-        rows = [_row(parameter, reasons, priors) for parameter in answer.parameters]
+        given = any(p.scale_std > 0 for p in answer.parameters)
+        columns = (
+            *COLUMNS,
+            *((GIVEN_COLUMN,) if given else ()),
+            *FURTHER_COLUMNS,
+            *((PRIOR_COLUMN,) if priors else ()),
+            LAST_COLUMN,
+        )
+        rows = [_row(parameter, reasons, priors, given) for parameter in answer.parameters]
         numbers = ("value", "low 95 %", "high 95 %", "std, %", PRIOR_COLUMN)
         show.put(console, show.Table(title, columns, rows, numbers))
         for number, reason in enumerate(reasons, start=1):
@@ -190,12 +199,15 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
     show.say(console, *(f"note: {sentence}" for sentence in further_remarks(compared)))
 
 
-def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:
-    values = (parameter.value, parameter.low95, parameter.high95)
+def _row(parameter: Estimate, reasons: Sequence[str], priors: bool, given: bool) -> tuple[str, ...]:
+    """Value, interval with the thrust's uncertainty, and if `given` the interval given the thrust."""
+    values = (parameter.value, *parameter.with_thrust)
+    ends = [show.number(end) for end in (parameter.low95, parameter.high95)]
     partner = parameter.partner if parameter.partner and parameter.partner.is_close else None
     return (
         parameter.name,
         *(show.number(value) for value in values),
+        *((f"{ends[0]} to {ends[1]}" if parameter.identifiable else "-",) if given else ()),
         parameter.unit,
         show.number(100 * parameter.wider_std, 2),
         f"{partner.name} {partner.correlation:+.2f}" if partner else "-",

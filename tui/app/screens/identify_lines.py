@@ -34,13 +34,19 @@ BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
 WIDE: Final = 120  # cells from which four charts fit side by side
 AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
-COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
+COLUMNS: Final = "".join(
+    (
+        f"{'':7}{'value':>8}  {'95 % interval':<15}  {'given the thrust':<17}  ",
+        f"{'unit':<12}{'accepted':>8}{'change':>7}",
+    )
+)
 
 
 @dataclass(frozen=True)
 class Value:
     """One parameter in `unit`, NaN if not identified, with its 95 % interval; `reason` says why it was not.
 
+    `given` is the interval given the vehicle file's thrust, the other holds the thrust's uncertainty.
     `accepted` is the value that the vehicle last accepted, NaN for none.
     """
 
@@ -49,6 +55,7 @@ class Value:
     value: float
     low95: float
     high95: float
+    given: tuple[float, float]
     reason: str
     accepted: float = math.nan
 
@@ -59,8 +66,9 @@ class Value:
 
     @property
     def is_news(self) -> bool:
-        """Whether the last accepted value lies outside the interval."""
-        return not self.low95 <= self.accepted <= self.high95 and math.isfinite(self.accepted)
+        """Whether the last accepted value lies outside the interval given the thrust, which acts on both alike."""
+        low, high = self.given
+        return not low <= self.accepted <= high and math.isfinite(self.accepted)
 
 
 @dataclass(frozen=True)
@@ -162,13 +170,21 @@ def _parsed(
 
 
 def _value(data: Mapping[str, Any], accepted: Mapping[str, float]) -> Value:
-    numbers = (data["value"], data["low95"], data["high95"])
-    value, low, high = (
+    numbers = (data[key] for key in ("value", "low95", "high95", "given_thrust_low95", "given_thrust_high95"))
+    value, low, high, *given = (
         math.nan if number is None or not data["identifiable"] else float(number) for number in numbers
     )
     name = str(data["name"])
+    accepted_value = accepted.get(name, math.nan)
     return Value(
-        name, str(data["unit"]), value, low, high, data.get("reason", ""), accepted.get(name, math.nan)
+        name,
+        str(data["unit"]),
+        value,
+        low,
+        high,
+        (given[0], given[1]),
+        data.get("reason", ""),
+        accepted_value,
     )
 
 
@@ -387,12 +403,14 @@ def _outcome(shown: Identified) -> str:
 def _row(value: Value, reasons: Sequence[str]) -> Line:
     if not math.isfinite(value.value):
         why = f"no, see {1 + reasons.index(value.reason)}" if value.reason else "no"
-        return ((f"{value.name:<8}", "plain"), (f"{'--':>9}  ", "quiet"), (why, "warn"))
-    interval = f"{significant(value.low95)} … {significant(value.high95)}"
+        return ((f"{value.name:<7}", "plain"), (f"{'--':>8}  ", "quiet"), (why, "warn"))
+    interval = f"{significant(value.low95, 3)} … {significant(value.high95, 3)}"
+    given = " … ".join(map(significant, value.given))
     line: Line = (
-        (f"{value.name:<8}", "plain"),
-        (f"{significant(value.value):>9}", "strong"),
-        (f"  {interval:<19}  ", "reference"),
+        (f"{value.name:<7}", "plain"),
+        (f"{significant(value.value):>8}", "strong"),
+        (f"  {interval:<15}  ", "reference"),
+        (f"{given:<17}  ", "quiet"),
         (f"{value.unit:<12}", "quiet"),
     )
     if not math.isfinite(value.accepted):
@@ -400,8 +418,8 @@ def _row(value: Value, reasons: Sequence[str]) -> Line:
     role: Role = "warn" if value.is_news else "plain"
     return (
         *line,
-        (f"{significant(value.accepted):>10}", "plain"),
-        (f"{_signed(100 * value.change):>8} %", role),
+        (f"{significant(value.accepted):>8}", "plain"),
+        (f"{_signed(100 * value.change):>5} %", role),
     )
 
 
