@@ -42,10 +42,12 @@ UNITS: dict[str, dict[str, Scaled]] = {
         "dbar": ("bar", 0.1), "psi": ("psi", 1.0),
     },
     "depth": _LENGTH, "altitude": _LENGTH,
-    "pwm": {"us": ("us", 1.0), "usec": ("us", 1.0)},
+    "pwm": {
+        "us": ("us", 1.0), "usec": ("us", 1.0), "n": ("N", 1.0), "kgf": ("kgf", 1.0), "lbf": ("lbf", 1.0),
+    },
     "rpm": {"rpm": ("rpm", 1.0), "rev_s": ("rev/s", 1.0), "rps": ("rev/s", 1.0), "rad_s": ("rad/s", 1.0)},
     "voltage": {"v": ("V", 1.0), "volt": ("V", 1.0), "volts": ("V", 1.0), "mv": ("mV", 1.0)},
-    "tau_cmd": {"n": ("N", 1.0), "nm": ("N", 1.0), "kgf": ("kgf", 1.0), "lbf": ("lbf", 1.0)},
+    "tau_cmd": {"n": ("N", 1.0), "nm": ("N", 1.0), "n_m": ("N", 1.0), "kgf": ("kgf", 1.0), "lbf": ("lbf", 1.0)},
     "armed": {},
 }  # fmt: skip
 """By signal, the unit that a word at the end of a name means."""
@@ -84,7 +86,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("depth", r"(?:.*_)?(?:position|pos)_z|z", ""),
     ("rpm", r"(?:.*_)?(?:rpm|rps)_?(\d+)", ""),
     ("rpm", r"(?:.*_)?(?:esc|motor|thruster|prop|propeller)_?(\d+)(?:_.*)?_(?:rpm|speed|rps)", ""),
-    ("pwm", r"(?:.*_)?(?:pwm|servo|output|out|channels|control|esc|motor|thruster|actuator|act)_?(\d+)"
+    ("pwm", r"(?:.*_)?(?:pwm|servo|output|out|channels|control|effort|esc|motor|thruster|actuator|act)_?(\d+)"
             r"(?:_(?:raw|pwm|command|cmd|output))?", ""),
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
