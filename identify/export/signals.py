@@ -39,7 +39,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "armed": ("armed",),
     "gnss": ("latitude_deg", "longitude_deg", "speed_m_s", "course_rad"),
 }
-"""Fields by signal of a Dive, in the order of its columns; what a controller says has another name than a reading."""
+"""Fields by signal of a Dive, in the order of its columns; a controller's have other names than readings."""
 _BY_THRUSTER = {"pwm": "pwm_{}_us", "thrust_cmd": "thruster_{}_n", "effort": "effort_{}", "rpm": "rpm_{}"}
 _ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
 TOPICS = {
