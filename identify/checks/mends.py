@@ -298,7 +298,9 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
     velocity = readings(dive.velocity)
     fast = velocity is not None and np.quantile(np.abs(velocity.value), 0.95) > FASTEST_M_S
     by_pressure = _pressure_match(dive)
-    is_borne_out = by_pressure is not None and 1 / NEAR_UNIT < by_pressure.ratio < NEAR_UNIT
+    is_borne_out = dive.depth is None or (
+        by_pressure is not None and 1 / NEAR_UNIT < by_pressure.ratio < NEAR_UNIT
+    )
     signal = "velocity" if is_borne_out or (fast and unit > 1) else "depth"
     factors = (1 / unit,) * 3 if signal == "velocity" else (unit,)
     words = f"the unit of {_MEANT[signal]} is not as taken"

@@ -108,6 +108,11 @@ def test_a_depth_in_feet_is_found_by_heave_alone_and_a_velocity_in_feet_by_a_dep
     assert "the velocity is in ft/s" in mend.problem
 
 
+def test_a_velocity_in_feet_is_found_by_a_pressure_where_no_depth_is_recorded() -> None:
+    (mend,) = mends(without(changed("velocity", (1 / 0.3048,) * 3), "depth", "specific_force"))
+    assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.3048,) * 3))
+
+
 @pytest.mark.parametrize("factor", [1.0, 1e-4])
 def test_a_pressure_that_counts_from_the_surface_gets_the_airs(factor: float) -> None:
     right = dive()
