@@ -7,6 +7,7 @@ from pathlib import Path
 from bench import (
     accuracy,
     accuracy_trials,
+    bags,
     coverage,
     deepxde_surge,
     ladder,
@@ -58,6 +59,10 @@ def _speed(run: Run) -> str:
 
 def _reading(run: Run) -> str:
     return reading.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
+
+
+def _bags(run: Run) -> str:
+    return bags.page(run.cache / "bench")
 
 
 def _station(run: Run) -> str:
@@ -133,6 +138,7 @@ SECTIONS = {
     "accuracy": Measurement(_accuracy, _TRIALS),
     "speed": Measurement(_speed, speed.SOURCES),
     "reading": Measurement(_reading, reading.SOURCES),
+    "bags": Measurement(_bags, bags.SOURCES),
     "station": Measurement(_station, station.SOURCES),
     "thrift": Measurement(_thrift, thrift.SOURCES),
     "prediction": Measurement(_prediction, prediction.SOURCES),

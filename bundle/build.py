@@ -4,12 +4,14 @@ import hashlib
 import shutil
 import tarfile
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from bundle.complete import lacking
+from packaging.requirements import Requirement
+
+from bundle.complete import holds_on, lacking
 from bundle.targets import Target
 
 Pip = Callable[[Sequence[str]], str]
@@ -17,6 +19,8 @@ Pip = Callable[[Sequence[str]], str]
 OFFLINE: Final = Path(__file__).with_name("offline")
 ROUNDS: Final = 4
 PARTS: Final = ("bridge", "ground")
+PROJECT, READERS = "seatrial", "logs"
+"""The extra of all libraries that read recordings of other programs, which goes with the ground station."""
 
 
 class BundleError(Exception):
@@ -37,7 +41,7 @@ def build(
 ) -> Bundle:
     """Make `out`/seatrial-VERSION-offline.tar of the checkout `project`. Raises BundleError."""
     about = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    base, ground = about["dependencies"], about["optional-dependencies"]["ground"]
+    base, extras = about["dependencies"], about["optional-dependencies"]
     folder = out / f"seatrial-{about['version']}-offline"
     shutil.rmtree(folder, ignore_errors=True)
     folders = {part: folder / "wheels" / part for part in PARTS}
@@ -48,19 +52,42 @@ def build(
         raise BundleError(f"seatrial's own wheel could not be made: {trouble}")
     holds, left_out = [], []
     for target in targets:
-        for part, wanted in (("bridge", base), ("ground", [*base, *_without_cuda(ground, target)])):
-            say(f"{part}: {target.words} ...")
-            trouble = _fetch(folders[part], wanted, target, pip)
-            if trouble and part == "bridge":
-                raise BundleError(f"the bridge for {target.words}: {trouble}")
-            if trouble:
-                left_out.append(f"ground: {target.words}: {trouble}")
-            else:
-                holds.append((part, target))
+        say(f"bridge: {target.words} ...")
+        trouble = _fetch(folders["bridge"], base, target, pip)
+        if trouble:
+            raise BundleError(f"the bridge for {target.words}: {trouble}")
+        holds.append(("bridge", target))
+        ground = [*base, *_without_cuda(extra("ground", extras, target), target)]
+        # Fetched with the ground station, so that both agree on the versions of what they share.
+        for parts, wanted in (
+            (("ground", READERS), [*ground, *extra(READERS, extras, target)]),
+            (("ground",), ground),
+        ):
+            say(f"{' and '.join(parts)}: {target.words} ...")
+            trouble = _fetch(folders["ground"], wanted, target, pip)
+            if not trouble:
+                holds += [(part, target) for part in parts]
+                break
+            left_out.append(f"{parts[-1]}: {target.words}: {trouble}")
     for wheel in folders["bridge"].iterdir():
         (folders["ground"] / wheel.name).unlink(missing_ok=True)
     _furnish(folder, about["version"], holds, left_out)
     return Bundle(_packed(folder), tuple(holds), tuple(left_out))
+
+
+def extra(name: str, extras: Mapping[str, Sequence[str]], target: Target) -> list[str]:
+    """What an extra requires on a target, with the extras that it names."""
+    wanted: list[str] = []
+    for text in extras[name]:
+        requirement = Requirement(text)
+        if not holds_on(requirement, target):
+            continue
+        if requirement.name == PROJECT:
+            wanted += [each for inner in sorted(requirement.extras) for each in extra(inner, extras, target)]
+        else:
+            requirement.marker = None
+            wanted.append(str(requirement))
+    return list(dict.fromkeys(wanted))
 
 
 def _without_cuda(requirements: Sequence[str], target: Target) -> list[str]:

@@ -25,7 +25,7 @@ def lacking(folders: Iterable[Path], requirements: Iterable[str], target: Target
     missing: list[str] = []
     while asked:
         requirement = asked.pop()
-        if str(requirement) in seen or not _holds(requirement, target):
+        if str(requirement) in seen or not holds_on(requirement, target):
             continue
         seen.add(str(requirement))
         wheel = _best(requirement, wheels)
@@ -46,7 +46,8 @@ def _fits(wheel: Path, tags: frozenset[object]) -> bool:
     return not tags.isdisjoint(parse_wheel_filename(wheel.name)[3])
 
 
-def _holds(requirement: Requirement, target: Target) -> bool:
+def holds_on(requirement: Requirement, target: Target) -> bool:
+    """Whether a requirement is one on that target."""
     return requirement.marker is None or requirement.marker.evaluate(target.environment | {"extra": ""})
 
 

@@ -9,10 +9,11 @@ from typing import Any
 
 from bridge import exit_codes
 from bridge.exit_codes import UsageError
+from identify.ingest.candidates import Choice, Confidence
 from identify.ingest.map_text import map_text, uncertain
 from identify.ingest.open import read_streams
 from identify.ingest.profiles import Profile
-from identify.ingest.proposal import Choice, Confidence, Proposal, propose
+from identify.ingest.proposal import Proposal, propose
 from tui import show
 from tui.files import Files, check_new_file
 

@@ -473,7 +473,7 @@ def _ff(options: Options) -> None:
 
 
 @verb(
-    "write the identified model in the files of other simulators",
+    "write the identified model in the files of other simulators, or a dive for Foxglove and PlotJuggler",
     "seatrial export hovering.json --vehicle ruvifist --to gazebo --out hovering.sdf",
 )
 def _export(options: Options) -> None:
@@ -481,11 +481,19 @@ def _export(options: Options) -> None:
         "file",
         "MODEL",
         "the JSON of identify, the .param of diagnose --accept, or a vehicle file whose "
-        "configuration has a model",
+        "configuration has a model; with --to mcap a dive folder or a recording",
     )
-    options.value("--to", "TARGET", "the simulator: gazebo, stonefish or ardusub-json", required=True)
-    options.vehicle_file("the vehicle file, where MODEL is JSON or .param")
-    options.value("--out", "FILE", "the file (where not given, standard output)", type=Target)
+    options.value(
+        "--to",
+        "TARGET",
+        "the simulator: gazebo, stonefish or ardusub-json; or mcap, a dive's signals to plot",
+        required=True,
+    )
+    options.vehicle_file(
+        "the vehicle file, where MODEL is JSON or .param; of a dive, to add its model's velocities"
+    )
+    options.columns()
+    options.value("--out", "FILE", "the file (where not given, standard output; mcap needs one)", type=Target)
     options.despite_doubts()
     options.json("what did not fit in")
 

@@ -34,7 +34,10 @@ if [ "$part" = bridge ]; then
   what=seatrial
   set -- --find-links "$here/wheels/bridge"
 else
-  what='seatrial[ground]'
+  extras=ground
+  # The libraries that read recordings of other programs, where the bundle has them for this machine.
+  if grep -qx "logs $machine $version" "$here/holds.txt"; then extras=ground,logs; fi
+  what="seatrial[$extras]"
   set -- --find-links "$here/wheels/bridge" --find-links "$here/wheels/ground"
 fi
 PIP_CONFIG_FILE=/dev/null "$folder/bin/python" -m pip --disable-pip-version-check install --quiet --no-index "$@" "$what"

@@ -6,36 +6,38 @@ so that a sensor's bias and a steady drift do not matter.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.scales import edge_means, integral, whole
-from identify.dive import Array, Dive, Signal
-from identify.ingest.rotation import (
-    attitude_at,
-    euler_angles,
-    quaternions_from_euler,
-    to_body,
-    to_body_turn,
-    to_earth,
+from identify.checks.alike import (
+    CLEAR,
+    EDGE_S,
+    NEAR_UNIT,
+    NEARER_UNIT,
+    UNCLEAR,
+    WINDOW_S,
+    Match,
+    matched,
+    readings,
+    unit_factor,
+    window_edges,
 )
+from identify.checks.mend import Mend, mended, scaled
+from identify.checks.pushes import earth_mends, pushes_of, speed_mends
+from identify.checks.scales import edge_means, integral
+from identify.dive import Dive, Signal
+from identify.ingest.rotation import attitude_at, euler_angles, to_body_turn, to_earth
+from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
 
-WINDOW_S, EDGE_S = 0.5, 0.25
 RISE_S = 2.0
 """Length of a window in which a vehicle that holds its depth rises by more than a depth sensor's noise."""
 
-FEWEST_WINDOWS = 12
+LEAST_BETTER = 0.2
+"""By which correlation one frame is better than another."""
 
-CLEAR, UNCLEAR, LEAST_BETTER = 0.7, 0.4, 0.2
-"""Correlations from which two signals move alike, below which they don't, and by which one frame is better."""
-
-LEAST_TURN_RAD, LEAST_RISE_M, LEAST_TILT_M_S2, LEAST_PUSH_M_S2 = 2e-3, 5e-3, 0.05, 0.02
-"""Spread over windows below which noise may move a signal: of an angle, a depth, a tilt's share of gravity, an
-acceleration."""
+LEAST_TURN_RAD, LEAST_RISE_M, LEAST_TILT_M_S2 = 2e-3, 5e-3, 0.05
+"""Spread over windows below which noise may move a signal: of an angle, a depth, a tilt's share of gravity."""
 
 FLU = (1.0, -1.0, -1.0)
 """From forward, left, up, the axes of ROS, to forward, right, down."""
@@ -44,8 +46,22 @@ PASCALS_PER_METRE = 9900.0
 """Between fresh water and the sea."""
 
 DEGREES = 180.0 / math.pi
-NEAR_UNIT = 1.25
-"""Factor within which a ratio is that of two units."""
+LENGTHS = {
+    100.0: "centimetres", 1000.0: "millimetres", 1 / FOOT_M: "feet", 1 / INCH_M: "inches", 0.01: "", 0.001: "",
+    FOOT_M: "",
+}  # fmt: skip
+"""Ratios of a depth to its metres that are of a unit, and the unit of the column, if it is the depth's."""
+
+PRESSURES = {
+    theirs / ours: f"{unit} taken for {taken}"
+    for taken, ours in reversed(UNITS["pressure"].items())
+    for unit, theirs in reversed(UNITS["pressure"].items())
+    if theirs != ours and "mbar" not in (unit, taken)
+}
+"""Factors from a pressure in a wrong unit to the right, and an example of such units."""
+
+FITS_AIR = 0.5
+"""Part of the air's pressure within which depth and pressure agree in the absolute."""
 
 FASTEST_M_S = 4.0
 
@@ -59,79 +75,18 @@ _MEANT = {
 _AXES = "x", "y", "z"
 
 
-@dataclass(frozen=True)
-class Match:
-    """How alike two signals move: correlation, and spread of the first over that of the second, with its sign."""
-
-    correlation: float
-    ratio: float
-
-    @property
-    def words(self) -> str:
-        return f"correlation {self.correlation:.2f}, ratio {self.ratio:.3g}"
-
-
-@dataclass(frozen=True)
-class Mend:
-    """A likely mend of a signal: its columns in `order` (empty for as they are), then times `factors`.
-
-    signal: a field of Dive. factors: one per column; for the attitude, those of roll, pitch and yaw. problem: what is
-    wrong, by which evidence, as a sentence without its end. remedy: what changes in the column map, likewise.
-    """
-
-    signal: str
-    factors: tuple[float, ...]
-    problem: str
-    remedy: str
-    order: tuple[int, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        return f"{self.problem}; {self.remedy}."
-
-
 def mends(dive: Dive) -> tuple[Mend, ...]:
     """The mends after which a recording contradicts physics no more, as far as these checks see; each in turn."""
     made: list[Mend] = []
-    for check in (_gravity, _depth_below, _depth_by_pressure, _frames, _turns, _heave, _pushes):
+    checks = (
+        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _frames, _turns, earth_mends, speed_mends,
+        _heave, _pushes,
+    )  # fmt: skip
+    for check in checks:
         for mend in check(dive):
             dive = mended(dive, mend)
             made.append(mend)
     return tuple(made)
-
-
-def mended(dive: Dive, mend: Mend) -> Dive:
-    """The dive with a mend."""
-    signal: Signal = getattr(dive, mend.signal)
-    factors = np.array(mend.factors)
-    if mend.signal == "attitude":
-        angles = np.column_stack(euler_angles(signal.value)) * factors
-        value = quaternions_from_euler(*angles.T)
-    else:
-        value = signal.value[:, list(mend.order)] if mend.order else signal.value
-        value = value * factors
-    changed: dict[str, Any] = {mend.signal: Signal(signal.time_s, value)}
-    return replace(dive, **changed)
-
-
-def _read(signal: Signal | None) -> Signal | None:
-    """The finite readings of a signal, with zeros for axes that nothing read; None if fewer than two."""
-    if signal is None:
-        return None
-    unread = ~np.isfinite(signal.value).any(axis=0)
-    return whole(Signal(signal.time_s, np.where(unread, 0.0, signal.value)))
-
-
-def matched(seen: Array, said: Array, least: float) -> Match | None:
-    """How alike two series (n,) move; None if they are short, or if one moves less than `least`."""
-    known = np.isfinite(seen) & np.isfinite(said)
-    seen, said = seen[known], said[known]
-    if len(seen) < FEWEST_WINDOWS or min(float(np.std(seen)), float(np.std(said))) == 0.0:
-        return None
-    if max(float(np.std(seen)), float(np.std(said))) < least:
-        return None
-    correlation = float(np.corrcoef(seen, said)[0, 1])
-    return Match(correlation, math.copysign(float(np.std(seen) / np.std(said)), correlation))
 
 
 def agreeing(dive: Dive) -> set[str]:
@@ -158,14 +113,14 @@ def turn_match(dive: Dive) -> Match | None:
 
 def _gravity(dive: Dive) -> tuple[Mend, ...]:
     """Specific force whose size is gravity in another unit."""
-    force = _read(dive.specific_force)
+    force = readings(dive.specific_force)
     if force is None:
         return ()
     usual = float(np.median(np.linalg.norm(force.value, axis=1)))
     for unit, factor in (("g", GRAVITY_M_S2), ("mg", GRAVITY_M_S2 / 1000), ("m/s2", 1 / GRAVITY_M_S2)):
         if GRAVITY_M_S2 / NEAR_UNIT < usual * factor < GRAVITY_M_S2 * NEAR_UNIT and not _is_gravity(usual):
             problem = f"The accelerometer usually reads {usual:.3g} m/s2, and at rest 9.8 is right: its unit is {unit}"
-            return (_scaled("specific_force", (factor,) * 3, problem),)
+            return (scaled("specific_force", (factor,) * 3, problem),)
     return ()
 
 
@@ -175,14 +130,14 @@ def _is_gravity(size: float) -> bool:
 
 def _depth_below(dive: Dive) -> tuple[Mend, ...]:
     """Depths below zero."""
-    depth = _read(dive.depth)
+    depth = readings(dive.depth)
     if depth is None:
         return ()
     low, high = np.quantile(depth.value, (0.05, 0.95)).tolist()
     if not (np.median(depth.value) < 0 and -low > 3 * max(high, 0.0)):
         return ()
     problem = f"Most depths are below 0 (down to {low:.3g} m), so z points up"
-    return (_scaled("depth", (-1.0,), problem),)
+    return (scaled("depth", (-1.0,), problem),)
 
 
 def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
@@ -190,15 +145,46 @@ def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
     match = _pressure_match(dive)
     if match is None or abs(match.correlation) < CLEAR:
         return ()
-    factor = _unit_factor(match.ratio, (100.0, 1000.0, 0.01, 0.001, 1 / 0.3048, 0.3048))
+    factor = unit_factor(match.ratio, tuple(LENGTHS))
     if factor is None and match.ratio > 0:
         return ()
     mend = (factor or 1.0) if match.ratio > 0 else -(factor or 1.0)
     problem = (
         f"Depth changes by {match.ratio:.3g} times what pressure comes to (correlation {match.correlation:.2f}), so "
-        "its unit or sign is not as taken"
+        f"{_unit_words('its unit or sign is not as taken', LENGTHS, factor)}"
     )
-    return (_scaled("depth", (mend,), problem),)
+    return (scaled("depth", (mend,), problem),)
+
+
+def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
+    """Pressure in another unit, or from the surface, as depth tells by its changes and in the absolute."""
+    match, depth, pressure = _pressure_match(dive), readings(dive.depth), readings(dive.pressure)
+    if match is None or match.correlation < CLEAR or depth is None or pressure is None:
+        return ()
+    deep_m, over_pa = float(np.median(depth.value)), float(np.median(pressure.at(depth.time_s)))
+    as_it_is = over_pa - PASCALS_PER_METRE * deep_m / match.ratio
+    if abs(as_it_is - AIR_PA) < FITS_AIR * AIR_PA:
+        return ()
+    changes = f"Depth changes by {match.ratio:.3g} times what pressure comes to"
+    for factor, unit in {1.0: "", **PRESSURES}.items():
+        if not factor / NEARER_UNIT < match.ratio < factor * NEARER_UNIT:
+            continue
+        in_unit = f", as {unit}" if unit else ""
+        at_surface = factor * over_pa - PASCALS_PER_METRE * deep_m
+        if unit and abs(at_surface - AIR_PA) < FITS_AIR * AIR_PA:
+            return (scaled("pressure", (factor,), f"{changes}{in_unit}"),)
+        if abs(at_surface) < FITS_AIR * AIR_PA:
+            problem = f"{changes}{in_unit}, and it is 0 at the surface: it counts from the surface"
+            return (scaled("pressure", (factor,), problem, offset=AIR_PA),)
+    return ()
+
+
+def _unit_words(otherwise: str, units: dict[float, str], factor: float | None) -> str:
+    """What a factor says of a unit; `otherwise` where it is of none that has a name."""
+    name = next(
+        (unit for ratio, unit in units.items() if factor and unit and math.isclose(1 / factor, ratio)), ""
+    )
+    return f"it is in {name}" if name else otherwise
 
 
 def _frames(dive: Dive) -> tuple[Mend, ...]:
@@ -209,7 +195,7 @@ def _frames(dive: Dive) -> tuple[Mend, ...]:
     """
     frames: dict[str, bool] = {}
     proof: dict[str, str] = {}
-    force, table = _read(dive.specific_force), _turn_table(dive)
+    force, table = readings(dive.specific_force), _turn_table(dive)
     if force is not None and _is_gravity(abs(float(np.median(force.value[:, 2])))):
         up = float(np.median(force.value[:, 2]))
         frames["specific_force"] = up > 0
@@ -263,18 +249,7 @@ def _turned(name: str, proof: dict[str, str]) -> Mend:
     if name == "attitude":
         remedy = "multiply `scale` of `euler` by [1, -1, -1], of `quaternion` by [1, 1, -1, -1]"
         return Mend(name, FLU, problem, remedy)
-    return _scaled(name, FLU, problem)
-
-
-def _scaled(signal: str, factors: Sequence[float], problem: str, order: tuple[int, ...] = ()) -> Mend:
-    """A mend whose remedy is an order of the columns and a scale."""
-    steps = []
-    if order:
-        steps.append(f"give the columns of `{signal}` in the order {', '.join(str(k + 1) for k in order)}")
-    if any(factor != 1.0 for factor in factors):
-        listed = ", ".join(f"{factor:.5g}" for factor in factors)
-        steps.append(f"multiply `scale` of `{signal}` by [{listed}]")
-    return Mend(signal, tuple(factors), problem, " and ".join(steps), order)
+    return scaled(name, FLU, problem)
 
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:
@@ -289,7 +264,7 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
     for axis, match in clear.items():
         factors[axis] = math.copysign(1.0, match.ratio)
     ratios = [abs(match.ratio) for match in clear.values()]
-    unit = _unit_factor(float(np.median(ratios)), (DEGREES, 1 / DEGREES)) if ratios else None
+    unit = unit_factor(float(np.median(ratios)), (DEGREES, 1 / DEGREES)) if ratios else None
     # _unit_factor gives what mends the seen side; here the other side, the gyro, is mended.
     factors = [factor / (unit or 1.0) for factor in factors]
     if order == (0, 1, 2) and factors == [1.0, 1.0, 1.0]:
@@ -309,49 +284,42 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
     ]
     evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in clear.items())
     problem = f"The gyro contradicts how the attitude turns ({evidence}): {' and '.join(wrong)}"
-    return (_scaled("gyro", factors, problem, order if order != (0, 1, 2) else ()),)
+    return (scaled("gyro", factors, problem, order if order != (0, 1, 2) else ()),)
 
 
 def _heave(dive: Dive) -> tuple[Mend, ...]:
-    """Depth against the downward velocity: sign and unit."""
+    """Depth against the downward velocity: the unit of either."""
     match = _rise_match(dive)
     if match is None or abs(match.correlation) < CLEAR:
         return ()
-    unit = _unit_factor(abs(match.ratio), (100.0, 1000.0, 0.01, 0.001, 1 / 0.3048, 0.3048))
+    unit = unit_factor(abs(match.ratio), tuple(LENGTHS))
     if unit is None:
         return ()
-    velocity = _read(dive.velocity)
+    velocity = readings(dive.velocity)
     fast = velocity is not None and np.quantile(np.abs(velocity.value), 0.95) > FASTEST_M_S
-    signal = "velocity" if fast and unit > 1 else "depth"
+    by_pressure = _pressure_match(dive)
+    is_borne_out = dive.depth is None or (
+        by_pressure is not None and 1 / NEAR_UNIT < by_pressure.ratio < NEAR_UNIT
+    )
+    signal = "velocity" if is_borne_out or (fast and unit > 1) else "depth"
     factors = (1 / unit,) * 3 if signal == "velocity" else (unit,)
+    words = f"the unit of {_MEANT[signal]} is not as taken"
+    if signal == "depth":
+        words = _unit_words(words, LENGTHS, unit)
+    elif math.isclose(unit, 1 / FOOT_M):
+        words = "the velocity is in ft/s"
     problem = (
         f"Depth changes by {match.ratio:.3g} times what the downward velocity comes to (correlation "
-        f"{match.correlation:.2f}), so the unit of {_MEANT[signal]} is not as taken"
+        f"{match.correlation:.2f}), so {words}"
     )
-    return (_scaled(signal, factors, problem),)
+    return (scaled(signal, factors, problem),)
 
 
 def _pushes(dive: Dive) -> tuple[Mend, ...]:
-    """The velocity's change along x and y against the accelerometer, less gravity and turning."""
-    force, velocity = _read(dive.specific_force), _read(dive.velocity)
-    gyro, attitude = _read(dive.gyro), _read(dive.attitude)
-    if force is None or velocity is None or gyro is None or attitude is None:
-        return ()
-    edges_s = _edges((force, velocity, attitude))
-    if edges_s is None:
-        return ()
-    middle_s = 0.5 * (edges_s[1:] + edges_s[:-1])
-    gravity = to_body(attitude_at(attitude, middle_s), np.tile((0.0, 0.0, GRAVITY_M_S2), (len(middle_s), 1)))
-    said = np.diff(
-        np.column_stack([integral(force.time_s, force.value[:, k], edges_s) for k in range(3)]), axis=0
-    )
-    turning = np.cross(gyro.at(middle_s), velocity.at(middle_s))
-    at_edges = edge_means(velocity.time_s, velocity.value, edges_s, EDGE_S)
-    # The turning of an axis holds the other velocities alone, so it does not hide the sign of its own.
-    moved = np.diff(at_edges, axis=0) / WINDOW_S
-    push = said / WINDOW_S + gravity - turning
-    found = [matched(moved[:, axis], push[:, axis], LEAST_PUSH_M_S2) for axis in (0, 1)]
-    wrong = {axis: m for axis, m in enumerate(found) if m is not None and m.correlation < -CLEAR}
+    """The velocity's change along x and y against the accelerometer: its signs."""
+    pushes = pushes_of(dive)
+    compared = pushes.by_sign() if pushes else ()
+    wrong = {axis: m for axis, m in enumerate(compared) if m is not None and m.correlation < -CLEAR}
     if not wrong:
         return ()
     factors = tuple(-1.0 if axis in wrong else 1.0 for axis in range(3))
@@ -363,13 +331,13 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
         f"The velocity changes against the accelerometer ({evidence}), so its sign along "
         f"{' and '.join(_AXES[axis] for axis in wrong)} is turned round"
     )
-    return (_scaled("velocity", factors, problem),)
+    return (scaled("velocity", factors, problem),)
 
 
 def _turn_table(dive: Dive) -> tuple[tuple[Match | None, ...], ...] | None:
     """By axis of the attitude's turning and by axis of the gyro, how alike they move over windows."""
-    attitude, gyro = _read(dive.attitude), _read(dive.gyro)
-    edges_s = _edges((attitude, gyro)) if attitude is not None and gyro is not None else None
+    attitude, gyro = readings(dive.attitude), readings(dive.gyro)
+    edges_s = window_edges((attitude, gyro)) if attitude is not None and gyro is not None else None
     if attitude is None or gyro is None or edges_s is None:
         return None
     at_edges = attitude_at(attitude, edges_s)
@@ -416,8 +384,8 @@ def _order(table: tuple[tuple[Match | None, ...], ...]) -> tuple[int, int, int]:
 
 def _tilt_match(dive: Dive) -> Match | None:
     """Gravity along x, by the accelerometer, against pitch; both as means over windows."""
-    force, attitude = _read(dive.specific_force), _read(dive.attitude)
-    edges_s = _edges((force, attitude)) if force is not None and attitude is not None else None
+    force, attitude = readings(dive.specific_force), readings(dive.attitude)
+    edges_s = window_edges((force, attitude)) if force is not None and attitude is not None else None
     if force is None or attitude is None or edges_s is None:
         return None
     said = np.diff(integral(force.time_s, force.value[:, 0], edges_s)) / WINDOW_S
@@ -427,7 +395,7 @@ def _tilt_match(dive: Dive) -> Match | None:
 
 def _pressure_match(dive: Dive) -> Match | None:
     """Depth against pressure as a depth."""
-    depth, pressure = _read(dive.depth), _read(dive.pressure)
+    depth, pressure = readings(dive.depth), readings(dive.pressure)
     if depth is None or pressure is None:
         return None
     by_pressure = pressure.at(depth.time_s)[:, 0] / PASCALS_PER_METRE
@@ -436,12 +404,12 @@ def _pressure_match(dive: Dive) -> Match | None:
 
 def _rise_match(dive: Dive) -> Match | None:
     """Change of depth over windows against the downward velocity, turned by the attitude if there is one."""
-    depth, velocity, attitude = _read(dive.depth), _read(dive.velocity), _read(dive.attitude)
+    depth, velocity, attitude = readings(dive.depth), readings(dive.velocity), readings(dive.attitude)
     if depth is None and dive.pressure is not None:
-        depth = _read(Signal(dive.pressure.time_s, dive.pressure.value / PASCALS_PER_METRE))
+        depth = readings(Signal(dive.pressure.time_s, dive.pressure.value / PASCALS_PER_METRE))
     if depth is None or velocity is None:
         return None
-    edges_s = _edges((depth, velocity), RISE_S)
+    edges_s = window_edges((depth, velocity), RISE_S)
     if edges_s is None:
         return None
     down = velocity.value[:, 2]
@@ -449,23 +417,3 @@ def _rise_match(dive: Dive) -> Match | None:
         down = to_earth(attitude_at(attitude, velocity.time_s), velocity.value)[:, 2]
     fallen = np.diff(edge_means(depth.time_s, depth.value, edges_s, EDGE_S)[:, 0])
     return matched(fallen, np.diff(integral(velocity.time_s, down, edges_s)), LEAST_RISE_M)
-
-
-def _edges(signals: tuple[Signal, ...], longest_s: float = WINDOW_S) -> Array | None:
-    """Edges of windows over the time that all signals have, each up to `longest_s`; None if that is short."""
-    start_s = max(float(signal.time_s[0]) for signal in signals)
-    end_s = min(float(signal.time_s[-1]) for signal in signals)
-    if end_s - start_s < FEWEST_WINDOWS * WINDOW_S:
-        return None
-    window_s = float(np.clip((end_s - start_s) / FEWEST_WINDOWS, WINDOW_S, longest_s))
-    # A little more, so that the end of a whole number of windows is none short of it.
-    count = int((end_s - start_s) / window_s + 1e-9)
-    return start_s + window_s * np.arange(count + 1, dtype=np.float64)
-
-
-def _unit_factor(ratio: float, ratios: tuple[float, ...]) -> float | None:
-    """What the seen side must be multiplied by if its ratio is that of two units; None if it is of none."""
-    for unit in ratios:
-        if unit / NEAR_UNIT < abs(ratio) < unit * NEAR_UNIT:
-            return 1.0 / unit
-    return None

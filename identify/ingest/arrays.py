@@ -2,7 +2,7 @@
 
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,46 +45,51 @@ def _loaded(file: Any, name: str) -> Any:
         raise
 
 
-def streams_of(tree: Tree, path: Path) -> Streams:
+def streams_of(tree: Tree, path: Path, more: Sequence[Stream] = (), unread: Sequence[str] = ()) -> Streams:
     """Streams of arrays (n,), (n, k) or (k, n), k up to 16, whose longer side is time.
 
     If all are of one length, they are the columns of a single table. Otherwise each struct whose arrays have one length
     is a stream with the struct's name, and arrays of the same length in the same struct are a stream `NAME.length100`.
-    The k columns of an array are `NAME.0`, `NAME.1` and so on. Numbers that stand alone are left out. Raises LogError
-    if there are no arrays of numbers.
+    The k columns of an array are `NAME.0`, `NAME.1` and so on. Numbers that stand alone are left out. `more`: streams
+    that were read otherwise. `unread`: names of further variables that were left out. Raises LogError if there are no
+    arrays of numbers.
     """
     left_out: list[str] = []
     leaves = dict(_leaves(tree, (), left_out))
-    if not leaves:
+    if not leaves and not more:
         raise LogError("holds no arrays of numbers over time; save each signal as an array", path)
+    left_out += unread
     notes = (f"Not read, as they are no arrays of numbers: {some_of(left_out)}.",) if left_out else ()
-    return Streams(tuple(_streams((), leaves)), notes)
+    return Streams((*(_streams((), leaves) if leaves else ()), *more), notes)
 
 
 def _streams(at: Path_, leaves: Leaves) -> Iterator[Stream]:
     """Streams of all arrays below the struct `at`."""
     lengths = {len(values) for values in leaves.values()}
     if len(lengths) == 1:
-        yield _stream(at, at, leaves)
+        yield stream_of(".".join(at), {name[len(at) :]: values for name, values in leaves.items()})
         return
     here = {name: values for name, values in leaves.items() if len(name) == len(at) + 1}
     for length in sorted({len(values) for values in here.values()}, reverse=True):
         alike = {name: values for name, values in here.items() if len(values) == length}
-        yield _stream((*at, f"length{length}"), at, alike)
+        yield stream_of(
+            ".".join((*at, f"length{length}")), {name[len(at) :]: values for name, values in alike.items()}
+        )
     for inner in dict.fromkeys(name[len(at)] for name in leaves if name not in here):
         below = {n: v for n, v in leaves.items() if n not in here and n[len(at)] == inner}
         yield from _streams((*at, inner), below)
 
 
-def _stream(name: Path_, at: Path_, leaves: Leaves) -> Stream:
+def stream_of(name: str, leaves: Leaves) -> Stream:
+    """A stream of arrays (n,) or (n, k) by their places in it."""
     columns = {}
     for place, values in leaves.items():
-        column = ".".join(place[len(at) :])
-        if values.ndim == 1:
-            columns[column] = values
+        column = ".".join(place)
+        if values.ndim == 1 or values.shape[1] == 1:
+            columns[column] = values.ravel()
         else:
             columns |= {f"{column}.{k}": values[:, k] for k in range(values.shape[1])}
-    return Stream(".".join(name), columns, {})
+    return Stream(name, columns, {})
 
 
 def _leaves(tree: Tree, at: Path_, left_out: list[str]) -> Iterator[tuple[Path_, Array]]:

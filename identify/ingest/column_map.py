@@ -3,44 +3,29 @@
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-import numpy as np
-
 from bridge import schema
 from bridge.errors import ConfigError
-from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
+from bridge.vehicle.config import CONFIGS
+from identify.ingest.units import UNITS
 
 NOTHING = "-"
 UNKNOWN = (None, "?")
 WHOLE = ("quaternion", "euler", "tau_cmd")
 """Signals of which no column can be unknown: an attitude is one turn, and an unknown force could be any. Nor can one of
-an autopilot's velocity, which is turned to when it was true."""
-DEGREE = np.pi / 180
-
-UNITS: dict[str, float] = {
-    "1": 1.0, "s": 1.0, "ms": 1e-3, "us": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3,
-    "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "knot": 1852 / 3600,
-    "rad": 1.0, "rad/s": 1.0, "deg": DEGREE,
-    "deg/s": DEGREE, "mrad/s": 1e-3, "m/s2": 1.0, "g": GRAVITY_M_S2, "mg": GRAVITY_M_S2 * 1e-3,
-    "Pa": 1.0, "hPa": 100.0, "mbar": 100.0, "bar": 1e5, "psi": 6894.757, "V": 1.0, "mV": 1e-3,
-    "N": 1.0, "kgf": GRAVITY_M_S2, "lbf": 4.4482216, "rpm": 1.0, "rev/s": 60.0,
-}  # fmt: skip
-# Units that a signal may have; the Dive holds the first.
-KINDS: dict[str, tuple[str, ...]] = {
-    "velocity": ("m/s", "cm/s", "mm/s", "knot"),
-    "gyro": ("rad/s", "deg/s", "mrad/s"), "fog": ("rad/s", "deg/s"),
-    "specific_force": ("m/s2", "g", "mg"), "quaternion": ("1",), "euler": ("rad", "deg"),
-    "pressure": ("Pa", "hPa", "mbar", "bar", "psi"),
-    "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
-    "pwm": ("us", "1", "N", "kgf", "lbf"), "rpm": ("rpm", "rev/s", "rad/s"),
-    "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"), "armed": ("1",),
-}  # fmt: skip
+an autopilot's velocity, which is turned to when it was true, or of one in earth axes."""
 WIDTHS = {
     "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
     "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
 }  # fmt: skip
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+PRESSURE_NO_DEPTH = (
+    "; it is one of pressure, which the vehicle file's water makes a depth of: name the column under `pressure`, with "
+    "the pressure at the surface as its `offset` if it counts from there"
+)
+BODY, EARTH = "FRD", ("NED", "ENU")
+FRAMES = (BODY, "FLU", *EARTH)
+"""Axes of a velocity: forward, right or left, down or up, of the body; north, east, down or east, north, up."""
 ISO, OF_DAY = "iso", "hhmmss"
-RADIANS_PER_RPM = 2 * np.pi / 60
 
 
 @dataclass(frozen=True)
@@ -71,15 +56,19 @@ class Columns:
     is unknown.
 
     value = (cell + offset) * scale, converted from `unit` to SI; `offset` and `scale` are in the file's unit, one per
-    column (default: all 0, all 1).
+    column (default: all 0, all 1). frame: axes of a velocity, one of FRAMES; those of the earth are turned to the
+    body's by the recorded attitude.
     """
 
     columns: tuple[str | None, ...]
     unit: str
     offset: tuple[float, ...] = ()
     scale: tuple[float, ...] = ()
+    frame: str = BODY
 
     def __post_init__(self) -> None:
+        if self.frame not in FRAMES:
+            raise ValueError(f"frame '{self.frame}' is none of {', '.join(FRAMES)}")
         if not any(self.named):
             raise ValueError("every column is unknown; name one, or leave the signal out")
         for name in ("offset", "scale"):
@@ -124,12 +113,16 @@ class ColumnMap:
 
     def __post_init__(self) -> None:
         for name, columns in self.signals().items():
-            if columns.unit not in KINDS[name]:
-                raise ValueError(f"{name}: unit '{columns.unit}' is none of {', '.join(KINDS[name])}")
+            if columns.unit not in UNITS[name]:
+                hint = PRESSURE_NO_DEPTH if name == "depth" and columns.unit in UNITS["pressure"] else ""
+                raise ValueError(f"{name}: unit '{columns.unit}' is none of {', '.join(UNITS[name])}{hint}")
             width = WIDTHS.get(name, len(columns.columns))
             if len(columns.columns) != width:
                 raise ValueError(f"{name}: needs {width} columns, {len(columns.columns)} are given")
-            whole = name in WHOLE or (name == "velocity" and self.velocity_is_filtered)
+            if name != "velocity" and columns.frame != BODY:
+                raise ValueError(f"{name}: only a velocity has a frame; turn other columns by `scale`")
+            is_turned = self.velocity_is_filtered or columns.frame in EARTH
+            whole = name in WHOLE or (name == "velocity" and is_turned)
             if whole and None in columns.named:
                 raise ValueError(
                     f"{name}: can't be known in part; name every column, write '{NOTHING}' for one that is zero all "

@@ -213,9 +213,7 @@ def _velocity(log: _Log, attitude: Signal | None) -> Signal | None:
     ned = log.signal("XKF1", ("VN", "VE", "VD"), C=0) or log.signal("NKF1", ("VN", "VE", "VD"), C=0)
     if ned is None or attitude is None or len(attitude) < 2:
         return None
-    inside = ned.between(attitude.time_s[0], np.nextafter(attitude.time_s[-1], np.inf))
-    quaternion = rotation.attitude_at(attitude, inside.time_s)
-    return Signal(inside.time_s, rotation.to_body(quaternion, inside.value))
+    return rotation.in_body(ned, attitude)
 
 
 def _velocity_from_deltas(log: _Log) -> Signal | None:

@@ -4,8 +4,9 @@ import textwrap
 
 import yaml
 
-from identify.ingest.column_map import Columns
-from identify.ingest.proposal import Choice, Confidence, Proposal
+from identify.ingest.candidates import Choice, Confidence
+from identify.ingest.column_map import BODY, Columns
+from identify.ingest.proposal import Proposal
 
 WIDTH = 110
 DIGITS = 8
@@ -51,6 +52,8 @@ def _plain(columns: Columns) -> dict[str, object]:
     for key, values in (("offset", columns.offset), ("scale", columns.scale)):
         if values:
             plain[key] = [_short(value) for value in values]
+    if columns.frame != BODY:
+        plain["frame"] = columns.frame
     return plain
 
 

@@ -7,49 +7,53 @@ Dive holds w x y z.
 import re
 from dataclasses import dataclass
 
-Scaled = tuple[str, float]
-"""A unit of a column map, and the factor from the column's own unit to it."""
-
 _TIME = {"s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "msec": "ms", "millis": "ms", "us": "us",
          "usec": "us", "micros": "us", "ns": "ns", "nsec": "ns", "nanos": "ns"}  # fmt: skip
-_SPEED: dict[str, Scaled] = {
-    "m_s": ("m/s", 1.0), "mps": ("m/s", 1.0), "ms": ("m/s", 1.0), "cm_s": ("cm/s", 1.0), "cms": ("cm/s", 1.0),
-    "mm_s": ("mm/s", 1.0), "kn": ("knot", 1.0), "kt": ("knot", 1.0), "kts": ("knot", 1.0), "knots": ("knot", 1.0),
-    "ft_s": ("m/s", 0.3048),
+_SPEED: dict[str, str] = {
+    "m_s": "m/s", "mps": "m/s", "ms": "m/s", "cm_s": "cm/s", "cms": "cm/s",
+    "mm_s": "mm/s", "kn": "kn", "kt": "kn", "kts": "kn", "knot": "kn", "knots": "kn",
+    "kmh": "km/h", "km_h": "km/h", "kph": "km/h", "ft_s": "ft/s", "fps": "ft/s",
+    "in_s": "in/s", "ips": "in/s",
 }  # fmt: skip
-_ANGLE: dict[str, Scaled] = {
-    "deg": ("deg", 1.0), "degs": ("deg", 1.0), "degree": ("deg", 1.0), "degrees": ("deg", 1.0),
-    "rad": ("rad", 1.0), "rads": ("rad", 1.0), "radians": ("rad", 1.0),
+_ANGLE: dict[str, str] = {
+    "deg": "deg", "degs": "deg", "degree": "deg", "degrees": "deg",
+    "rad": "rad", "rads": "rad", "radians": "rad",
 }  # fmt: skip
-_TURN: dict[str, Scaled] = {
-    "deg_s": ("deg/s", 1.0), "dps": ("deg/s", 1.0), "deg": ("deg/s", 1.0), "degs": ("deg/s", 1.0),
-    "rad_s": ("rad/s", 1.0), "rads": ("rad/s", 1.0), "rad": ("rad/s", 1.0), "rps": ("rad/s", 1.0),
-    "mrad_s": ("mrad/s", 1.0),
+_TURN: dict[str, str] = {
+    "deg_s": "deg/s", "dps": "deg/s", "deg": "deg/s", "degs": "deg/s",
+    "rad_s": "rad/s", "rads": "rad/s", "rad": "rad/s", "rps": "rad/s",
+    "mrad_s": "mrad/s", "deg_h": "deg/h", "deg_hr": "deg/h",
 }  # fmt: skip
-_LENGTH: dict[str, Scaled] = {
-    "m": ("m", 1.0), "meter": ("m", 1.0), "meters": ("m", 1.0), "metres": ("m", 1.0), "cm": ("cm", 1.0),
-    "mm": ("mm", 1.0), "ft": ("m", 0.3048), "feet": ("m", 0.3048),
+_LENGTH: dict[str, str] = {
+    "m": "m", "meter": "m", "meters": "m", "metres": "m", "cm": "cm",
+    "mm": "mm", "ft": "ft", "feet": "ft", "foot": "ft", "in": "in",
+    "inch": "in", "inches": "in",
 }  # fmt: skip
-UNITS: dict[str, dict[str, Scaled]] = {
-    "time": {word: (unit, 1.0) for word, unit in _TIME.items()},
-    "velocity": _SPEED, "gyro": _TURN, "fog": _TURN, "euler": _ANGLE, "quaternion": {},
+EARTH_VELOCITY = "velocity in earth axes"
+UNITS: dict[str, dict[str, str]] = {
+    "time": _TIME,
+    "velocity": _SPEED, EARTH_VELOCITY: _SPEED, "gyro": _TURN, "fog": _TURN, "euler": _ANGLE, "quaternion": {},
     "specific_force": {
-        "m_s2": ("m/s2", 1.0), "ms2": ("m/s2", 1.0), "mps2": ("m/s2", 1.0), "m_s_2": ("m/s2", 1.0),
-        "m_ss": ("m/s2", 1.0), "g": ("g", 1.0), "mg": ("mg", 1.0),
+        "m_s2": "m/s2", "ms2": "m/s2", "mps2": "m/s2", "m_s_2": "m/s2",
+        "m_ss": "m/s2", "g": "g", "mg": "mg", "ft_s2": "ft/s2",
     },
     "pressure": {
-        "pa": ("Pa", 1.0), "kpa": ("Pa", 1000.0), "hpa": ("hPa", 1.0), "mbar": ("mbar", 1.0), "bar": ("bar", 1.0),
-        "dbar": ("bar", 0.1), "psi": ("psi", 1.0),
+        "pa": "Pa", "kpa": "kPa", "hpa": "hPa", "mbar": "mbar", "bar": "bar",
+        "k_pa": "kPa", "h_pa": "hPa", "m_bar": "mbar", "dbar": "dbar", "dbars": "dbar", "d_bar": "dbar", "psi": "psi",
+        "psia": "psi",
     },
     "depth": _LENGTH, "altitude": _LENGTH,
-    "pwm": {"us": ("us", 1.0), "usec": ("us", 1.0)},
-    "rpm": {"rpm": ("rpm", 1.0), "rev_s": ("rev/s", 1.0), "rps": ("rev/s", 1.0), "rad_s": ("rad/s", 1.0)},
-    "voltage": {"v": ("V", 1.0), "volt": ("V", 1.0), "volts": ("V", 1.0), "mv": ("mV", 1.0)},
-    "tau_cmd": {"n": ("N", 1.0), "nm": ("N", 1.0), "kgf": ("kgf", 1.0), "lbf": ("lbf", 1.0)},
+    "pwm": {
+        "us": "us", "usec": "us", "ms": "ms", "n": "N", "kgf": "kgf", "lbf": "lbf",
+    },
+    "rpm": {"rpm": "rpm", "rev_s": "rev/s", "rps": "rev/s", "rad_s": "rad/s"},
+    "voltage": {"v": "V", "volt": "V", "volts": "V", "mv": "mV", "m_v": "mV"},
+    "tau_cmd": {"n": "N", "nm": "N", "n_m": "N", "kgf": "kgf", "lbf": "lbf"},
     "armed": {},
 }  # fmt: skip
 """By signal, the unit that a word at the end of a name means."""
 
+_SIGNS = {"°": "deg", "º": "deg", "µ": "u", "μ": "u", "²": "2", "^": "", "·": "", "*": ""}
 _NO_MEASUREMENT = re.compile(
     r"desired|setpoint|set_point|target|reference|(^|_)(ref|des|goal|err|error|cmd|command|covariance|cov|std|stddev|"
     r"sigma|var|variance|bias|offset|min|max|temperature|temp|diff|differential|quality|valid|count|id|seq|status|flags?)(_|$)"
@@ -58,6 +62,9 @@ _COMMANDS = ("pwm", "rpm", "tau_cmd")
 
 _RULES: tuple[tuple[str, str, str], ...] = (
     ("velocity", r"(?:.*_)?twist_linear_([xyz])", ""),
+    (EARTH_VELOCITY, r"v([nedu])|(?:.*_)?(?:v|vel|velocity)_([ned])", ""),
+    (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity|speed)_?(north|east|down|up)", ""),
+    (EARTH_VELOCITY, r"(north|east|down|up)_(?:vel|velocity|speed)", ""),
     ("gyro", r"(?:.*_)?(?:angular_velocity|angular_rate|ang_vel|gyroscope|gyro|gyr|rates?|omega)_?([xyz012])", ""),
     ("velocity", r"(?:.*_)?(?:linear_velocity|body_velocity|velocity_body|velocity|vel)_([xyz012])", ""),
     ("velocity", r"([uvw])(?:_dvl|_body|_b)?|dvl_([uvwxyz])|dvl_v([xyz])", ""),
@@ -84,7 +91,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("depth", r"(?:.*_)?(?:position|pos)_z|z", ""),
     ("rpm", r"(?:.*_)?(?:rpm|rps)_?(\d+)", ""),
     ("rpm", r"(?:.*_)?(?:esc|motor|thruster|prop|propeller)_?(\d+)(?:_.*)?_(?:rpm|speed|rps)", ""),
-    ("pwm", r"(?:.*_)?(?:pwm|servo|output|out|channels|control|esc|motor|thruster|actuator|act)_?(\d+)"
+    ("pwm", r"(?:.*_)?(?:pwm|servo|output|out|channels|control|effort|esc|motor|thruster|actuator|act)_?(\d+)"
             r"(?:_(?:raw|pwm|command|cmd|output))?", ""),
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
@@ -97,6 +104,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
 
 _AXES: dict[str, dict[str, int]] = {
     "velocity": {"u": 0, "v": 1, "w": 2, "surge": 0, "sway": 1, "heave": 2},
+    EARTH_VELOCITY: {"n": 0, "north": 0, "e": 1, "east": 1, "d": 2, "down": 2, "u": 2, "up": 2},
     "gyro": {"row": 0, "p": 0, "q": 1, "r": 2, "roll": 0, "pitch": 1, "yaw": 2},
     "specific_force": {},
     "euler": {"roll": 0, "pitch": 1, "yaw": 2, "heading": 2, "hdg": 2, "phi": 0, "theta": 1, "psi": 2},
@@ -107,6 +115,7 @@ _AXES: dict[str, dict[str, int]] = {
         **{axis: k for k, axis in enumerate("xyzkmn")}, **{str(k): k for k in range(6)},
     },
 }  # fmt: skip
+_UP = ("u", "up")
 _XYZ = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 
 _TIMES = re.compile(
@@ -119,14 +128,16 @@ class Named:
     """What a name says.
 
     place: axis, or number of the thruster. family: the name without the place, which the columns of a set share.
-    unit: of a column map, with the factor to it; None if the name has none. rank: of the rule; 0 is the most telling.
+    unit: of a column map; None if the name has none. rank: of the rule; 0 is the most telling. earth: of a velocity
+    along an axis of the earth (0 north, 1 east, 2 down or up), NED, or ENU if it points up; else empty.
     """
 
     signal: str
     place: int
     family: str
-    unit: Scaled | None
+    unit: str | None
     rank: int
+    earth: str = ""
 
 
 def snake(name: str) -> str:
@@ -155,7 +166,10 @@ def named(topic: str, field: str) -> Named | None:
                 place = int(word)
             else:
                 place = _AXES[signal].get(word, _XYZ.get(word, -1))
-            return Named(signal, place, f"{rank}:{plain[:start]}*{plain[end:]}", unit, rank)
+            family = f"{rank}:{plain[:start]}*{plain[end:]}"
+            if signal == EARTH_VELOCITY:
+                return Named("velocity", place, family, unit, rank, "ENU" if word in _UP else "NED")
+            return Named(signal, place, family, unit, rank)
     return None
 
 
@@ -164,15 +178,22 @@ def time_unit(field: str) -> tuple[bool, str | None]:
     for plain, unit_word in _readings(field):
         unit = UNITS["time"].get(unit_word)
         if (unit or not unit_word) and _TIMES.fullmatch(plain):
-            return True, unit[0] if unit else None
+            return True, unit
     return False, None
+
+
+def _plain(unit: str) -> str:
+    """A unit in letters: `°/s` as `deg/s`, `µs` as `us`, `m/s²` as `m/s2`."""
+    for sign, letters in _SIGNS.items():
+        unit = unit.replace(sign, letters)
+    return unit
 
 
 def _readings(field: str) -> list[tuple[str, str]]:
     """Ways to read a name as one without its unit, and the unit's word; last the name as it is, without."""
     bracketed = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*", field)
     if bracketed:
-        return [(snake(bracketed[1]), snake(bracketed[2].replace("²", "2").replace("^", "")))]
+        return [(snake(bracketed[1]), snake(_plain(bracketed[2])))]
     words = snake(field).split("_")
     ways = []
     for length in (3, 2, 1):

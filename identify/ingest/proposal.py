@@ -1,71 +1,40 @@
 """Proposes a column map for a file from the names and the ranges of its columns, and from physics."""
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bridge.errors import LogError
-from identify.checks.mends import CLEAR, Match, Mend, agreeing, mends, turn_match
+from identify.checks.alike import CLEAR, Match
+from identify.checks.mend import Mend
+from identify.checks.mends import FLU, agreeing, mends, turn_match
+from identify.checks.pushes import EAST_FIRST, UP, earth_mends
 from identify.dive import Array, Dive
+from identify.ingest.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
 from identify.ingest.column_map import (
+    BODY,
+    EARTH,
     ISO,
     NOTHING,
     OF_DAY,
-    WHOLE,
-    WIDTHS,
     ColumnMap,
     Columns,
     RunColumn,
     TimeColumn,
 )
-from identify.ingest.names import Scaled, named, snake, time_unit
+from identify.ingest.names import snake, time_unit
 from identify.ingest.profiles import Profile, profiles
-from identify.ingest.ranges import Guess, time_unit_of, unit_of
+from identify.ingest.ranges import time_unit_of
 from identify.ingest.run_column import longest_run, run_column_in
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
+from identify.ingest.units import UNITS
 
-SIGNALS = (
-    "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
-    "voltage", "tau_cmd", "armed",
-)  # fmt: skip
-FAVOURED = {
-    "velocity": "dvl", "gyro": "imu|gyro|angular_velocity", "specific_force": "imu|accel", "quaternion": "imu|attitude",
-    "altitude": "dvl|range|altimeter|ping", "depth": "depth", "voltage": "battery",
-}  # fmt: skip
-"""Topics that are taken first where several hold a signal."""
-
-EARTH = re.compile(r"(local_position|global_position|velocity_local|vehicle_odometry)(?!.*body)")
-"""Topics whose velocity is in earth axes, in PX4 and MAVROS."""
-
-FILTERED = re.compile(r"filtered|ekf|estimat|odom|local_position")
-WRENCH = "XYZKMN"
 LEAST_RISING = 0.95
 TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
-
-
-class Confidence(Enum):
-    """How a unit and a column were found."""
-
-    NAMED = "named"
-    LIKELY = "likely"
-    GUESSED = "guessed"
-
-
-@dataclass(frozen=True)
-class Choice:
-    """Columns that a signal is proposed to be made of, and the reasons, in sentences. mends: those of physics."""
-
-    signal: str
-    columns: Columns
-    confidence: Confidence
-    reasons: tuple[str, ...]
-    mends: tuple[Mend, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,30 +65,6 @@ class Proposal:
         return "", ""
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    """Columns of one stream that may be a signal: by place, the field; and the unit in their names."""
-
-    signal: str
-    stream: Stream
-    fields: dict[int, str]
-    unit: Scaled | None
-    rank: int
-
-    @property
-    def values(self) -> Array:
-        return np.column_stack([self.stream.columns[self.fields[place]] for place in sorted(self.fields)])
-
-    @property
-    def worth(self) -> tuple[bool, bool, float, int, int]:
-        """Larger is better: moves, is complete, is of a favoured topic, is well named, has more rows."""
-        known = self.values[np.isfinite(self.values).all(axis=1)]
-        moves = len(known) > 1 and bool(np.ptp(known, axis=0).any())
-        complete = len(self.fields) >= WIDTHS.get(self.signal, 1)
-        favoured = bool(re.search(FAVOURED.get(self.signal, "^$"), snake(self.stream.name)))
-        return moves, complete, float(favoured), -self.rank, len(known)
-
-
 def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     """The column map that the streams of a file suggest, mended where physics contradicts it.
 
@@ -146,8 +91,8 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
 def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
     time, time_reason = _time(streams, path)
     timed = [stream for stream in streams if time.column in (*stream.columns, *stream.text)]
-    candidates = [candidate for stream in timed for candidate in _candidates(stream, time.column)]
-    choices, notes = _choices(candidates)
+    candidates = [candidate for stream in timed for candidate in candidates_in(stream, time.column)]
+    choices, notes = choices_of(candidates)
     if not choices:
         names = [stream.full_name(field) for stream in streams for field in stream.columns]
         raise LogError(
@@ -156,13 +101,55 @@ def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
         )
     choices = _agreed_angles(choices, timed, time)
     columns = _map(time, choices)
-    for mend in mends(_dive(timed, columns, path)):
-        choices = tuple(_mended(choice, mend) for choice in choices)
+    of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
+    choices = tuple(choice for choice in choices if choice not in of_earth)
+    choices = _all_mended(choices, mends(_dive(timed, _map(time, choices), path)))
+    for choice in of_earth:
+        if "attitude" in map(_meant, choices):
+            choices = (_turned(choice, choices, timed, time, path), *choices)
+            choices = _all_mended(choices, mends(_dive(timed, _map(time, choices), path)))
+        else:
+            notes = (
+                *notes,
+                f"{_listed(choice)}: not used for velocity. It is in earth axes, and {_NO_ATTITUDE}.",
+            )
     borne_out = agreeing(_dive(timed, _map(time, choices), path))
     choices = tuple(_borne_out(choice) if _meant(choice) in borne_out else choice for choice in choices)
     return Proposal(
         _map(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
     )
+
+
+_NO_ATTITUDE = "no attitude was recognised that could turn it to the body's"
+
+
+def _listed(choice: Choice) -> str:
+    return ", ".join(filter(None, choice.columns.columns))
+
+
+def _turned(
+    choice: Choice, others: Sequence[Choice], streams: Sequence[Stream], time: TimeColumn, path: Path
+) -> Choice:
+    """A velocity in earth axes, in those by which it changes as the accelerometer says, turned by the attitude.
+
+    Where that is unclear, the axes are those of its name, or of the attitude if that is one of ROS.
+    """
+    raw = replace(choice, columns=replace(choice.columns, frame=BODY))
+    dive = _dive(streams, _map(time, (raw, *others)), path)
+    attitude = next(each for each in others if _meant(each) == "attitude")
+    for mend in earth_mends(dive):
+        columns = mended_columns("velocity", raw.columns, mend)
+        by_name = choice.columns
+        if by_name.frame == "ENU":
+            by_name = mended_columns(
+                "velocity", raw.columns, Mend("velocity", UP, order=EAST_FIRST, frame="NED")
+            )
+        return choice if by_name == columns else replace(choice, columns=columns, mends=(mend,))
+    if choice.columns.frame == "ENU" and any(mend.factors == FLU for mend in attitude.mends):
+        columns = mended_columns("velocity", raw.columns, Mend("velocity", FLU, frame="NED"))
+        reason = "As the attitude is one of ROS, its earth axes are taken, x east, y south, z down."
+        choice = replace(choice, columns=columns, reasons=(*choice.reasons, reason))
+    return replace(choice, confidence=Confidence.GUESSED)
 
 
 def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:
@@ -186,12 +173,21 @@ def mended_columns(signal: str, columns: Columns, mend: Mend) -> Columns:
     order = mend.order if len(mend.order) == size else tuple(range(size))
     offset, scale = columns.offset or (0.0,) * size, columns.scale or (1.0,) * size
     scale = tuple(scale[k] * factor for k, factor in zip(order, factors, strict=True))
+    unit = UNITS[signal][columns.unit]
+    offset = tuple(offset[k] + mend.offset / (factor * unit) for k, factor in zip(order, scale, strict=True))
     return replace(
         columns,
         columns=tuple(columns.columns[k] for k in order),
-        offset=tuple(offset[k] for k in order) if columns.offset else (),
+        offset=offset if any(offset) else (),
         scale=scale if any(factor != 1.0 for factor in scale) else (),
+        frame=mend.frame or columns.frame,
     )
+
+
+def _all_mended(choices: Sequence[Choice], made: Sequence[Mend]) -> tuple[Choice, ...]:
+    for mend in made:
+        choices = [_mended(choice, mend) for choice in choices]
+    return tuple(choices)
 
 
 def _mended(choice: Choice, mend: Mend) -> Choice:
@@ -204,7 +200,8 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
 def _borne_out(choice: Choice) -> Choice:
     """The choice, whose unit is no guess any more since another signal agrees with it."""
     is_whole = not {NOTHING, None} & {*choice.columns.named}
-    if choice.confidence is not Confidence.GUESSED or not is_whole:
+    # Of earth axes, depth bears out the vertical alone.
+    if choice.confidence is not Confidence.GUESSED or not is_whole or choice.columns.frame in EARTH:
         return choice
     return replace(
         choice,
@@ -286,95 +283,6 @@ def _rises(time: Array) -> bool:
     return len(steps) > 0 and float(np.mean(steps >= 0)) >= LEAST_RISING and known[-1] > known[0]
 
 
-def _candidates(stream: Stream, time: str) -> Iterable[_Candidate]:
-    sets: dict[tuple[str, str], dict[int, str]] = {}
-    about: dict[tuple[str, str], tuple[Scaled | None, int]] = {}
-    for field in stream.columns:
-        name = named(stream.name, field)
-        if name is None or field == time or name.place < 0 or not np.isfinite(stream.columns[field]).any():
-            continue
-        key = name.signal, name.family
-        sets.setdefault(key, {}).setdefault(name.place, field)
-        about.setdefault(key, (name.unit, name.rank))
-    if {"N"} < {field for field in stream.columns if field in tuple(WRENCH)}:
-        sets[("tau_cmd", WRENCH)] = {k: axis for k, axis in enumerate(WRENCH) if axis in stream.columns}
-        about[("tau_cmd", WRENCH)] = None, 0
-    for (signal, family), fields in sets.items():
-        yield _Candidate(signal, stream, fields, *about[(signal, family)])
-
-
-def _choices(candidates: Sequence[_Candidate]) -> tuple[tuple[Choice, ...], tuple[str, ...]]:
-    """The best candidate of each signal, and notes on those that can't be used."""
-    choices: list[Choice] = []
-    notes: list[str] = []
-    for signal in SIGNALS:
-        usable: list[_Candidate] = []
-        for candidate in candidates:
-            if candidate.signal != signal:
-                continue
-            if signal == "velocity" and EARTH.search(snake(candidate.stream.name)):
-                notes.append(
-                    f"{candidate.stream.name}: its velocity is in earth axes, which a column map does not turn; give "
-                    "the velocity in body axes as columns of their own."
-                )
-            elif signal != "quaternion" or len(candidate.fields) == 4:
-                usable.append(candidate)
-        for candidate in sorted(usable, key=lambda each: each.worth, reverse=True):
-            choice, note = _choice(candidate)
-            if choice is not None:
-                if choice.signal not in {each.signal for each in choices}:
-                    choices.append(choice)
-                break
-            notes.append(note)
-    names = {choice.signal for choice in choices}
-    if "quaternion" in names:
-        choices = [choice for choice in choices if choice.signal != "euler"]
-    return tuple(choices), tuple(notes)
-
-
-def _choice(candidate: _Candidate) -> tuple[Choice | None, str]:
-    """A choice of a candidate's columns, or None and a note that says why it can't be used."""
-    candidate = replace(candidate, fields=_used(candidate))
-    signal, stream, fields = candidate.signal, candidate.stream, candidate.fields
-    width = WIDTHS.get(signal)
-    places = list(range(width)) if width else sorted(fields)
-    # An attitude and a filtered velocity are known whole or not at all; of any other vector a part may be unknown.
-    whole = signal in WHOLE or (signal == "velocity" and _filtered(map(stream.full_name, fields.values())))
-    missing = NOTHING if whole else None
-    names = tuple(stream.full_name(fields[place]) if place in fields else missing for place in places)
-    values = candidate.values
-    named_unit = candidate.unit
-    guess = Guess(named_unit[0], "", scale=named_unit[1]) if named_unit else unit_of(signal, values)
-    if not guess.unit:
-        return None, f"{', '.join(filter(None, names))}: not used for {signal}. {guess.reason}"
-    confidence = (
-        Confidence.NAMED if named_unit else Confidence.LIKELY if guess.is_telling else Confidence.GUESSED
-    )
-    reasons = [guess.reason] if guess.reason else []
-    if signal == "altitude" and np.nanmedian(values) < 0:
-        signal, reasons = "depth", ["It is mostly below 0, so it is taken for a height, not for an altitude."]
-    lacking = ", ".join(str(k + 1) for k, name in enumerate(names) if name == missing)
-    if lacking:
-        taken = "0" if whole else "unknown"
-        reasons.append(f"Nothing is named for column {lacking}, which is taken for {taken}.")
-        confidence = Confidence.GUESSED
-    offset = (guess.offset,) * len(names) if guess.offset else ()
-    scale = (guess.scale,) * len(names) if guess.scale != 1.0 else ()
-    return Choice(signal, Columns(names, guess.unit, offset, scale), confidence, tuple(reasons)), ""
-
-
-def _used(candidate: _Candidate) -> dict[int, str]:
-    """The fields of a candidate; of thrusters, without outputs that nothing is connected to."""
-    if candidate.signal not in ("pwm", "rpm"):
-        return candidate.fields
-    driven = {
-        place: field
-        for place, field in candidate.fields.items()
-        if np.nan_to_num(candidate.stream.columns[field]).any()
-    }
-    return driven or candidate.fields
-
-
 def _agreed_angles(
     choices: Sequence[Choice], streams: Sequence[Stream], time: TimeColumn
 ) -> tuple[Choice, ...]:
@@ -415,13 +323,8 @@ def _likelier(by_unit: dict[str, Match | None]) -> str:
 def _map(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
     signals: dict[str, Any] = {choice.signal: choice.columns for choice in choices}
     velocity = signals.get("velocity")
-    filtered = velocity is not None and _filtered(filter(None, velocity.named))
+    filtered = velocity is not None and is_filtered(filter(None, velocity.named))
     return ColumnMap(time, velocity_is_filtered=filtered, **signals)
-
-
-def _filtered(names: Iterable[str]) -> bool:
-    """Whether the names of a velocity's columns say that it comes from a filter."""
-    return any(FILTERED.search(snake(name)) for name in names)
 
 
 def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:

@@ -1,11 +1,15 @@
 """Units guessed from the range of values, where a name gives none."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array
+from identify.ingest.units import AIR_PA, UNITS
+
+PRESSURES = UNITS["pressure"]
 
 LARGEST_ANGLE_RAD = 7.0
 """Headings end at 2 pi."""
@@ -17,7 +21,8 @@ LARGEST_TURN_RAD_S, LARGEST_SPEED_M_S = 12.0, 20.0
 """No underwater vehicle turns or travels faster."""
 
 LEAST_PULSE_US = 700.0
-SURFACE_HPA, DEEPEST_HPA = 700.0, 60_000.0
+LEAST_AIR_PA, DEEPEST_PA = 70_000.0, 6e6
+"""Of air above the highest lakes that are dived, and of 600 m of water."""
 LEAST_MILLIVOLTS = 1000.0
 NEAR = 1.3
 """Factor within which the norm of specific force is that of gravity."""
@@ -117,17 +122,37 @@ def _force(values: Array) -> Guess:
 
 def _pressure(known: Array) -> Guess:
     least = float(np.quantile(known, 0.01)) if len(known) else 0.0
-    if 100 * SURFACE_HPA < least < 100 * DEEPEST_HPA:
-        return Guess("Pa", f"The least pressure is {least:.6g}, which fits Pa.")
-    if SURFACE_HPA < least < DEEPEST_HPA:
-        return Guess("hPa", f"The least pressure is {least:.5g}, which fits hPa.")
-    if least > SURFACE_HPA / 10:
-        return Guess("Pa", f"The least pressure is {least:.4g}, which fits kPa.", False, scale=1000.0)
-    if least > SURFACE_HPA / 1000:
-        return Guess("bar", f"The least pressure is {least:.3g}, which fits bar.", False)
+    for unit in ("Pa", "hPa"):
+        if LEAST_AIR_PA < least * PRESSURES[unit] < DEEPEST_PA:
+            return Guess(unit, f"The least pressure is {least:.6g}, which fits {unit}.")
+    off = {
+        unit: abs(math.log(least * PRESSURES[unit] / AIR_PA))
+        for unit in ("kPa", "dbar", "psi", "bar")
+        if least * PRESSURES[unit] > LEAST_AIR_PA
+    }
+    if off:
+        unit = min(off, key=lambda each: off[each])
+        return Guess(
+            unit, f"The least pressure is {least:.4g}: at the surface, that is nearest to {unit}.", False
+        )
     return Guess(
         "", f"The least pressure is {least:.3g}; absolute pressure is needed, about 1013 hPa at the surface."
     )
+
+
+def from_surface(values: Array, unit: str) -> Guess | None:
+    """A pressure (n, 1) of a known unit that counts from the surface, with the air's added; None for an absolute
+    pressure."""
+    known = values[np.isfinite(values)]
+    least = float(np.quantile(known, 0.01)) if len(known) else np.inf
+    if least * PRESSURES[unit] > LEAST_AIR_PA:
+        return None
+    air = AIR_PA / PRESSURES[unit]
+    reason = (
+        f"The least pressure is {least:.3g} {unit}, less than the air's: it counts from the surface, and the usual "
+        f"{air:.6g} {unit} of the air is added; give that of the day if it is known."
+    )
+    return Guess(unit, reason, False, offset=air)
 
 
 def _command(known: Array) -> Guess:

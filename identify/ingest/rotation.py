@@ -54,6 +54,15 @@ def to_body(quaternion: Array, north_east_down: Array) -> Array:
     return north_east_down + w * turned + np.cross(r, turned)
 
 
+def in_body(velocity: Signal, attitude: Signal) -> Signal:
+    """A velocity (n, 3) in north-east-down turned into body axes, at its times at which the attitude is known."""
+    known = attitude.finite()
+    if len(known) < 2:
+        return Signal(np.zeros(0), np.zeros((0, 3)))
+    inside = velocity.between(known.time_s[0], np.nextafter(known.time_s[-1], np.inf))
+    return Signal(inside.time_s, to_body(attitude_at(known, inside.time_s), inside.value))
+
+
 def to_earth(quaternion: Array, body: Array) -> Array:
     """Turn vectors (n, 3) from body axes to north-east-down, at attitudes (n, 4)."""
     (w, x, y, z), (a, b, c) = quaternion.T, body.T

@@ -15,12 +15,11 @@ from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.column_map import (
+    EARTH,
     ISO,
     NOTHING,
     OF_DAY,
-    RADIANS_PER_RPM,
     TIME_UNITS,
-    UNITS,
     ColumnMap,
     Columns,
     TimeColumn,
@@ -28,10 +27,11 @@ from identify.ingest.column_map import (
 from identify.ingest.commands import spread
 from identify.ingest.streams import MOST_NAMED, Mask, Stream, Streams, some_of
 from identify.ingest.text_table import no_number
+from identify.ingest.units import UNITS
 
 SPARSE = 0.5
 """The rows of a table with this share of empty cells hold a part of a sample each."""
-COMMANDS = {"us": "pwm", "1": "effort"}
+COMMANDS = {"us": "pwm", "ms": "pwm", "1": "effort"}
 """The Dive's signal for thruster commands of a unit; forces are its `thrust_cmd`."""
 NEAR = 0.4
 """Likeness, 0 to 1, from which a name is near another."""
@@ -76,6 +76,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
     quaternion = signals.pop("quaternion", None)
     if quaternion is not None:
         signals["attitude"] = quaternion
+    if columns.velocity is not None and columns.velocity.frame in EARTH:
+        signals["velocity"] = _turned(signals, columns.velocity.frame, path, notes)
     if columns.commands_hold:
         end_s = max((float(signal.time_s[-1]) for signal in signals.values() if len(signal)), default=0.0)
         for name in {*COMMANDS.values(), "thrust_cmd", "tau_cmd"} & signals.keys():
@@ -86,6 +88,25 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
         "notes": (*recorded.notes, *notes, *columns.notes),
         "counts": {f"rows of {name}" if name else "rows": len(rows.time_s) for name, rows in tables.items()},
     }
+
+
+def _turned(signals: Mapping[str, Signal], frame: str, path: Path, notes: list[str]) -> Signal:
+    """The velocity in body axes, of one in earth axes. Raises LogError without an attitude."""
+    if "attitude" not in signals:
+        raise LogError(
+            f"{path}: velocity is in earth axes ({frame}), which the attitude turns to the body's: name `euler` or "
+            "`quaternion` in the column map"
+        )
+    velocity = signals["velocity"]
+    if frame == "ENU":
+        velocity = Signal(velocity.time_s, velocity.value[:, [1, 0, 2]] * np.array([1.0, 1.0, -1.0]))
+    turned = rotation.in_body(velocity, signals["attitude"])
+    if len(turned) < len(velocity):
+        notes.append(
+            f"{len(velocity) - len(turned)} of {len(velocity)} velocities are from before or after the attitude, which "
+            "turns them to the body's axes: they were left out."
+        )
+    return turned
 
 
 class _Names:
@@ -312,9 +333,5 @@ def clock_of(stream: Stream, time: TimeColumn, path: Path, used: Mapping[str, Ma
 def _in_si(value: Array, signal: str, source: Columns) -> Array:
     """Cells (n, k) of a signal in the units of the Dive."""
     value = (value + np.array(source.offset or 0.0)) * np.array(source.scale or 1.0)
-    if source.unit == "rad/s" and signal == "rpm":
-        factor = 1 / RADIANS_PER_RPM
-    else:
-        factor = UNITS[source.unit]
-    si: Array = value * factor
-    return si
+    si: Array = value * UNITS[signal][source.unit]
+    return si * np.array([1.0, -1.0, -1.0]) if source.frame == "FLU" else si

@@ -23,7 +23,11 @@ PROJECT = """
 [project]
 version = "1.2"
 dependencies = ["numpy"]
-optional-dependencies.ground = ["torch==2.0", "scipy"]
+
+[project.optional-dependencies]
+ground = ["torch==2.0", "scipy"]
+bags = ["rosbags", "old; python_version < '3.12'"]
+logs = ["seatrial[bags]", "tables; platform_machine == 'x86_64'"]
 """
 
 
@@ -83,12 +87,14 @@ def test_the_vehicle_and_the_ground_have_a_folder_of_wheels_each(made):
     bundle, folder = made(FakePip(), PC, PI)
     assert bundle.file.name == "seatrial-1.2-offline.tar"
     assert names(folder / "wheels" / "bridge") == {"seatrial", "numpy"}
-    assert names(folder / "wheels" / "ground") == {"torch", "scipy"}
+    assert names(folder / "wheels" / "ground") == {"torch", "scipy", "rosbags", "old", "tables"}
     assert (folder / "holds.txt").read_text(encoding="ascii").splitlines() == [
         "bridge x86_64 3.11",
         "ground x86_64 3.11",
+        "logs x86_64 3.11",
         "bridge aarch64 3.13",
         "ground aarch64 3.13",
+        "logs aarch64 3.13",
     ]
 
 
@@ -105,9 +111,17 @@ def test_linux_gets_pytorchs_cpu_build_and_macos_the_only_one_that_there_is(made
     pip = FakePip()
     made(pip, PC, MAC)
     assert [line for line in pip.asked if "scipy" in line] == [
-        ["numpy", "torch==2.0+cpu", "scipy"],
-        ["numpy", "torch==2.0", "scipy"],
+        ["numpy", "torch==2.0+cpu", "scipy", "rosbags", "old", "tables"],
+        ["numpy", "torch==2.0", "scipy", "rosbags"],
     ]
+
+
+def test_readers_without_a_wheel_are_left_out_and_the_ground_station_stays(made):
+    bundle, folder = made(FakePip(absent=["rosbags"]), PI)
+    assert [part for part, _ in bundle.holds] == ["bridge", "ground"]
+    (sentence,) = bundle.left_out
+    assert sentence.startswith("logs: Linux aarch64, Python 3.13: No matching distribution found for rosbags")
+    assert names(folder / "wheels" / "ground") == {"torch", "scipy"}
 
 
 def test_where_the_cpu_build_is_missing_the_ground_station_is_left_out_and_said(made):
@@ -116,8 +130,9 @@ def test_where_the_cpu_build_is_missing_the_ground_station_is_left_out_and_said(
         ("bridge", "aarch64"),
         ("bridge", "arm64"),
         ("ground", "arm64"),
+        ("logs", "arm64"),
     ]
-    (sentence,) = bundle.left_out
+    _, sentence = bundle.left_out
     assert sentence.startswith("ground: Linux aarch64, Python 3.13: No matching distribution found for torch")
     assert sentence in (folder / "README.md").read_text(encoding="utf-8")
 
@@ -135,7 +150,7 @@ def test_what_only_another_python_needs_is_fetched_too(made):
         requires={"torch": ['setuptools; python_version >= "3.12"', 'cuda; platform_machine == "x86_64"']}
     )
     _, folder = made(pip, PI)
-    assert names(folder / "wheels" / "ground") == {"torch", "scipy", "setuptools"}
+    assert names(folder / "wheels" / "ground") == {"torch", "scipy", "rosbags", "setuptools"}
 
 
 def test_a_wheel_of_another_machine_or_version_meets_nothing(tmp_path):
@@ -181,7 +196,7 @@ def here(made, tmp_path):
 
 def test_the_script_installs_from_the_folder_alone(here, tmp_path):
     folder, python = here
-    for words, what in (([], "seatrial[ground]"), (["--bridge"], "seatrial")):
+    for words, what in (([], "seatrial[ground,logs]"), (["--bridge"], "seatrial")):
         done = installed(folder, *words, str(tmp_path / "environment"), PYTHON=python)
         assert done.returncode == 0, done.stderr
         told = (tmp_path / "environment" / "told").read_text(encoding="utf-8").split()

@@ -11,9 +11,10 @@ from turning_vehicle import readings, table, usual
 from bridge import schema
 from bridge.errors import LogError
 from identify.dive import Dive
+from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.map_text import map_text
-from identify.ingest.proposal import Confidence, Proposal, propose
+from identify.ingest.proposal import Proposal, propose
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.text_table import read_table

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from turning_vehicle import readings
 
-from identify.checks.mends import Mend, agreeing, mended, mends
+from identify.checks.mend import Mend, mended
+from identify.checks.mends import agreeing, mends
 from identify.dive import Dive, Signal
+from identify.ingest.rotation import to_earth
 
 READ = readings()
 
@@ -53,6 +55,13 @@ CHANGES = [
     ("depth", (-1.0,), ()),
     ("depth", (100.0,), ()),
     ("depth", (1 / 0.3048,), ()),
+    ("depth", (1 / 0.0254,), ()),
+    ("velocity", (1 / 0.3048,) * 3, ()),
+    ("velocity", (3600 / 1852,) * 3, ()),
+    ("velocity", (3.6,) * 3, ()),
+    ("pressure", (0.001,), ()),
+    ("pressure", (1e5 / 6894.757293168361,), ()),
+    ("pressure", (10.0,), ()),
 ]
 
 
@@ -69,6 +78,78 @@ def test_a_signal_that_was_changed_is_found_and_mended_back(
     if name == "attitude":  # a quaternion and its negative are the same attitude
         value = value * np.sign(np.sum(value * truth, axis=1, keepdims=True))
     assert value == pytest.approx(truth, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "unit"),
+    [
+        ("depth", 1 / 0.3048, "it is in feet"),
+        ("depth", 1 / 0.0254, "it is in inches"),
+        ("velocity", 3600 / 1852, "it is in knots"),
+        ("velocity", 1 / 0.3048, "it is in ft/s"),
+        ("pressure", 1e5 / 6894.757293168361, "as psi taken for bar"),
+        ("pressure", 0.001, "as kPa taken for Pa"),
+    ],
+)
+def test_the_sentence_names_the_unit_that_a_column_is_in(name: str, factor: float, unit: str) -> None:
+    width = getattr(dive(), name).value.shape[1]
+    (mend,) = mends(changed(name, (factor,) * width))
+    assert unit in mend.problem
+
+
+def test_a_depth_in_feet_is_found_by_heave_alone_and_a_velocity_in_feet_by_a_depth_that_pressure_bears_out() -> (
+    None
+):
+    (mend,) = mends(without(changed("depth", (1 / 0.3048,)), "pressure", "specific_force"))
+    assert (mend.signal, mend.factors) == ("depth", pytest.approx((0.3048,)))
+    assert "it is in feet" in mend.problem
+    (mend,) = mends(without(changed("velocity", (1 / 0.3048,) * 3), "specific_force"))
+    assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.3048,) * 3))
+    assert "the velocity is in ft/s" in mend.problem
+
+
+def test_a_velocity_in_feet_is_found_by_a_pressure_where_no_depth_is_recorded() -> None:
+    (mend,) = mends(without(changed("velocity", (1 / 0.3048,) * 3), "depth", "specific_force"))
+    assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.3048,) * 3))
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e-4])
+def test_a_pressure_that_counts_from_the_surface_gets_the_airs(factor: float) -> None:
+    right = dive()
+    wrong = replace(right, pressure=Signal(READ["t"], factor * (READ["pressure"][:, None] - 101325.0)))
+    (mend,) = mends(wrong)
+    assert (mend.signal, mend.offset) == ("pressure", 101325.0)
+    assert mend.factors == pytest.approx((1 / factor,), rel=0.001)
+    assert mended(wrong, mend).pressure.value == pytest.approx(right.pressure.value, rel=0.001)
+    assert "counts from the surface" in mend.problem
+    assert "add 101325 Pa" in mend.remedy
+
+
+NED = to_earth(READ["attitude"], READ["velocity"])
+AXES = [
+    (NED, (1.0, 1.0, 1.0), (), "north, east, down"),
+    (NED[:, [1, 0, 2]] * np.array([1.0, 1.0, -1.0]), (1.0, 1.0, -1.0), (1, 0, 2), "east, north, up"),
+    (NED * np.array([1.0, -1.0, -1.0]), (1.0, -1.0, -1.0), (), "those of the attitude, with z up"),
+]
+
+
+@pytest.mark.parametrize(("velocity", "factors", "order", "words"), AXES)
+def test_a_velocity_in_earth_axes_is_found_by_the_accelerometer_and_turned_by_the_attitude(
+    velocity: np.ndarray, factors: tuple[float, ...], order: tuple[int, ...], words: str
+) -> None:
+    wrong = replace(dive(), velocity=Signal(READ["t"], velocity))
+    made = mends(wrong)
+    right = wrong
+    for mend in made:
+        right = mended(right, mend)
+    assert {mend.signal for mend in made} == {"velocity"}
+    assert right.velocity.value == pytest.approx(READ["velocity"], abs=1e-6)
+    (turning,) = [mend for mend in made if mend.frame]
+    assert "in earth axes" in turning.problem
+    assert "add `frame: NED` to `velocity`" in turning.remedy
+    if len(made) == 1:
+        assert (turning.factors, turning.order) == (factors, order)
+        assert turning.problem.endswith(words)
 
 
 def test_a_gyro_in_degrees_with_a_turned_sign_is_mended_in_both() -> None:

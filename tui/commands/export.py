@@ -1,4 +1,7 @@
-"""`seatrial export`: write the identified model in the formats of other simulators, and list the parts left out."""
+"""`seatrial export`: write the identified model in the formats of other simulators, and list the parts left out.
+
+A dive, for programs that plot it, is written by `tui.export_dive`.
+"""
 
 import argparse
 import sys
@@ -12,15 +15,22 @@ from identify.effects.library import library
 from identify.export.model import Model, model_of
 from identify.export.targets import TARGETS, export, is_held, with_effects
 from tui import show
+from tui.export_dive import MCAP, export_dive
 from tui.files import Files
 from tui.parameter_files import Leave, accepted_model, check_outcome, check_vehicle, read_identification
 from tui.show import STANDARD_OUTPUT
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if arguments.to == MCAP:
+        return export_dive(arguments)
     if arguments.to not in TARGETS:
         raise exit_codes.UsageError(
-            f"--to {arguments.to}: no such target; the targets are {', '.join(TARGETS)}"
+            f"--to {arguments.to}: no such target; the targets are {', '.join((*TARGETS, MCAP))}"
+        )
+    if arguments.columns:
+        raise exit_codes.UsageError(
+            f"--columns: has no use with --to {arguments.to}, which takes a model; leave it out"
         )
     if arguments.out == STANDARD_OUTPUT:
         arguments.out = None

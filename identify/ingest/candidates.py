@@ -1,0 +1,188 @@
+"""Candidates for each signal among the columns of a file, by names and ranges, and the best of them."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from identify.checks.mend import Mend
+from identify.dive import Array
+from identify.ingest.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
+from identify.ingest.names import named, snake
+from identify.ingest.ranges import Guess, from_surface, unit_of
+from identify.ingest.streams import Stream
+
+SIGNALS = (
+    "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
+    "voltage", "tau_cmd", "armed",
+)  # fmt: skip
+FAVOURED = {
+    "velocity": "dvl", "gyro": "imu|gyro|angular_velocity", "specific_force": "imu|accel", "quaternion": "imu|attitude",
+    "altitude": "dvl|range|altimeter|ping", "depth": "depth", "voltage": "battery",
+}  # fmt: skip
+"""Topics that are taken first where several hold a signal."""
+
+OF_EARTH = re.compile(r"(local_position|global_position|velocity_local|vehicle_odometry)(?!.*body)")
+"""Topics whose velocity is in earth axes: in PX4 north, east, down, in MAVROS east, north, up."""
+
+FILTERED = re.compile(r"filtered|ekf|estimat|odom|local_position")
+WRENCH = "XYZKMN"
+_EAST_FIRST = {0: 1, 1: 0, 2: 2}
+"""Places in east, north, up of those in north, east."""
+
+
+class Confidence(Enum):
+    """How a unit and a column were found."""
+
+    NAMED = "named"
+    LIKELY = "likely"
+    GUESSED = "guessed"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Columns that a signal is proposed to be made of, and the reasons, in sentences. mends: those of physics."""
+
+    signal: str
+    columns: Columns
+    confidence: Confidence
+    reasons: tuple[str, ...]
+    mends: tuple[Mend, ...] = ()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Columns of one stream that may be a signal: by place, the field; the unit in their names; and a velocity's
+    axes."""
+
+    signal: str
+    stream: Stream
+    fields: dict[int, str]
+    unit: str | None
+    rank: int
+    frame: str = BODY
+
+    @property
+    def values(self) -> Array:
+        return np.column_stack([self.stream.columns[self.fields[place]] for place in sorted(self.fields)])
+
+    @property
+    def worth(self) -> tuple[bool, bool, bool, float, int, int]:
+        """Larger is better: moves, is complete, is in body axes, of a favoured topic, well named, has more rows."""
+        known = self.values[np.isfinite(self.values).all(axis=1)]
+        moves = len(known) > 1 and bool(np.ptp(known, axis=0).any())
+        complete = len(self.fields) >= WIDTHS.get(self.signal, 1)
+        favoured = bool(re.search(FAVOURED.get(self.signal, "^$"), snake(self.stream.name)))
+        return moves, complete, self.frame == BODY, float(favoured), -self.rank, len(known)
+
+
+def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
+    sets: dict[tuple[str, str], dict[int, str]] = {}
+    about: dict[tuple[str, str], tuple[str | None, int]] = {}
+    frames: dict[tuple[str, str], str] = {}
+    for field in stream.columns:
+        name = named(stream.name, field)
+        if name is None or field == time or name.place < 0 or not np.isfinite(stream.columns[field]).any():
+            continue
+        key = name.signal, name.family
+        sets.setdefault(key, {}).setdefault(name.place, field)
+        about.setdefault(key, (name.unit, name.rank))
+        if name.earth and frames.get(key) != "ENU":
+            frames[key] = name.earth
+    if {"N"} < {field for field in stream.columns if field in tuple(WRENCH)}:
+        sets[("tau_cmd", WRENCH)] = {k: axis for k, axis in enumerate(WRENCH) if axis in stream.columns}
+        about[("tau_cmd", WRENCH)] = None, 0
+    for (signal, family), fields in sets.items():
+        key = signal, family
+        frame = frames.get(key, BODY)
+        if frame == "ENU":
+            fields = {_EAST_FIRST[place]: field for place, field in fields.items()}
+        elif signal == "velocity" and OF_EARTH.search(snake(stream.name)):
+            # ROS begins the names of its topics with a slash.
+            frame = "ENU" if stream.name.startswith("/") else "NED"
+        yield Candidate(signal, stream, fields, *about[key], frame)
+
+
+def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tuple[str, ...]]:
+    """The best candidate of each signal, and notes on those that can't be used; of two attitudes the quaternion."""
+    choices: list[Choice] = []
+    notes: list[str] = []
+    for signal in SIGNALS:
+        usable: list[Candidate] = []
+        for candidate in candidates:
+            if candidate.signal != signal:
+                continue
+            if candidate.frame in EARTH and len(candidate.fields) < WIDTHS["velocity"]:
+                parts = map(candidate.stream.full_name, candidate.fields.values())
+                notes.append(
+                    f"{', '.join(parts)}: not used for velocity. It is a part of one in earth axes, and only the whole "
+                    "can be turned to the body's."
+                )
+            elif signal != "quaternion" or len(candidate.fields) == 4:
+                usable.append(candidate)
+        for candidate in sorted(usable, key=lambda each: each.worth, reverse=True):
+            choice, note = _choice(candidate)
+            if choice is not None:
+                if choice.signal not in {each.signal for each in choices}:
+                    choices.append(choice)
+                break
+            notes.append(note)
+    names = {choice.signal for choice in choices}
+    if "quaternion" in names:
+        choices = [choice for choice in choices if choice.signal != "euler"]
+    return tuple(choices), tuple(notes)
+
+
+def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
+    """A choice of a candidate's columns, or None and a note that says why it can't be used."""
+    candidate = replace(candidate, fields=_used(candidate))
+    signal, stream, fields = candidate.signal, candidate.stream, candidate.fields
+    width = WIDTHS.get(signal)
+    places = list(range(width)) if width else sorted(fields)
+    # An attitude and a filtered velocity are known whole or not at all; of any other vector a part may be unknown.
+    whole = signal in WHOLE or (signal == "velocity" and is_filtered(map(stream.full_name, fields.values())))
+    missing = NOTHING if whole else None
+    names = tuple(stream.full_name(fields[place]) if place in fields else missing for place in places)
+    values = candidate.values
+    named_unit = candidate.unit
+    guess = Guess(named_unit, "") if named_unit else unit_of(signal, values)
+    if signal == "pressure" and named_unit:
+        guess = from_surface(values, named_unit) or guess
+    if not guess.unit:
+        return None, f"{', '.join(filter(None, names))}: not used for {signal}. {guess.reason}"
+    confidence = (
+        Confidence.GUESSED if not guess.is_telling else Confidence.NAMED if named_unit else Confidence.LIKELY
+    )
+    reasons = [guess.reason] if guess.reason else []
+    if signal == "altitude" and np.nanmedian(values) < 0:
+        signal, reasons = "depth", ["It is mostly below 0, so it is taken for a height, not for an altitude."]
+    lacking = ", ".join(str(k + 1) for k, name in enumerate(names) if name == missing)
+    if lacking:
+        taken = "0" if whole else "unknown"
+        reasons.append(f"Nothing is named for column {lacking}, which is taken for {taken}.")
+        confidence = Confidence.GUESSED
+    if candidate.frame in EARTH:
+        reasons.append(f"By its name, it is in earth axes ({candidate.frame}), and the attitude turns it.")
+    offset = (guess.offset,) * len(names) if guess.offset else ()
+    scale = (guess.scale,) * len(names) if guess.scale != 1.0 else ()
+    columns = Columns(names, guess.unit, offset, scale, candidate.frame)
+    return Choice(signal, columns, confidence, tuple(reasons)), ""
+
+
+def _used(candidate: Candidate) -> dict[int, str]:
+    """The fields of a candidate; of thrusters, without outputs that nothing is connected to."""
+    if candidate.signal not in ("pwm", "rpm"):
+        return candidate.fields
+    driven = {
+        place: field
+        for place, field in candidate.fields.items()
+        if np.nan_to_num(candidate.stream.columns[field]).any()
+    }
+    return driven or candidate.fields
+
+
+def is_filtered(names: Iterable[str]) -> bool:
+    """Whether the names of a velocity's columns say that it comes from a filter."""
+    return any(FILTERED.search(snake(name)) for name in names)
