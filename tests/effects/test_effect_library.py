@@ -45,6 +45,7 @@ PARAMETERS = {
     "added_payload": ["mass"],
     "tether": ["stiffness", "north", "east"],
     "dvl_scale": ["scale"],
+    "depth_scale": ["scale"],
     "dvl_bias": ["x", "y", "z"],
     "dvl_misalignment": ["yaw"],
     "dvl_lever_arm": ["x", "y", "z"],
@@ -70,10 +71,11 @@ def parts(act: Act) -> dict[str, np.ndarray]:
 
 
 def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
-    assert (
-        json.loads(shared("answers.schema.json").read_text())["$defs"]["parameters_of_each_effect"]
-        == PARAMETERS
-    )
+    schema = json.loads(shared("answers.schema.3.json").read_text())
+    assert set(schema["properties"]["effects"]["items"]["properties"]["name"]["enum"]) == set(PARAMETERS)
+    # The form names the gain of a depth sensor, but gives it no parameters.
+    told = schema["$defs"]["parameters_of_each_effect"]
+    assert {"depth_scale": ["scale"]} | told == PARAMETERS
 
 
 def test_no_two_effects_go_by_one_label() -> None:
@@ -127,7 +129,8 @@ def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shap
     for name, value in found.items():
         assert np.isfinite(value).all()
         assert np.any(value)
-        assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else (count, wide[name]))
+        along = (count,) if name == "depth" else (count, wide.get(name))
+        assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else along)
     if set(found) & {"mass", "damping"}:
         assert effect.refit_absorbs
         assert set(found) <= {"mass", "damping", "quadratic", "wrench"}
