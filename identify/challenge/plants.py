@@ -319,8 +319,8 @@ PLANTS: dict[str, Plant] = {
     plant.__name__: plant
     for plant in (
         quadratic_drag, drag_asymmetry, cross_flow_lift, coupled_damping, munk_moment, fouling, cg_offset,
-        pitch_roll_coupling, net_buoyancy, entrained_water, added_payload, dvl_scale, depth_scale, dvl_bias, dvl_misalignment,
-        dvl_lever_arm, dvl_delay, gyro_bias, imu_gravity_leak, wrong_feedback_log,
+        pitch_roll_coupling, net_buoyancy, entrained_water, added_payload, dvl_scale, depth_scale, dvl_bias,
+        dvl_misalignment, dvl_lever_arm, dvl_delay, gyro_bias, imu_gravity_leak, wrong_feedback_log,
         *plants_thrust.ALL, steady_current, varying_current, waves, free_surface, bottom_or_wall, tether,
     )
 }  # fmt: skip

@@ -228,8 +228,8 @@ class Faults(NamedTuple):
     """Errors of the readings; `honest` has none.
 
     seen (3, 3), bias (3,), arm (3,): of the DVL, whose velocity is `late` steps old. wander: share by which biases
-    vary. gyro: bias about z, rad/s. deep: gain of the depth sensor. tilt (3, 3): rotation of the accelerometer. unseen: 1 if the controller uses a
-    velocity that is not recorded.
+    vary. gyro: bias about z, rad/s. tilt (3, 3): rotation of the accelerometer. unseen: 1 if the controller uses a
+    velocity that is not recorded. deep: gain of the depth sensor.
     """
 
     seen: Array
