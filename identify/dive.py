@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -94,8 +95,19 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Run:
+    """A recording that is part of a dive made of several: its name and source, and its span on the dive's clock, s."""
+
+    name: str
+    source: Path
+    sha256: str
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
 class Dive:
-    """One recording. Body frame FRD, radians, boot time; None for a signal that the recording lacks.
+    """One recording, or several runs of one vehicle on one clock. Body frame FRD, radians, boot time; None for a signal that the recording lacks.
 
     velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity.
     velocity_is_filtered: whether velocity comes from an autopilot's own filter, turned from north-east-down into body
@@ -111,6 +123,8 @@ class Dive:
     (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
     heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
+    runs: the recordings that the dive is made of, in order of time; empty for a single one. left_out: names of those
+    that were not used, each with the reason.
     notes: losses in the recording, in sentences for the user.
     frozen: by signal, the intervals in s in which its readings were frozen and therefore left out.
     sha256, opening: as defined in `ingest.identity`.
@@ -151,6 +165,8 @@ class Dive:
     notes: tuple[str, ...] = ()
     frozen: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
+    runs: tuple[Run, ...] = ()
+    left_out: tuple[tuple[str, str], ...] = ()
 
     def note_of(self, kind: Kind) -> str:
         """The first note of that kind; "" without."""
@@ -170,15 +186,24 @@ class Dive:
 
     @property
     def duration_s(self) -> float:
+        """Time over which it was recorded, without the time between its runs."""
         start, end = self.span_s
-        return end - start
+        return end - start - sum(after.start_s - before.end_s for before, after in pairwise(self.runs))
+
+    @property
+    def breaks_s(self) -> Array:
+        """Times (r - 1,) between its runs, across which nothing is known of how the vehicle moved."""
+        return np.array([0.5 * (before.end_s + after.start_s) for before, after in pairwise(self.runs)])
 
     def between(self, start_s: float, end_s: float) -> "Dive":
         """The part of the dive in [start_s, end_s)."""
         cut: dict[str, Any] = {
             name: signal.between(start_s, end_s) for name, signal in self.signals().items()
         }
-        return replace(self, **cut)
+        kept = (
+            replace(run, start_s=max(run.start_s, start_s), end_s=min(run.end_s, end_s)) for run in self.runs
+        )
+        return replace(self, **cut, runs=tuple(run for run in kept if run.start_s < run.end_s))
 
     @property
     def yaw_rate(self) -> Signal | None:

@@ -10,6 +10,8 @@ commands is modelled as a white force.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -51,7 +53,8 @@ class WrenchHistory:
     `hidden` (6,): white force that the log hides, in N (N m) per square root of 1/s, from rounding commands to whole
     microseconds and from sampling them slowly.
     `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
-    commands, 0 if the commands are known at all times.
+    commands, 0 if the commands are known at all times. `breaks_s` (r - 1,): times between the runs of a dive; before
+    the first command of each run the wrench is constant.
     """
 
     time_s: Array
@@ -64,6 +67,18 @@ class WrenchHistory:
     notes: tuple[str, ...] = ()
     hidden: Array = field(default_factory=lambda: np.zeros(6))
     sampled_s: float = 0.0
+    breaks_s: Array = field(default_factory=lambda: np.zeros(0))
+
+    @cached_property
+    def firsts(self) -> NDArray[np.intp]:
+        """Index (r + 1,) of the first command of each run, then the number of commands."""
+        return np.concatenate([[0], np.searchsorted(self.time_s, self.breaks_s), [len(self.time_s)]])
+
+    @property
+    def spans_s(self) -> list[tuple[float, float]]:
+        """Times of the first and the last command of each run that has any."""
+        pairs = pairwise(self.firsts.tolist())
+        return [(float(self.time_s[a]), float(self.time_s[b - 1])) for a, b in pairs if a < b]
 
     def along(self, dof: int) -> "WrenchHistory":
         """Return the component of one degree of freedom: every (n, 6) becomes (n, 1)."""
@@ -106,6 +121,9 @@ class WrenchHistory:
 
     def _segment(self, time_s: Array) -> tuple[NDArray[np.intp], Array]:
         index = np.maximum(np.searchsorted(self.time_s, time_s, side="right") - 1, 0)
+        if len(self.breaks_s):
+            first = self.firsts[np.searchsorted(self.breaks_s, time_s, side="right")]
+            index = np.minimum(np.maximum(index, first), len(self.time_s) - 1)
         return index, time_s - self.time_s[index]
 
     def _integral_to(self, time_s: Array) -> Array:
@@ -135,7 +153,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         directory = CONFIGS / "thrusters"
     commanded = dive.tau_cmd if dive.tau_cmd is not None and len(dive.tau_cmd) else None
     from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name, commanded)
-    curve = vehicle.thrust_curve
+    curve, breaks_s = vehicle.thrust_curve, dive.breaks_s
     if from_pwm is not None and dive.thruster_commands is not None:
         if commanded is not None:
             notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
@@ -143,8 +161,9 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
         if sampled_slowly(dive.thruster_commands):
-            return _sampled(from_pwm, curve, "pwm", notes, rounded)
-        history = _history(Signal(from_pwm.time_s, unrounded(from_pwm.value, variance)), curve, "pwm", notes)
+            return _sampled(from_pwm, curve, "pwm", notes, rounded, breaks_s)
+        likeliest = Signal(from_pwm.time_s, _unrounded(from_pwm, variance, breaks_s))
+        history = _history(likeliest, curve, "pwm", notes, breaks_s)
         return replace(history, hidden=np.sqrt(rounded))
     if commanded is None:
         raise FitError(
@@ -154,8 +173,8 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         )
     notes = (*notes, "The wrench is TAU_CMD as recorded.")
     if sampled_slowly(commanded):
-        return _sampled(commanded, curve, "tau_cmd", notes, np.zeros(6))
-    return _history(commanded, curve, "tau_cmd", notes)
+        return _sampled(commanded, curve, "tau_cmd", notes, np.zeros(6), breaks_s)
+    return _history(commanded, curve, "tau_cmd", notes, breaks_s)
 
 
 def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
@@ -211,6 +230,7 @@ def _sampled(
     source: Literal["pwm", "tau_cmd"],
     notes: tuple[str, ...],
     rounded: Array,
+    breaks_s: Array,
 ) -> WrenchHistory:
     """Return the history for slow samples. A change at an unknown time between two samples is wrong by its size times
     the root of a twelfth of the sample interval, per root of that interval."""
@@ -221,7 +241,7 @@ def _sampled(
         f"Thruster commands are known every {step_s:.2g} s alone: a delay or a lag of the thrusters can't be judged; "
         "record them at 10 Hz or more for that."
     )
-    history = _history(evenly_between(asked), curve, source, (*notes, note))
+    history = _history(evenly_between(asked), curve, source, (*notes, note), breaks_s)
     return replace(history, hidden=hidden, sampled_s=step_s)
 
 
@@ -230,10 +250,9 @@ def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, name: str) -
     wrench behind the rounded wrench (`unrounded`)."""
     variance = _hidden(dive, file.vehicle, file.path.parent, name)
     allocation = allocation_matrix(file.vehicle.configurations[name])
-    rounded = asked.value @ allocation.T
-    return Signal(
-        asked.time_s, asked.value + (unrounded(rounded, variance) - rounded) @ np.linalg.pinv(allocation).T
-    )
+    rounded = Signal(asked.time_s, asked.value @ allocation.T)
+    change = _unrounded(rounded, variance, dive.breaks_s) - rounded.value
+    return Signal(asked.time_s, asked.value + change @ np.linalg.pinv(allocation).T)
 
 
 def _hidden(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
@@ -257,6 +276,13 @@ def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Arra
     sent = np.where(known & (pulses > 0), pulses, curve.neutral_us)
     slope = 0.5 * (curve.thrust(sent + 1.0) - curve.thrust(sent - 1.0))
     return np.asarray(slope**2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
+
+
+def _unrounded(asked: Signal, variance: Array, breaks_s: Array) -> Array:
+    """`unrounded` wrenches (n, 6), run by run."""
+    at = np.searchsorted(asked.time_s, breaks_s)
+    runs = zip(np.split(asked.value, at), np.split(variance, at), strict=True)
+    return np.vstack([unrounded(wrenches, hidden) for wrenches, hidden in runs if len(wrenches)])
 
 
 def unrounded(asked: Array, variance: Array) -> Array:
@@ -345,16 +371,20 @@ def _history(
     curve: ThrustCurve,
     source: Literal["pwm", "tau_cmd"],
     notes: tuple[str, ...],
+    breaks_s: Array,
 ) -> WrenchHistory:
     asked, lag_s = Signal(asked.time_s + curve.delay_s, asked.value), curve.lag_s
     step_s = np.diff(asked.time_s)
     decay = _decay(step_s, lag_s)
-    state = _lagged(asked.value, decay)
+    runs = np.split(np.arange(len(asked)), np.searchsorted(asked.time_s, breaks_s))
+    state = np.vstack([_lagged(asked.value[run], decay[run[:-1]]) for run in runs if len(run)])
     areas = _area(asked.value[:-1], state[:-1], step_s, lag_s)
     integral = np.concatenate((np.zeros((1, 6)), np.cumsum(areas, axis=0)))
     moments = integral[:-1] * step_s[:, None] + _moment(asked.value[:-1], state[:-1], step_s, lag_s)
     moment = np.concatenate((np.zeros((1, 6)), np.cumsum(moments, axis=0)))
-    return WrenchHistory(asked.time_s, asked.value, state, integral, moment, lag_s, source, notes)
+    return WrenchHistory(
+        asked.time_s, asked.value, state, integral, moment, lag_s, source, notes, breaks_s=breaks_s
+    )
 
 
 def _lagged(asked: Array, decay: Array) -> Array:

@@ -192,7 +192,7 @@ class AxisInnovations:
         """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
         shows them."""
         time_s = self.problem.axis.time_s
-        before = np.concatenate([time_s[:1], time_s[:-1]])
+        before = self.problem.axis.before_s
         out = np.empty((len(self.std), len(forces)))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)

@@ -410,7 +410,7 @@ def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tup
 def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, near: Axis) -> AxisLikelihood:
     """An axis less the acts, at the speeds of a nearby fit."""
     axis = problem.axis
-    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    before = axis.before_s
     force, reading, quadratic = axis.force.copy(), problem.reading.copy(), axis.quadratic
     for act in acts:
         if act.quadratic is not None:
@@ -438,10 +438,10 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
 
     def along(k: int) -> None:
         axis, speed = problems[k].axis, problems[k].speed(theta[joint.places[k]])
-        nu[:, axis.dof] = np.interp(motion.time_s, axis.shown_s, speed)
+        nu[:, axis.dof] = motion.interpolated(axis.shown_s, speed)
 
     side_by_side(along, range(len(problems)))
-    return Motion(motion.time_s, nu)
+    return replace(motion, nu=nu)
 
 
 def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:

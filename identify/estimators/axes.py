@@ -7,6 +7,7 @@ filters of one axis each replace a filter with twelve states. `coupled` forms th
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,16 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.lateness import FilteredForce, Timing, behind_filter, means_behind_filter, timing_of
+from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
+from identify.estimators.lateness import (
+    LATER_S,
+    FilteredForce,
+    Timing,
+    behind_filter,
+    by_lateness,
+    means_behind_filter,
+    timing_of,
+)
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.readings import (
     FEWEST,
@@ -72,8 +81,8 @@ class Brackets:
     """Brackets of an axis's speed, within which the slope of its square counts as constant.
 
     slopes (k,): derivative of speed times its magnitude, in the middle of each bracket. slope (n,): the slope of each
-    event's bracket. step (n,): the row for this event in a table of all distinct steps in all brackets, -1 for no
-    step. about (2, n): force of a unit of quadratic damping at the events in addition to a linear damping of that
+    event's bracket. step (n,): the row for this event in a table of all distinct steps in all brackets, -1 and
+    less as in the axis. about (2, n): force of a unit of quadratic damping at the events in addition to a linear damping of that
     slope, first without the drag of the axis's own speed, then with it.
     """
 
@@ -87,13 +96,14 @@ class Brackets:
 class Axis:
     """One degree of freedom, (n,) events in time order.
 
-    step_s: time since the event before, equal to entry `step` of `different_s`, or 0 if `step` is -1.
+    step_s: time since the event before, equal to entry `step` of `different_s`, or 0 if `step` is NO_STEP, or less at
+    the first event of each run but the first (`innovations.NO_STEP`).
     force (n, 2): thrust less restoring force in the first and the second half of the step before the event.
     coriolis (n, 6): force per unit of each total mass.
     reading: NaN if the event only divides a step. scale: standard deviation of a reading over its channel's noise.
     channel: index of the reading's entry in `channels`.
     stiffness: restoring moment per angle, for roll and pitch.
-    initial (4,): first speed, first angle or depth, and their variances.
+    initial (r, 4), by run: first speed, first angle or depth, and their variances.
     speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
@@ -144,7 +154,7 @@ class Axis:
         slopes = np.asarray(slope_by_speed * width * (np.arange(count) + 0.5), dtype=np.float64)
         bracket = np.minimum(size / width, count - 1).astype(np.int64)
         slope = np.asarray(slopes[bracket], dtype=np.float64)
-        step = np.where(self.step < 0, -1, self.step * count + bracket)
+        step = np.where(self.step < 0, self.step, self.step * count + bracket)
         braked = slope * self.speed
         return Brackets(slopes, slope, step, np.stack([braked, braked - self.squared]))
 
@@ -153,7 +163,29 @@ class Axis:
         """Speed times its magnitude (n,) over each step, as the readings show it: a fast hull's drag is over before an
         autopilot's filter shows the speed that made it."""
         values = np.asarray(self.before_filter * np.abs(self.before_filter))
-        return means_behind_filter(values, self.step_s, self.smoothing_s) if self.smoothing_s > 0 else values
+        if self.smoothing_s <= 0:
+            return values
+        return np.concatenate(
+            [means_behind_filter(values[run], self.step_s[run], self.smoothing_s) for run in self.runs]
+        )
+
+    @cached_property
+    def runs(self) -> tuple[slice, ...]:
+        """The events of each run."""
+        firsts = [0, *np.flatnonzero(self.step < NO_STEP).tolist(), len(self.step)]
+        return tuple(slice(a, b) for a, b in pairwise(firsts))
+
+    @property
+    def before_s(self) -> Array:
+        """Times (n,) of the event before; its own for the first event of a run."""
+        before = np.concatenate([self.time_s[:1], self.time_s[:-1]])
+        return np.where(self.step < NO_STEP, self.time_s, before)
+
+    def by_lateness(self, lag_s: float = LATER_S) -> Array:
+        """Change of the force of each step (n,), per second that it comes later (`lateness.by_lateness`)."""
+        return np.concatenate(
+            [by_lateness(self.force[run], 0.5 * self.step_s[run], lag_s) for run in self.runs]
+        )
 
     @property
     def is_coloured(self) -> bool:
@@ -211,8 +243,9 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     configuration = vehicle.configurations[name]
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     forces = wrench(dive, file, name)
-    start = float(forces.time_s[0]) + max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
-    end = float(forces.time_s[-1])
+    later_s = max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
+    spans_s = [(first_s + later_s, last_s) for first_s, last_s in forces.spans_s]
+    start, end = spans_s[0][0], spans_s[-1][1]
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     velocity, motion = at_origin(dive, grid, np.asarray(lever))
@@ -233,7 +266,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
             return _unread(dive, dof)
         if dof in unpushed and read[0].state_read == POSITION and not forces.asked[:, dof].any():
             return f"{unpushed[dof]}, and {read[0].name} alone was read there"
-        events = _events(dof, read, (start, end))
+        events = _events(dof, read, spans_s)
         if events is None:
             return f"{DOFS[dof]} was recorded only while no thruster command was"
         stiffness = stiffness_of(dive, configuration, dof)
@@ -321,8 +354,53 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
     return shares
 
 
-def _events(dof: int, channels: list[Channel], span_s: tuple[float, float]) -> Axis | None:
-    """Return the readings of an axis in time order, with long steps divided, still without any force."""
+@dataclass(frozen=True)
+class _RunEvents:
+    """Readings of an axis in time order within a run, (n,) each as in `Axis`, with long steps divided."""
+
+    time_s: Array
+    value: Array
+    scale: Array
+    state: NDArray[np.int64]
+    channel: NDArray[np.int64]
+    initial: Array
+
+
+def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, float]]) -> Axis | None:
+    """Return the readings of an axis in time order, with long steps divided, still without any force; None if no run
+    holds enough of them."""
+    runs = [events for span_s in spans_s if (events := _run_events(channels, span_s)) is not None]
+    if not runs:
+        return None
+    count = [len(run.time_s) for run in runs]
+    time_s = np.concatenate([run.time_s for run in runs])
+    steps = [np.diff(run.time_s, prepend=run.time_s[0]) for run in runs]
+    step_s = np.round(np.concatenate(steps), TIME_DIGITS).astype(np.float64)
+    found_s, step = np.unique(step_s, return_inverse=True)
+    empty = int(found_s[0] == 0.0)
+    step = np.asarray(step - empty, dtype=np.int64)
+    step[np.cumsum([0, *count[:-1]])] = NO_STEP - np.arange(len(runs))
+    return Axis(
+        dof,
+        time_s,
+        step_s,
+        np.asarray(found_s[empty:], dtype=np.float64),
+        step,
+        np.zeros((len(time_s), 2)),
+        np.zeros((len(time_s), 6)),
+        np.concatenate([run.value for run in runs]),
+        np.concatenate([run.scale for run in runs]),
+        np.concatenate([run.state for run in runs]),
+        np.concatenate([run.channel for run in runs]),
+        tuple(channels),
+        0.0,
+        np.array([run.initial for run in runs]),
+        np.zeros(len(time_s)),
+        np.zeros(len(time_s)),
+    )
+
+
+def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _RunEvents | None:
     time_s = np.round(np.concatenate([c.time_s for c in channels]), TIME_DIGITS)
     value = np.concatenate([c.value for c in channels])
     scale = np.concatenate([c.scale for c in channels])
@@ -339,27 +417,13 @@ def _events(dof: int, channels: list[Channel], span_s: tuple[float, float]) -> A
     initial = _initial(time_s, value, scale, state)
     between = np.round(_dividing(time_s), TIME_DIGITS).astype(np.float64)
     before = np.searchsorted(time_s, between)
-    time_s = np.insert(time_s, before, between)
-    step_s = np.round(np.diff(time_s, prepend=time_s[0]), TIME_DIGITS).astype(np.float64)
-    found_s, step = np.unique(step_s, return_inverse=True)
-    empty = int(found_s[0] == 0.0)
-    return Axis(
-        dof,
-        time_s,
-        step_s,
-        np.asarray(found_s[empty:], dtype=np.float64),
-        np.asarray(step - empty, dtype=np.int64),
-        np.zeros((len(time_s), 2)),
-        np.zeros((len(time_s), 6)),
+    return _RunEvents(
+        np.insert(time_s, before, between),
         np.insert(value, before, np.nan),
         np.insert(scale, before, 1.0),
         np.insert(state, before, VELOCITY),
         np.insert(channel, before, 0),
-        tuple(channels),
-        0.0,
         initial,
-        np.zeros(len(time_s)),
-        np.zeros(len(time_s)),
     )
 
 
@@ -377,7 +441,7 @@ def _pushed(
     events: Axis, forces: WrenchHistory, motion: Motion, restoring_n: Array, stiffness: float
 ) -> Axis:
     """Return the events with the thrust less restoring force of each step."""
-    before = np.concatenate([events.time_s[:1], events.time_s[:-1]])
+    before = events.before_s
     force = forces.along(events.dof).halves_between(before, events.time_s)[:, :, 0]
     held = motion.mean_between(restoring_n, before, events.time_s)
     return replace(events, force=force - held[:, None], stiffness=stiffness)
@@ -388,7 +452,7 @@ def _behind_filter(
 ) -> Axis:
     """Return the axis with its force filtered like the readings of an autopilot's own filter, and their timing
     errors."""
-    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    before = axis.before_s
     push = FilteredForce(grid, forces.along(axis.dof).at(grid)[:, 0] - restoring_n)
     force = push.behind(smoothing_s).mean_between(before, axis.time_s)
     return replace(
@@ -401,7 +465,7 @@ def _behind_filter(
 
 def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
     """Return the axis with the timing error of slowly sampled commands, in addition to any other timing error."""
-    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    before = axis.before_s
     apart_s, spread_s = 0.5 * forces.sampled_s, LATE_SHARE * forces.sampled_s
     push = forces.along(axis.dof)
     early, late = (push.mean_between(before + by_s, axis.time_s + by_s)[:, 0] for by_s in (apart_s, -apart_s))
@@ -419,7 +483,7 @@ def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
 
 def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
     """Return an axis of `built`, which was built with these forces, for forces that act `by_s` later."""
-    before, grid = np.concatenate([axis.time_s[:1], axis.time_s[:-1]]), built.motion.time_s
+    before, grid = axis.before_s, built.motion.time_s
     forces = forces.along(axis.dof)
     if not axis.is_coloured:
         moved = forces.halves_between(before - by_s, axis.time_s - by_s) - forces.halves_between(
@@ -435,7 +499,7 @@ def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
 def coupled(axis: Axis, motion: Motion) -> Axis:
     """Return the axis with the Coriolis forces and its own speed from a motion: means over each step, filtered like
     its readings."""
-    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    before = axis.before_s
 
     def shown(values: Array) -> Array:
         step_s = float(motion.time_s[1] - motion.time_s[0])

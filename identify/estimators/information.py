@@ -68,7 +68,8 @@ def gradient_and_information(
     There are c runs, the first at theta and each other with one parameter STEP larger. For each run: tables (c,
     steps, COLUMNS) of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_c (c,).
     columns (n, k): the force of a unit of each linear parameter. channel (n,) of each reading, and scale (n,), the
-    factor on its noise. The other arguments are those of `innovations`, without a gate. c and k are at most LANES.
+    factor on its noise. The other arguments are those of `innovations`, without a gate, and of a single run: initial
+    (4,). c and k are at most LANES.
     """
     runs, linear = tables.shape[0], columns.shape[1]
     if max(runs, linear) > LANES:

@@ -30,6 +30,9 @@ Covariance = tuple[float, float, float, float, float, float, float, float, float
 Gain = tuple[float, float, float, float]
 
 VELOCITY, POSITION, INCREMENT = 0, 1, 2
+NO_STEP = -1
+"""Instead of a row of the table, for an event without a step before it. NO_STEP - r instead begins run r > 0: what the
+filter knew is forgotten, and the state is that of the run's first instant."""
 LONGEST_STEP_S = 0.1
 """The caller divides longer steps: the exponential's series is exact up to this length."""
 
@@ -145,23 +148,22 @@ def innovations(
 ) -> tuple[Array, Array, Array]:
     """Return innovations and their variances, (n,), NaN where a reading is NaN, and the gains (n, 4).
 
-    table (k, COLUMNS) of `transitions`; step (n,) its row for the time since the event before, -1 for no step; force
+    table (k, COLUMNS) of `transitions`; step (n,) its row for the time since the event before, or NO_STEP; force
     (n, 2) N, held over the first and the second half of that step; reading (n,) in SI units; state_read (n,)
-    VELOCITY, POSITION or INCREMENT; variance (n,) of each reading; initial (4,): nu, x, their variances. A reading
-    beyond `gate_sigma` standard deviations has its innovation clipped to that limit and does not update the state. An
-    INCREMENT restarts x from zero, even if its reading is NaN.
+    VELOCITY, POSITION or INCREMENT; variance (n,) of each reading; initial (r, 4), by run: nu, x, their variances. A
+    reading beyond `gate_sigma` standard deviations has its innovation clipped to that limit and does not update the
+    state. An INCREMENT restarts x from zero, even if its reading is NaN.
     """
     n = step.shape[0]
     error, spread, gain = np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 4))
-    mean = (initial[0], initial[1], 0.0, 0.0)
-    p = (
-        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
-    )  # fmt: skip
+    mean, p = begun(initial[0], sigma_d, sigma_c)
     for i in range(n):
         if step[i] >= 0:
             row = table[step[i]]
             mean = moved_mean(row, mean, force[i, 0], force[i, 1])
             p = moved_covariance(row, p)
+        elif step[i] < NO_STEP:
+            mean, p = begun(initial[NO_STEP - step[i]], sigma_d, sigma_c)
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
             e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
@@ -196,15 +198,14 @@ def log_likelihood(
     The arguments are those of `innovations`, without a gate.
     """
     out = 0.0
-    mean = (initial[0], initial[1], 0.0, 0.0)
-    p = (
-        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
-    )  # fmt: skip
+    mean, p = begun(initial[0], sigma_d, sigma_c)
     for i in range(step.shape[0]):
         if step[i] >= 0:
             row = table[step[i]]
             mean = moved_mean(row, mean, force[i, 0], force[i, 1])
             p = moved_covariance(row, p)
+        elif step[i] < NO_STEP:
+            mean, p = begun(initial[NO_STEP - step[i]], sigma_d, sigma_c)
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
             e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
@@ -233,10 +234,12 @@ def filtered_means(
     """Means of nu, x and d after each event (n, 3), from the gains and innovations (n,) of an earlier filter run; an
     innovation is 0 without a reading."""
     out = np.empty((step.shape[0], 3))
-    nu, x, d = initial[0], initial[1], 0.0
+    nu, x, d = initial[0, 0], initial[0, 1], 0.0
     for i in range(step.shape[0]):
         if step[i] >= 0:
             nu, x, d, _ = moved_mean(table[step[i]], (nu, x, d, 0.0), force[i, 0], force[i, 1])
+        elif step[i] < NO_STEP:
+            nu, x, d = initial[NO_STEP - step[i], 0], initial[NO_STEP - step[i], 1], 0.0
         nu, x, d = nu + gain[i, 0] * error[i], x + gain[i, 1] * error[i], d + gain[i, 2] * error[i]
         out[i, 0], out[i, 1], out[i, 2] = nu, x, d
         if state_read[i] == INCREMENT:
@@ -264,15 +267,14 @@ def smoothed_velocity(
     n = step.shape[0]
     means, spreads = np.empty(n), np.empty((n, 4))
     surprise, gain = np.zeros(n), np.zeros((n, 4))
-    mean = (initial[0], initial[1], 0.0, 0.0)
-    p = (
-        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
-    )  # fmt: skip
+    mean, p = begun(initial[0], sigma_d, sigma_c)
     for i in range(n):
         if step[i] >= 0:
             row = table[step[i]]
             mean = moved_mean(row, mean, force[i, 0], force[i, 1])
             p = moved_covariance(row, p)
+        elif step[i] < NO_STEP:
+            mean, p = begun(initial[NO_STEP - step[i]], sigma_d, sigma_c)
         means[i] = mean[0]
         spreads[i, 0], spreads[i, 1], spreads[i, 2], spreads[i, 3] = p[0], p[1], p[2], p[6]
         if np.isfinite(reading[i]):
@@ -305,7 +307,17 @@ def smoothed_velocity(
             t = table[step[i]]
             a0, a1, a2 = t[0] * a0 + t[3] * a1, t[1] * a0 + t[4] * a1, t[2] * a0 + t[5] * a1 + t[6] * a2
             a3 *= t[17]
+        elif step[i] < NO_STEP:
+            a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
     return out
+
+
+@njit(cache=True, inline="always")
+def begun(initial: Array, sigma_d: float, sigma_c: float) -> tuple[Mean, Covariance]:
+    """Mean and covariance at the first instant of a run; initial (4,)."""
+    return (initial[0], initial[1], 0.0, 0.0), (
+        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
+    )  # fmt: skip
 
 
 @njit(cache=True, inline="always")
@@ -412,6 +424,8 @@ def responses(
                 for c in range(count):
                     x0[c] += to_nu * force[i, c]
                     x1[c] += to_x * force[i, c]
+        elif step[i] < NO_STEP:
+            x0[:], x1[:], x2[:], x3[:] = 0.0, 0.0, 0.0, 0.0
         if read[i]:
             k0, k1, k2, k3, scale = gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3], 1.0 / std[row]
             velocity = state_read[i] == VELOCITY

@@ -19,7 +19,6 @@ from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.forms import Forms, Kind
 from identify.estimators.innovations import responses
-from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.misfit import (
@@ -92,7 +91,7 @@ class Screen:
         """Responses (m, p) of length 1 to all that the fit chooses, and to drag and lateness."""
         problem, axis = self.problem, self.problem.axis
         shapes = [problem.shapes, axis.coriolis[:, sorted(axis.coupled_dofs)]]
-        shapes.append(by_lateness(axis.force, 0.5 * axis.step_s)[:, None])
+        shapes.append(axis.by_lateness()[:, None])
         if problem.damped != "both":
             shapes.append(lacking_drag(problem, axis.speed)[:, None])
         places = [MASS, DAMPING, *([problem.quadratic_place] if problem.damped != "linear" else [])]

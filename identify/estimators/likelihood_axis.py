@@ -1,6 +1,6 @@
 """Likelihood of one axis; `likelihood_joint` fits all axes of a vehicle together."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, Brackets, coupled
 from identify.estimators.information import STEP, gradient_and_information
 from identify.estimators.innovations import (
+    NO_STEP,
     filtered_means,
     innovations,
     log_likelihood,
@@ -69,7 +70,8 @@ class AxisLikelihood:
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor for each column of
     `shapes` (n, k), then the log noise std of each channel; then, if the axis has them, log white force, and log std
     and log time constant of the velocity readings' coloured error. `masses` (6,) of all axes give the Coriolis
-    forces. The first shape is a constant: the trim force. Then come the Coriolis forces of the `unmeasured` masses,
+    forces. The first shapes are constant over a run each: its trim force. Then come the Coriolis forces of the
+    `unmeasured` masses,
     the drag of a unit of quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust
     per second of timing error (`timing`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`:
     estimate of the mass from the other axes' Coriolis forces, and its precision; both are of the mass itself, because
@@ -118,7 +120,7 @@ class AxisLikelihood:
 
         Raises LinAlgError if either is not finite.
         """
-        axis, noise = self.axis, self.noise_place
+        noise, trims = self.noise_place, len(self.axis.runs)
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
         tables = [self.transition_table(point) for point in runs]
@@ -126,33 +128,43 @@ class AxisLikelihood:
             # Quadratic damping acts twice: as a force at the expected speed, and as a slope about that speed.
             runs = np.vstack([runs, theta])
             tables.append(self.transition_table(theta, 1.0 + STEP))
-        columns = np.hstack([self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
-        gradient, information = gradient_and_information(
-            np.array(tables),
-            self.step,
-            self.mean_force(theta),
-            columns,
-            self.reading,
-            axis.state_read,
-            np.exp(2 * runs[:, noise : self.white_place]),
-            axis.channel,
-            axis.scale,
-            np.exp(runs[:, DISTURBANCE]),
-            np.array([self.coloured(point)[0] for point in runs]),
-            axis.initial,
-        )
-        if not (np.isfinite(gradient).all() and np.isfinite(information).all()):
-            raise np.linalg.LinAlgError("the information is no number")
         slope = [] if self.damped == "linear" else [self.quadratic_place]
-        rows = np.r_[curved, slope, FORCES:noise, len(theta) : len(theta) + len(dofs)].astype(np.intp)
-        parts = np.zeros((len(theta) + len(dofs), len(rows)))
-        parts[rows, range(len(rows))] = 1.0
-        gradient, information = parts @ gradient, parts @ information @ parts.T
+        size = len(theta) + len(dofs)
+        gradient, information = np.zeros(size), np.zeros((size, size))
+        scored = self._scored_runs(theta, runs, np.array(tables), dofs)
+        for k, (of_run, information_of_run) in enumerate(scored):
+            if not (np.isfinite(of_run).all() and np.isfinite(information_of_run).all()):
+                raise np.linalg.LinAlgError("the information is no number")
+            trim = FORCES + k
+            rows = np.r_[curved, slope, trim, FORCES + trims : noise, len(theta) : size].astype(np.intp)
+            parts = np.zeros((size, len(rows)))
+            parts[rows, range(len(rows))] = 1.0
+            gradient += parts @ of_run
+            information += parts @ information_of_run @ parts.T
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)
         information[MASS, MASS] += mass * mass * precision
         return gradient, information
+
+    def _scored_runs(
+        self, theta: Array, points: Array, tables: Array, dofs: Sequence[int]
+    ) -> Iterator[tuple[Array, Array]]:
+        """Gradient and information of each run by itself: what the filter knows ends with a run.
+
+        Of the linear parameters come its own trim, the other shapes and the log masses of `dofs`.
+        """
+        axis, step, force, trims = self.axis, self.step, self.mean_force(theta), len(self.axis.runs)
+        shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
+        noise = np.exp(2 * points[:, self.noise_place : self.white_place])
+        coloured = np.array([self.coloured(point)[0] for point in points])
+        for k, run in enumerate(axis.runs):
+            rows, at = (tables, step[run]) if trims == 1 else _used(tables, step[run])
+            own = np.hstack([shapes[run, k : k + 1], shapes[run, trims:], coriolis[run]])
+            yield gradient_and_information(
+                rows, at, force[run], own, self.reading[run], axis.state_read[run], noise, axis.channel[run],
+                axis.scale[run], np.exp(points[:, DISTURBANCE]), coloured, axis.initial[k],
+            )  # fmt: skip
 
     def speed(self, theta: Array) -> Array:
         """Velocity (n,) at every event given all readings and the parameters."""
@@ -185,6 +197,7 @@ class AxisLikelihood:
         means, by_reading = self._means(theta)
         after, before = means[:, 0], means[:, 0] - by_reading[:, 0]
         start, step_s = np.concatenate([after[:1], after[:-1]]), self.axis.step_s
+        start = np.where(self.axis.step < NO_STEP, before, start)
         speed = 0.5 * (start + before)
         if self.axis.smoothing_s <= 0:
             return speed, speed
@@ -226,7 +239,7 @@ class AxisLikelihood:
 
     @property
     def step(self) -> NDArray[np.int64]:
-        """Row of `transition_table` that leads to each event, (n,), -1 for no step."""
+        """Row of `transition_table` that leads to each event, (n,); NO_STEP and less as in the axis."""
         return self._brackets.step
 
     def transition_table(self, theta: Array, quadratic_times: float = 1.0) -> Array:
@@ -257,7 +270,7 @@ class AxisLikelihood:
     @property
     def quadratic_place(self) -> int:
         """Index in theta of the log quadratic damping; -1 if the model has none."""
-        return -1 if self.damped == "linear" else FORCES + 1 + len(self.unmeasured)
+        return -1 if self.damped == "linear" else FORCES + len(self.axis.runs) + len(self.unmeasured)
 
     def quadratic(self, theta: Array) -> float:
         """Quadratic damping in theta, N/(m/s)2 or N m/(rad/s)2."""
@@ -355,7 +368,8 @@ def likelihood_of(
     """
     rigid = rigid_mass(configuration, axis.dof)
     disturbance = DISTURBANCE_SHARE * rigid
-    width = [max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)]
+    trim = max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)
+    width = [trim] * len(axis.runs)
     loose = []
     for dof in unmeasured:
         spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
@@ -399,4 +413,13 @@ def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
     """Forces of unit factors, (n, k), in the order of theta."""
     drag = [] if damped == "linear" else [-axis.squared]
     late = [timing.force for timing in axis.timing]
-    return np.column_stack([np.ones(len(axis.force)), axis.coriolis[:, list(unmeasured)], *drag, *late])
+    trims = np.zeros((len(axis.force), len(axis.runs)))
+    for k, run in enumerate(axis.runs):
+        trims[run, k] = 1.0
+    return np.column_stack([trims, axis.coriolis[:, list(unmeasured)], *drag, *late])
+
+
+def _used(tables: Array, step: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """The rows of tables (c, k, COLUMNS) that the steps (n,) of a run use, and the steps among these alone."""
+    rows, at = np.unique(np.maximum(step, 0), return_inverse=True)
+    return tables[:, rows], np.where(step < 0, NO_STEP, at)

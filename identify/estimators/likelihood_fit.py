@@ -262,11 +262,15 @@ def regressed(problem: AxisLikelihood, rigid: float) -> Array:
     placed = (axis.state_read == POSITION) & np.isfinite(axis.reading)
     if axis.stiffness > 0 and placed.any():
         force = force - axis.stiffness * np.interp(time_s, time_s[placed], axis.reading[placed])
-    edges = np.arange(time_s[0], time_s[-1], WINDOW_S)
+    windows = [np.arange(time_s[run][0], time_s[run][-1], WINDOW_S) for run in axis.runs]
     middle, lasts = time_s - 0.5 * axis.step_s, axis.step_s > 0
-    changes = np.diff(np.interp(edges, middle[lasts], speed[lasts]))
     ways = [speed, *([speed * np.abs(speed)] if quadratic else []), np.ones_like(speed), force]
-    *drags, impulse = (np.diff(np.interp(edges, time_s, np.cumsum(way * axis.step_s))) for way in ways)
+
+    def changed(known_s: Array, values: Array) -> Array:
+        return np.concatenate([np.diff(np.interp(edges, known_s, values)) for edges in windows])
+
+    changes = changed(middle[lasts], speed[lasts])
+    *drags, impulse = (changed(time_s, np.cumsum(way * axis.step_s)) for way in ways)
     table = np.column_stack([changes, *drags])
     theta = problem.prior_mean.copy()
     if len(impulse) <= table.shape[1] or not np.isfinite(table).all() or not np.isfinite(impulse).all():

@@ -144,8 +144,8 @@ class JointLikelihood:
             side_by_side(lambda i: problems[i].speed(parameters[i]), range(len(parameters)), self._readings),
             strict=True,
         ):
-            nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.shown_s, speed)
-        better = Motion(motion.time_s, nu)
+            nu[:, problem.axis.dof] = motion.interpolated(problem.axis.shown_s, speed)
+        better = replace(motion, nu=nu)
 
         def moved(i: int) -> AxisLikelihood:
             # Move half of the way: the full change overshoots, and the passes would oscillate about their limit.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import OF_HULL
 from identify.estimators.innovations import POSITION
-from identify.estimators.lateness import LATER_S, by_lateness
+from identify.estimators.lateness import LATER_S
 from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.scoring import climb
@@ -170,7 +170,7 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
         forces += [
             Force(problem.axis.dof, lacking_drag(problem, simulated_speed(problem, theta[place]))),
-            Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s)),
+            Force(problem.axis.dof, problem.axis.by_lateness()),
         ]
     rows, theta_places = coefficients(joint)
     tested = [_of_all(test, rows, theta_places) for test in with_forces(joint, theta, forces).tested()]
@@ -302,7 +302,7 @@ def admitted(
     for _ in range(TURNS):
         before = coefficient
         lateness = [
-            Force(dof, by_lateness(axes[dof].force, 0.5 * axes[dof].step_s, LATER_S + max(by_s, 0.0)))
+            Force(dof, axes[dof].by_lateness(LATER_S + max(by_s, 0.0)))
             for dof, by_s in size.items()
         ]
         wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])

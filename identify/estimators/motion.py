@@ -5,7 +5,7 @@ generalised cross-validation (Craven and Wahba 1979), so each signal is smoothed
 a lot, a clean gyro hardly.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,10 +20,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocities `nu` (m, 6) at the uniform times `time_s` (m,), smoothed as their noise requires."""
+    """Velocities `nu` (m, 6) at the uniform times `time_s` (m,), smoothed as their noise requires; breaks_s (r - 1,):
+    times between the runs of a dive."""
 
     time_s: Array
     nu: Array
+    breaks_s: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def coriolis(self) -> Array:
@@ -37,6 +39,11 @@ class Motion:
         steps = 0.5 * (values[1:] + values[:-1]) * np.diff(self.time_s)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
+    def interpolated(self, time_s: Array, values: Array) -> Array:
+        """Values (n,) at the times (n,), interpolated at those of the motion (m,); constant beyond the ends of each
+        run."""
+        return interpolated(self.time_s, time_s, values, self.breaks_s)
+
     def mean_between(self, values: Array, start_s: Array, end_s: Array) -> Array:
         """Mean (n,) over each interval of values at the times, (m,); 0 for an empty interval."""
         total = self.integral(values)
@@ -46,6 +53,25 @@ class Motion:
 
 
 NO_MOTION = Motion(np.zeros(0), np.zeros((0, 6)))
+
+
+def interpolated(at_s: Array, time_s: Array, values: Array, breaks_s: Array) -> Array:
+    """Linear interpolation (m,) of values (n,) at rising times, constant beyond the ends of each run between breaks.
+
+    0 in a run that holds no value.
+    """
+    if not len(breaks_s):
+        return np.asarray(np.interp(at_s, time_s, values))
+    out, cut, known = np.zeros(len(at_s)), np.searchsorted(at_s, breaks_s), np.searchsorted(time_s, breaks_s)
+    runs = zip(
+        *(np.split(series, cut) for series in (np.arange(len(at_s)), at_s)),
+        *(np.split(series, known) for series in (time_s, values)),
+        strict=True,
+    )
+    for rows, asked_s, read_s, read in runs:
+        if len(read):
+            out[rows] = np.interp(asked_s, read_s, read)
+    return out
 
 
 CORNERS = 40
@@ -68,14 +94,33 @@ def smoothed_velocity(dive: Dive, time_s: Array) -> Array:
         )
         if signal is not None and len(signal) >= FEWEST
     ]
-    speeds = side_by_side(lambda each: smoothed(each[0], each[1], time_s), read)
+    speeds = side_by_side(lambda each: smoothed(each[0], each[1], time_s, dive.breaks_s), read)
     for (_, _, dof), speed in zip(read, speeds, strict=True):
         out[:, dof] = speed
     return out
 
 
-def smoothed(signal: Signal, column: int, time_s: Array) -> Array:
-    """A column of a signal without its white noise, at the times (m,); 0 if it has no finite sample."""
+def smoothed(signal: Signal, column: int, time_s: Array, breaks_s: Array) -> Array:
+    """A column of a signal without its white noise, at rising times (m,), each run between breaks by itself; 0 if it
+    has no finite sample."""
+    if not len(breaks_s):
+        return _smoothed(signal, column, time_s)
+    runs = zip(
+        np.split(time_s, np.searchsorted(time_s, breaks_s)),
+        *(
+            np.split(series, np.searchsorted(signal.time_s, breaks_s))
+            for series in (signal.time_s, signal.value)
+        ),
+        strict=True,
+    )
+    parts = [
+        _smoothed(Signal(read_s, value), column, at_s) if len(read_s) >= FEWEST else np.zeros(len(at_s))
+        for at_s, read_s, value in runs
+    ]
+    return np.concatenate(parts)
+
+
+def _smoothed(signal: Signal, column: int, time_s: Array) -> Array:
     start, end = float(signal.time_s[0]), float(signal.time_s[-1])
     grid = np.linspace(start, end, max(round((end - start) * signal.rate_hz) + 1, 2))
     values = np.nan_to_num(Signal(signal.time_s, signal.value[:, column : column + 1]).at(grid)[:, 0])

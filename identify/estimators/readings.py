@@ -77,6 +77,8 @@ def _tells_of_speed(place: Channel) -> bool:
     """Whether a position or angle moves in a second by clearly more than its noise."""
     after = np.searchsorted(place.time_s, place.time_s + 1.0)
     inside = after < len(after)
+    # After a gap, as between two runs, the next reading is of another motion.
+    inside[inside] = place.time_s[after[inside]] - place.time_s[inside] < 2.0
     if np.median(np.diff(place.time_s)) > 1.0 or not inside.any():
         return False
     moved = place.value[after[inside]] - place.value[inside]
@@ -201,14 +203,14 @@ def turned_by(attitude: Signal) -> Signal:
 def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, Motion]:
     """Return the recorded velocity (n, 3) at the body's origin, with the DVL at `lever` (3,), and the motion at times
     (m,)."""
-    nu = smoothed_velocity(dive, time_s)
+    motion = Motion(time_s, smoothed_velocity(dive, time_s), dive.breaks_s)
     velocity = dive.velocity
     if velocity is None or len(velocity) < FEWEST_OF_PLACES or not lever.any():
-        return velocity, Motion(time_s, nu)
-    by_turning = np.cross(nu[:, 3:], lever)
+        return velocity, motion
+    by_turning = np.cross(motion.nu[:, 3:], lever)
     carried = np.column_stack([np.interp(velocity.time_s, time_s, column) for column in by_turning.T])
     velocity = Signal(velocity.time_s, velocity.value - carried)
-    return velocity, Motion(time_s, smoothed_velocity(replace(dive, velocity=velocity), time_s))
+    return velocity, replace(motion, nu=smoothed_velocity(replace(dive, velocity=velocity), time_s))
 
 
 def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:
@@ -217,7 +219,7 @@ def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motio
     nu = motion.nu.copy()
     depth, over = dive.depth_by(file.vehicle.water), tumbles(dive)
     if depth is not None and len(depth) >= FEWEST_OF_PLACES and not nu[:, HEAVE].any() and not over:
-        nu[:, HEAVE] = _slope(depth, 0, motion.time_s)
+        nu[:, HEAVE] = _slope(depth, 0, motion)
     if (
         dive.attitude is not None
         and len(dive.attitude) >= FEWEST_OF_PLACES
@@ -227,13 +229,13 @@ def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motio
             turned = turned_by(dive.attitude)
             for i in range(3):
                 if not nu[:, ROLL + i].any():
-                    nu[:, ROLL + i] = _slope(turned, i, motion.time_s)
-            return Motion(motion.time_s, nu)
+                    nu[:, ROLL + i] = _slope(turned, i, motion)
+            return replace(motion, nu=nu)
         roll, pitch, heading = euler_angles(dive.attitude.value)
         euler = np.column_stack([roll, pitch, np.unwrap(heading)])
         angles = Signal(dive.attitude.time_s, euler)
         roll, pitch = (np.interp(motion.time_s, angles.time_s, euler[:, i]) for i in range(2))
-        by_roll, by_pitch, by_heading = (_slope(angles, i, motion.time_s) for i in range(3))
+        by_roll, by_pitch, by_heading = (_slope(angles, i, motion) for i in range(3))
         body = (
             by_roll - np.sin(pitch) * by_heading,
             np.cos(roll) * by_pitch + np.cos(pitch) * np.sin(roll) * by_heading,
@@ -242,11 +244,11 @@ def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motio
         for dof, rate in enumerate(body, start=ROLL):
             if not nu[:, dof].any():
                 nu[:, dof] = rate
-    return Motion(motion.time_s, nu)
+    return replace(motion, nu=nu)
 
 
-def _slope(place: Signal, column: int, time_s: Array) -> Array:
-    return np.asarray(np.gradient(smoothed(place, column, time_s), time_s))
+def _slope(place: Signal, column: int, motion: Motion) -> Array:
+    return np.asarray(np.gradient(smoothed(place, column, motion.time_s, motion.breaks_s), motion.time_s))
 
 
 @dataclass(frozen=True)

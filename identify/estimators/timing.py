@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes, delayed, later
-from identify.estimators.lateness import Timing, by_lateness
+from identify.estimators.lateness import Timing
 from identify.estimators.likelihood_axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
 from identify.estimators.likelihood_fit import JointFit, rough_maximum
 from identify.estimators.likelihood_joint import JointLikelihood, alone
@@ -403,7 +403,7 @@ def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) ->
 
     def fit(axis: Axis) -> _Fit | None:
         if not axis.timing:
-            thrust_timing = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
+            thrust_timing = Timing(axis.by_lateness(), DELAY_SPREAD_S)
             axis = replace(axis, timing=(thrust_timing,))
         problem = likelihood_of(axis, shape, masses, (), "both")
         if axis.dof in starts:

@@ -20,7 +20,6 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.dive import Array, Dive, Signal
-from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_fit import Begun, rough_fit
 from identify.estimators.misfit import Force, coefficients, doubts_of, lacking_drag, timing_of, with_forces
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
@@ -134,7 +133,7 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
         if doubts[problem.axis.dof].lacks_drag
     ]
     late = [
-        Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s))
+        Force(problem.axis.dof, problem.axis.by_lateness())
         for problem in joint.problems
         if doubts[problem.axis.dof].is_late and problem.axis.dof not in unseen
     ]

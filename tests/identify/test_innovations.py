@@ -78,7 +78,7 @@ class Events:
             self.variance if variance is None else variance,
             sigma,
             MODEL["slow_error"],
-            INITIAL,
+            INITIAL[None],
             gate_sigma,
         )
 
@@ -157,7 +157,7 @@ def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
         events.variance,
         MODEL["sigma"],
         MODEL["slow_error"],
-        INITIAL,
+        INITIAL[None],
     )
     np.testing.assert_allclose(found, dense(events)[2], atol=5e-6)
 
@@ -181,7 +181,7 @@ def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance
         noise,
         MODEL["sigma"] * np.array([1.0, 1.0 + STEP, 1.0]),
         np.full(3, MODEL["slow_error"]),
-        np.array(INITIAL),
+        INITIAL,
     )
     e, s, _ = events.run()
     read = np.isfinite(e)

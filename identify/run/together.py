@@ -1,0 +1,244 @@
+"""Several runs of one vehicle as one dive: behind one another on one clock, each with a state and a trim of its own.
+
+What the runs share are masses, damping, thrust, delays and noise levels. Between two runs nothing is known of how the
+vehicle moved (`Dive.breaks_s`), so each recursion begins anew.
+"""
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations, pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from bridge.errors import FitError, LogError
+from identify.dive import Array, Dive, Note, Run, Signal
+from identify.estimators.refusals import refuse_unpushed
+from identify.run.recordings import Reading
+from identify.words import listed, significant
+
+APART_S: Final = 5.0
+"""Least time between two runs on their common clock: longer than any filter of forces or readings remembers."""
+
+TICKS_HZ: Final = 50.0
+"""Runs are moved by whole ticks, which are those of the grid of `identify.estimators.axes`: a run's forces are then the
+same wherever it stands."""
+
+LEAST_RUN_S: Final = 3.0
+OVERLAP_S: Final = 1.0
+"""Two clocks of one vehicle may differ by this much before its runs count as recorded at the same time."""
+
+NAMED: Final = 5
+OF_THE_WHOLE: Final = ("velocity_is_filtered",)
+
+
+def together(readings: Sequence[Reading]) -> Reading:
+    """Join runs in order of their time, or of their names, so that their order as arguments doesn't matter.
+
+    A run in which no thruster pushed is left out, and named. A single reading stays as it is. Raises LogError for the
+    same recording twice, or recordings that can't be of one vehicle under the same conditions; FitError if nothing was
+    pushed in any.
+    """
+    if len(readings) == 1:
+        return readings[0]
+    _refuse_twice([reading.dive for reading in readings])
+    readings = _in_order(readings)
+    first = readings[0]
+    configuration = _refuse_others(readings)
+    used, left_out = [], {}
+    for reading in readings:
+        if reason := _useless(reading, configuration):
+            left_out[reading.dive.name] = reason
+        else:
+            used.append(reading.dive)
+    if not used:
+        name, reason = next(iter(left_out.items()))
+        raise FitError(f"no run of {len(readings)} can be used; of the first, {name}: {reason}")
+    dive = joined(used, left_out)
+    remarks = tuple(dict.fromkeys(remark for reading in readings for remark in reading.remarks))
+    return Reading(dive, first.file, remarks)
+
+
+def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = {}) -> Dive:  # noqa: B006
+    """One dive of several, in this order; a signal that some of them lack is left out of all.
+
+    Raises LogError if one of them has other thruster commands than the others.
+    """
+    _refuse_other_commands(dives)
+    moved_s = _moves_s(dives)
+    everywhere = [name for name in dives[0].signals() if all(name in dive.signals() for dive in dives)]
+    signals: dict[str, Any] = {
+        name: _in_a_row([dive.signals()[name] for dive in dives], moved_s) for name in everywhere
+    }
+    runs = tuple(
+        Run(dive.name, dive.source, dive.sha256, dive.span_s[0] + by_s, dive.span_s[1] + by_s)
+        for dive, by_s in zip(dives, moved_s, strict=True)
+    )
+    frozen: dict[str, tuple[tuple[float, float], ...]] = {}
+    for dive, by_s in zip(dives, moved_s, strict=True):
+        for name, spans in dive.frozen.items():
+            moved = tuple((start_s + by_s, end_s + by_s) for start_s, end_s in spans)
+            frozen[name] = (*frozen.get(name, ()), *moved)
+    counts: dict[str, int] = {}
+    for dive in dives:
+        for name, count in dive.counts.items():
+            counts[name] = counts.get(name, 0) + count
+    none: dict[str, Any] = dict.fromkeys(set(dives[0].signals()) - set(everywhere))
+    unix_s = dives[0].unix_at_boot_s
+    return replace(
+        dives[0],
+        **none,
+        **signals,
+        name=_name(dives),
+        source=dives[0].source.parent,
+        sha256=hashlib.sha256("".join(dive.sha256 for dive in dives).encode()).hexdigest(),
+        opening="",
+        unix_at_boot_s=None if unix_s is None else unix_s - moved_s[0],
+        frozen=frozen,
+        counts=counts,
+        runs=runs,
+        left_out=tuple(left_out.items()),
+        notes=_notes(dives, everywhere, left_out),
+    )
+
+
+def _in_order(readings: Sequence[Reading]) -> list[Reading]:
+    """In order of time if each run is dated, otherwise of names; runs of one name by their contents."""
+
+    def begins_s(dive: Dive) -> float:
+        return math.nan if dive.unix_at_boot_s is None else dive.unix_at_boot_s + dive.span_s[0]
+
+    dated = all(math.isfinite(begins_s(reading.dive)) for reading in readings)
+    return sorted(
+        readings,
+        key=lambda reading: (
+            begins_s(reading.dive) if dated else 0.0,
+            reading.dive.name,
+            reading.dive.sha256,
+        ),
+    )
+
+
+def _refuse_twice(dives: Sequence[Dive]) -> None:
+    for one, other in combinations(dives, 2):
+        if one.sha256 == other.sha256 or (one.opening and one.opening == other.opening):
+            raise LogError(
+                f"{one.source} and {other.source} hold the same recording, and would count twice; give it once"
+            )
+        if _at_the_same_time(one, other):
+            raise LogError(
+                f"{one.source} and {other.source} were recorded at the same time, and would count twice; give one of "
+                "them, or put them together with `seatrial merge`"
+            )
+
+
+def _at_the_same_time(one: Dive, other: Dive) -> bool:
+    if one.unix_at_boot_s is None or other.unix_at_boot_s is None:
+        return False
+    (start_s, end_s), (began_s, ended_s) = (
+        tuple(boot_s + dive.unix_at_boot_s for boot_s in dive.span_s if dive.unix_at_boot_s is not None)
+        for dive in (one, other)
+    )
+    return min(end_s, ended_s) - max(start_s, began_s) > OVERLAP_S
+
+
+def _refuse_others(readings: Sequence[Reading]) -> str:
+    """The configuration of all. Raises LogError if it is not one, or the conditions are not."""
+    first = readings[0]
+    for reading in readings[1:]:
+        if reading.file != first.file:
+            raise LogError(
+                f"{reading.dive.source}: was dived under other conditions than {first.dive.source}, in water of another "
+                "density or with another ballast, so the two are not one dive; leave one out"
+            )
+        if reading.configuration != first.configuration:
+            raise LogError(
+                f"{reading.dive.source}: was dived in configuration '{reading.configuration}', {first.dive.source} in "
+                f"'{first.configuration}', so the two are not one dive; leave one out"
+            )
+    return first.configuration
+
+
+def _refuse_other_commands(dives: Sequence[Dive]) -> None:
+    first = dives[0]
+    for dive in dives[1:]:
+        one, other = _commands(first), _commands(dive)
+        if one != other:
+            raise LogError(
+                f"{dive.source}: has {other}, {first.source} has {one}, so they are not runs of one vehicle; leave one "
+                "out"
+            )
+        if dive.velocity is not None and dive.velocity_is_filtered != first.velocity_is_filtered:
+            raise LogError(
+                f"{dive.source}: its velocity and that of {first.source} are not of the same kind, as only one comes "
+                "out of an autopilot's filter; leave one out"
+            )
+
+
+def _commands(dive: Dive) -> str:
+    signal = dive.thruster_commands
+    if signal is None or not len(signal):
+        return "no commands of single thrusters"
+    return f"{signal.value.shape[1]} thruster commands in {'us' if dive.pwm is not None else 'N'}"
+
+
+def _useless(reading: Reading, configuration: str) -> str:
+    """Why nothing can be learnt from a run; "" if something can."""
+    dive = reading.dive
+    if dive.duration_s < LEAST_RUN_S:
+        return f"it lasts {significant(dive.duration_s, 2)} s"
+    try:
+        refuse_unpushed(dive, reading.file, configuration)
+    except FitError as error:
+        return error.reason
+    return ""
+
+
+def _moves_s(dives: Sequence[Dive]) -> list[float]:
+    """By how much the times of each are moved; the first stays."""
+    moves = [0.0]
+    for before, dive in pairwise(dives):
+        least_s = before.span_s[1] + moves[-1] + APART_S - dive.span_s[0]
+        moves.append(math.ceil(least_s * TICKS_HZ) / TICKS_HZ)
+    return moves
+
+
+def _in_a_row(signals: Sequence[Signal], moved_s: Sequence[float]) -> Signal:
+    times: list[Array] = [signal.time_s + by_s for signal, by_s in zip(signals, moved_s, strict=True)]
+    return Signal(np.concatenate(times), np.vstack([signal.value for signal in signals]))
+
+
+def _name(dives: Sequence[Dive]) -> str:
+    if len(dives) == 1:
+        return dives[0].name
+    return f"{len(dives)} runs, {dives[0].name} to {dives[-1].name}"
+
+
+def _notes(dives: Sequence[Dive], everywhere: Sequence[str], left_out: Mapping[str, str]) -> tuple[str, ...]:
+    lasting_s = sum(dive.duration_s for dive in dives)
+    names = [dive.name for dive in dives]
+    said = names if len(names) <= 2 * NAMED else [*names[:NAMED], f"{len(names) - NAMED} more"]
+    more = [
+        f"{len(dives)} runs are one dive of {lasting_s:.0f} s: {listed(said)}.",
+        *(f"The run {name} was left out: {reason}." for name, reason in left_out.items()),
+    ]
+    for name in dict.fromkeys(name for dive in dives for name in dive.signals()):
+        if name not in everywhere:
+            lack = [dive.name for dive in dives if name not in dive.signals()]
+            more.append(
+                f"The runs' {name} was left out, as {len(lack)} of them {'lacks' if len(lack) == 1 else 'lack'} it, "
+                f"first {lack[0]}."
+            )
+    notes: dict[str, list[str]] = {}
+    kinds = {}
+    for dive in dives:
+        for note in dive.notes:
+            notes.setdefault(note, []).append(dive.name)
+            kinds[note] = note
+    for note, of in notes.items():
+        words = f"{of[0] if len(of) == 1 else f'{len(of)} runs, first {of[0]}'}: {note}"
+        kept = kinds[note]
+        more.append(Note(words, kept.kind) if isinstance(kept, Note) else words)
+    return tuple(more)
