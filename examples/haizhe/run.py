@@ -81,14 +81,12 @@ def groups_of(runs: Sequence[Recorded], size: int) -> Iterator[tuple[str, list[R
 
 def words_of(judged: Judged) -> str:
     """An answer in a few words."""
-    if not judged.effect:
+    if judged.finding is None:
         return judged.verdict
-    values = ", ".join(
-        f"{name} {value.value:.0f}" if name == "thruster" else f"{name} {value.value:.3g} {value.unit}"
-        for name, value in judged.parameters.items()
-    )
-    also = f", or {' or '.join(judged.also)}" if judged.also else ""
-    return f"{judged.effect} ({values.removesuffix(' 1')}){also}"
+    values = [
+        f"{name} {value.value:.0f}" for name, value in judged.finding.parameters.items() if name == "thruster"
+    ]
+    return " ".join([judged.finding.name, *values])
 
 
 def summary(run: Recorded) -> list[float]:
@@ -140,7 +138,7 @@ def run(folder: Path, other: Path | None = None, group: int = GROUP, most: int |
     groups = list(groups_of(judged, group))
     for kind, runs in groups:
         answer = judge([run.dive for run in runs], file, configuration, usual)
-        right = (answer.effect or answer.verdict) == kinds[kind]
+        right = (answer.finding.name if answer.finding else answer.verdict) == kinds[kind]
         ours.setdefault(kind, []).append((right, words_of(answer)))
     for (kind, _), called in zip(groups, forest_answers(known, [runs for _, runs in groups]), strict=True):
         forests.setdefault(kind, []).append((kinds[called] == kinds[kind], called))

@@ -301,10 +301,7 @@ def admitted(
     coefficient, size = at[places], dict.fromkeys(late, 0.0)
     for _ in range(TURNS):
         before = coefficient
-        lateness = [
-            Force(dof, axes[dof].by_lateness(LATER_S + max(by_s, 0.0)))
-            for dof, by_s in size.items()
-        ]
+        lateness = [Force(dof, axes[dof].by_lateness(LATER_S + max(by_s, 0.0))) for dof, by_s in size.items()]
         wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
         maximum = climb(wider.problem, wider.start, score=JointLikelihood.score)
         at, kept = maximum.theta, wider.kept

@@ -28,19 +28,20 @@ REACTION_M: Final = 0.1
 OFF_CENTRE_M: Final = 0.05
 """Standard deviation of where a weight hangs."""
 
-SIZES: Final = np.geomspace(0.02, 1.0, 24)
-GAINS: Final = np.geomspace(1e-3, 1e-1, 24)
+SIZES: Final = np.geomspace(0.02, 1.0, 120)
+GAINS: Final = np.geomspace(1e-3, 1e-1, 120)
 
 
 @dataclass(frozen=True)
 class Cause:
     """An effect of some size. shift (5,): of the marks; rough (5,): standard deviation of that shift, as far as the
-    vehicle file does not tell it."""
+    vehicle file does not tell it. also: names of effects that move no mark otherwise."""
 
     effect: Effect
     values: Array
     shift: Array
     rough: Array
+    also: tuple[str, ...] = ()
 
 
 def causes_of(usual: Usual, shape: Configuration, water: Water) -> dict[str, tuple[Cause, ...]]:
@@ -59,7 +60,8 @@ def causes_of(usual: Usual, shape: Configuration, water: Water) -> dict[str, tup
 def _weight(course: Course, force_n: float) -> Cause:
     shift = _pushed(NET_BUOYANCY, course, [force_n])
     leans = OFF_CENTRE_M * abs(force_n)
-    return Cause(NET_BUOYANCY, np.array([force_n]), shift, np.array([0.0, 0.0, leans, leans, 0.0]))
+    heavier = ("added_payload",) if force_n < 0 else ()
+    return Cause(NET_BUOYANCY, np.array([force_n]), shift, np.array([0.0, 0.0, leans, leans, 0.0]), heavier)
 
 
 def _depth_gain(scale: float, water: Water) -> Cause:

@@ -7,17 +7,17 @@ the vehicle file does not know of its direction, against that of no shift (Bayes
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from identify.diagnose.result import Value
+from identify.diagnose import candidates
+from identify.diagnose.result import Finding, Value, Verdict
 from identify.dive import Array
 from identify.repeats.causes import Cause
 from identify.repeats.usual import MARKS, Usual
-from identify.statistics import Z95
 
 LEAST_NATS: Final = 3.0
 """Evidence below which nothing is named."""
@@ -25,24 +25,31 @@ LEAST_NATS: Final = 3.0
 ALIKE_NATS: Final = 2.0
 """Effects whose evidence is closer than this to the best one's can't be told from it."""
 
+LEAST_CLOSED: Final = 1 / 3
+"""Share of the squared shift that a cause has to explain where it leaves something; else the answer is `unknown`."""
+
+FAR: Final = 3.0
+"""Standard deviations from which a single mark is told as odd."""
+
 ODD: Final = 1e-4
 """Probability below which the marks that a cause leaves over are told as something else."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """The answer for several runs together. verdict: as in a diagnosis. effect: the cause's name, "" for none; also:
-    others that the marks can't tell from it. parameters: of the cause. evidence: nats by label. off (5,): shift of each
-    mark in standard deviations of a mean of so many runs. left: the marks in which something is left that the cause
-    does not explain."""
+    """The answer for several runs together. verdict: as in a diagnosis. finding: the cause, None for none. evidence:
+    nats by label of each candidate. shift (5,): of each mark in its unit; off (5,): in standard deviations of a
+    mean of so many runs. unexplained: share of the squared shift that is left, 0 if
+    chance would leave as much. left: the marks in which
+    something is left that the cause does not explain."""
 
-    verdict: Literal["no_gap", "explained", "partly", "ambiguous", "unknown"]
-    effect: str
-    also: tuple[str, ...]
-    probability: float
-    parameters: dict[str, Value]
+    runs: int
+    verdict: Verdict
+    finding: Finding | None
     evidence: dict[str, float]
-    off: dict[str, float]
+    shift: Array
+    off: Array
+    unexplained: float
     left: tuple[str, ...]
 
 
@@ -58,45 +65,47 @@ def judge(marks: Array, usual: Usual, causes: Mapping[str, Sequence[Cause]]) -> 
         for label, sizes in causes.items()
     }
     nats = {label: float(logsumexp(of) - np.log(len(of))) for label, of in each.items()}
-    off = dict(zip(MARKS, (shift / np.sqrt(np.diag(scatter))).tolist(), strict=True))
     best = max(nats, key=lambda label: nats[label])
-    if nats[best] < LEAST_NATS:
-        odd = _odd(shift, scatter)
-        return Judged("unknown" if odd else "no_gap", "", (), 0.0, {}, nats, off, odd)
     cause = causes[best][int(np.argmax(each[best]))]
-    alike = tuple(
-        dict.fromkeys(
-            causes[label][0].effect.name
-            for label in nats
-            if nats[best] - nats[label] < ALIKE_NATS and causes[label][0].effect.name != cause.effect.name
-        )
-    )
     odd = _odd(shift - cause.shift, scatter + np.diag(cause.rough**2))
-    named = [label for label in nats if causes[label][0].effect.name in (cause.effect.name, *alike)]
-    against = logsumexp([0.0, *nats.values()])
-    return Judged(
-        "ambiguous" if alike else "partly" if odd else "explained",
-        cause.effect.name,
-        alike,
-        float(np.exp(logsumexp([nats[label] for label in named]) - against)),
+    # What is not known of a cause's direction may fit its shift to another's: here it does not count.
+    unexplained = min(_square(shift - cause.shift, scatter) / _square(shift, scatter), 1.0)
+    off = shift / np.sqrt(np.diag(scatter))
+    if nats[best] < LEAST_NATS or (odd and unexplained > 1.0 - LEAST_CLOSED):
+        odd = _odd(shift, scatter)
+        return Judged(
+            len(marks), "unknown" if odd else "no_gap", None, nats, shift, off, float(bool(odd)), odd
+        )
+    name_of = {label: causes[label][0].effect.name for label in nats}
+    near = [name_of[label] for label in nats if nats[best] - nats[label] < ALIKE_NATS]
+    also = tuple(dict.fromkeys(name for name in (*cause.also, *near) if name != cause.effect.name))
+    named = [nats[label] for label in nats if name_of[label] in (cause.effect.name, *also)]
+    finding = Finding(
+        candidates.Cause(cause.effect, cause.values),
+        also,
+        dict.fromkeys(cause.also, 1.0),
+        float(np.exp(logsumexp(named) - logsumexp([0.0, *nats.values()]))),
         _parameters(causes[best], each[best]),
-        nats,
-        off,
-        odd,
+        nats[best],
     )
+    verdict: Verdict = "ambiguous" if also else "partly" if odd else "explained"
+    return Judged(len(marks), verdict, finding, nats, shift, off, unexplained if odd else 0.0, odd)
 
 
 def _log_likelihood(off: Array, covariance: Array) -> float:
     _, log_volume = np.linalg.slogdet(covariance)
-    return -0.5 * float(off @ np.linalg.solve(covariance, off) + log_volume)
+    return -0.5 * (_square(off, covariance) + float(log_volume))
+
+
+def _square(off: Array, covariance: Array) -> float:
+    return float(off @ np.linalg.solve(covariance, off))
 
 
 def _odd(left: Array, covariance: Array) -> tuple[str, ...]:
     """The marks that are off by more than chance, if all together are."""
-    together = float(left @ np.linalg.solve(covariance, left))
-    if chi2.sf(together, len(left)) > ODD:
+    if chi2.sf(_square(left, covariance), len(left)) > ODD:
         return ()
-    far = np.abs(left) > Z95 * np.sqrt(np.diag(covariance))
+    far = np.abs(left) > FAR * np.sqrt(np.diag(covariance))
     return tuple(name for name, is_far in zip(MARKS, far, strict=True) if is_far) or MARKS
 
 
