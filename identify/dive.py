@@ -104,10 +104,15 @@ class Run:
     start_s: float
     end_s: float
 
+    @property
+    def duration_s(self) -> float:
+        return self.end_s - self.start_s
+
 
 @dataclass(frozen=True)
 class Dive:
-    """One recording, or several runs of one vehicle on one clock. Body frame FRD, radians, boot time; None for a signal that the recording lacks.
+    """One recording, or several runs of one vehicle on one clock. Body frame FRD, radians, boot time; None for a signal
+    that the recording lacks.
 
     velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity.
     velocity_is_filtered: whether velocity comes from an autopilot's own filter, turned from north-east-down into body

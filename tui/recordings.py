@@ -6,11 +6,12 @@ from pathlib import Path
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.config import CONFIGS
+from bridge.vehicle.config import CONFIGS, VehicleFile
 from gcs_plugin.dives.folder import About, conditions_of
 from identify.ingest.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
-from identify.run.recordings import Recording
+from identify.run.recordings import Reading, Recording, read, runs_in
+from identify.run.together import together
 
 TETHER = "tether"
 
@@ -23,13 +24,31 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
     """
     if not name:
         return None
-    files = [file for recording in recordings for file in recording_files(Path(recording))]
+    places = [place for recording in recordings for place in runs_in(Path(recording))]
+    files = [file for place in places for file in recording_files(place)]
     if not any(file.name.lower().endswith(MAPPED) for file in files):
         raise UsageError(
             f"--columns {name}: {' and '.join(recordings)} need{'' if len(recordings) > 1 else 's'} no column map; "
             "leave it out"
         )
     return map_file(name)
+
+
+def each_alone(recordings: Sequence[str]) -> list[Path]:
+    """The recordings, each a dive of its own. Raises UsageError for a folder of several."""
+    for recording in recordings:
+        if Path(recording).is_dir() and len(runs := runs_in(Path(recording))) > 1:
+            raise UsageError(
+                f"{recording}: holds {len(runs)} recordings; name one of them, or give --together if they are runs of "
+                "one vehicle under the same conditions"
+            )
+    return [Path(recording) for recording in recordings]
+
+
+def read_together(recordings: Sequence[str | Path], file: VehicleFile, columns: Path | None) -> Reading:
+    """Read recordings, and those in folders of runs, as one dive. Raises LogError, ConfigError, FitError."""
+    places = [place for recording in recordings for place in runs_in(Path(recording))]
+    return together([read(recording_at(place), file, columns) for place in places])
 
 
 def vehicle_named(about: About, otherwise: str = "") -> str:
@@ -57,8 +76,10 @@ def recording_at(path: Path) -> Recording:
     return Recording(path, conditions.density_kg_m3, conditions.carried_kg)
 
 
-def ruled_out(dive: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Effects that the `dive.yaml` rules out as causes of a dive's gap, and the reason, in sentences."""
-    if conditions_of(dive).tether_out_m != 0.0:
+def ruled_out(runs: Sequence[Path]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Effects that the `dive.yaml` of each run rules out as causes of a dive's gap, and the reason, in sentences."""
+    if any(conditions_of(run).tether_out_m != 0.0 for run in runs):
         return (), ()
-    return (TETHER,), (f"{dive.name}: no tether was out, so a tether is not among the causes",)
+    return (TETHER,), tuple(
+        f"{run.name}: no tether was out, so a tether is not among the causes" for run in runs[:1]
+    )

@@ -333,6 +333,11 @@ def _identify(options: Options) -> None:
     options.json()
     options.value("--param", "FILE", "write a .param with its sidecar, for one dive", type=ParameterTarget)
     options.report("write a report with plots")
+    options.switch(
+        "--together",
+        "all are runs of one dive, and so are the recordings in a folder: one answer for all, with a state and a trim "
+        "for each",
+    )
 
 
 @verb(
@@ -491,9 +496,11 @@ def _export(options: Options) -> None:
 )
 def _diagnose(options: Options) -> None:
     options.value(
-        "dive",
+        "dives",
         "DIVE",
-        "a dive folder or a recording: .tlog, .BIN, or with --columns .csv, .bag, .mcap, .ulg, .mat ...",
+        "a dive folder or a recording: .tlog, .BIN, or with --columns .csv, .bag, .mcap, .ulg, .mat ...; several, or a "
+        "folder of them, are runs of one dive",
+        nargs="+",
     )
     options.vehicle_of_dive()
     options.value("--check", "DIVE", "another dive of that vehicle, to measure on it how far the gap shrinks")

@@ -50,6 +50,7 @@ from identify.diagnose.recording import (
     mass_hints,
     recording_notes,
     refuse_short,
+    refuse_short_runs,
     short_check_note,
     short_dive_note,
     spikes_sentence,
@@ -129,11 +130,13 @@ def diagnose(
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
     refuse_short(dive, LEAST_S)
+    refuse_short_runs(dive)
     dive, still = without_still_velocity(dive)
     dive, spiky = without_spikes(dive)
     other_spiky: tuple[Spikes, ...] = ()
     if check is not None:
         refuse_short(check, LEAST_CHECK_S)
+        refuse_short_runs(check)
         check, _ = without_still_velocity(check)
         check, other_spiky = without_spikes(check)
     progress(0.0, "fitting the nominal model")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.simulation import EACH, RUN_AWAY, Simulation, smoothed_angle
 from identify.effects.course import Course, delayed
-from identify.estimators.innovations import INCREMENT, POSITION, smoothed_velocity
+from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, smoothed_velocity
 from identify.estimators.likelihood_axis import DISTURBANCE
 
 Array = NDArray[np.float64]
@@ -70,13 +70,14 @@ class Drift:
 
 
 def drifts(model: Simulation, floors: Array) -> tuple[Drift, ...]:
-    """The drifts of a model, with the floors (h, 6) of each horizon."""
+    """The drifts of a model, with the floors (h, 6) of each horizon; without the horizons that no run lasts for."""
     starts = _starts(model)
     off = model.off(starts, _steps(model), np.zeros_like(model.nu))
     out = []
     for k, horizon_s in enumerate(HORIZONS_S):
         complete = np.isfinite(off[:, k, model.dofs[0]])
-        out.append(Drift(horizon_s, model.time_s[starts[complete]], off[complete, k], floors[k]))
+        if complete.any():
+            out.append(Drift(horizon_s, model.time_s[starts[complete]], off[complete, k], floors[k]))
     return tuple(out)
 
 
@@ -131,7 +132,7 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
             normal,
             coloured,
         )
-        still = np.concatenate([np.zeros(2), axis.initial[2:]])
+        still = axis.initial * np.array([0.0, 0.0, 1.0, 1.0])
         no_force = np.zeros((len(true), 2))
         smoothed = smoothed_velocity(
             table, problem.step, no_force, reading, axis.state_read, variance, sigma, slow, still
@@ -145,7 +146,9 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         placed = (axis.state_read == POSITION) & np.isfinite(reading)
         if axis.stiffness > 0 and placed.any():
             rate = np.interp(time_s, axis.time_s, smoothed)
-            estimated_angle = smoothed_angle(time_s, axis.time_s[placed], reading[placed], rate)
+            estimated_angle = smoothed_angle(
+                time_s, axis.time_s[placed], reading[placed], rate, noise.course.runs_s
+            )
             force[:, axis.dof] += axis.stiffness * (estimated_angle - np.interp(time_s, axis.time_s, angle))
     return force, errors
 
@@ -190,6 +193,8 @@ def _coloured_motion(
                 t[6] * d + c * normal[i, 0] + f * normal[i, 1] + g * normal[i, 2],
             )
             slow = t[17] * slow + np.sqrt(t[18]) * coloured[i]
+        elif step[i] < NO_STEP:
+            nu, x, d, slow = 0.0, 0.0, sigma_d * normal[i, 2], sigma_c * coloured[i]
         true[i], place[i], pushed[i] = nu, x, d
         if np.isfinite(reading[i]):
             placed = state_read[i] == INCREMENT or state_read[i] == POSITION
@@ -215,7 +220,8 @@ class Baseline:
         """
         step_s = course.step_s * EACH
         pushed = self._pushed(course)
-        trim = np.mean(np.gradient(measured, step_s, axis=0) - pushed + self._drag(measured), axis=0)
+        beyond = np.gradient(measured, step_s, axis=0) - pushed + self._drag(measured)
+        trim = np.mean(beyond[course.recorded[::EACH]], axis=0)
         pushed = pushed + trim
         nu, out = measured[starts], np.empty((len(starts), length, 6))
         for k in range(length):
@@ -237,7 +243,7 @@ class Baseline:
 
 def baseline_of(course: Course, nu: Array) -> Baseline:
     """Fit the baseline to velocities nu (n, 6) at the times of a dive's course; of all delays, the best is kept."""
-    moved = nu[::EACH]
+    moved, kept = nu[::EACH], course.recorded[::EACH]
     rate = np.gradient(moved, course.step_s * EACH, axis=0)
     force, sines = course.wrench_of(course.asked_n), _sines(course)
     terms, delay_s = np.zeros((6, TERMS)), np.zeros(6)
@@ -248,7 +254,7 @@ def baseline_of(course: Course, nu: Array) -> Baseline:
         late = np.stack(
             [delayed(force[:, [dof]], course.step_s, float(by_s))[::EACH, 0] for by_s in DELAYS_S]
         )
-        sizes, left = _least_squares(late, columns, rate[:, dof])
+        sizes, left = _least_squares(late[:, kept], columns[:, kept], rate[kept, dof])
         best = int(np.argmin(left))
         terms[dof], delay_s[dof] = sizes[best], DELAYS_S[best]
     return Baseline(terms, delay_s)

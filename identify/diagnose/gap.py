@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Phase, Share, Slice
 from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
-from identify.effects.course import Course
+from identify.effects.course import Course, runs_at
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of
 
@@ -61,17 +62,27 @@ class Missing:
     """The missing force and the reading errors at uniform times (n,).
 
     wrench (n, 6): missing force, N and N m; wrong (n, 6): reading errors; power (n, 6): of both, in units of the
-    noise that hides them, which is the disturbance for forces and sensor noise for readings.
+    noise that hides them, which is the disturbance for forces and sensor noise for readings. runs_s: first and last
+    time of each run of a dive made of several; empty for a single one.
     """
 
     time_s: Array
     wrench: Array
     wrong: Array
     power: Array
+    runs_s: tuple[tuple[float, float], ...] = ()
+
+    @cached_property
+    def recorded(self) -> NDArray[np.bool_]:
+        """Whether each instant (n,) lies in a run; all is 0 between two."""
+        inside = np.zeros(len(self.time_s), np.bool_)
+        for run in runs_at(self.time_s, self.runs_s):
+            inside[run] = True
+        return inside
 
     def force(self) -> Array:
         """Rms (6,) of the missing force."""
-        return np.asarray(np.sqrt(np.mean(self.wrench**2, axis=0)))
+        return np.asarray(np.sqrt(np.mean(self.wrench[self.recorded] ** 2, axis=0)))
 
 
 def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array, noise: Nominal) -> Missing:
@@ -85,7 +96,9 @@ def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array,
     error = _without_scale(wrong, after.nu)
     power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((error / sensor) ** 2)
     power[:, :3] += np.nan_to_num((after.mass[:3] * felt / force[:3]) ** 2)
-    return Missing(after.time_s, wrench, wrong, power)
+    missing = Missing(after.time_s, wrench, wrong, power, after.runs_s)
+    wrong[~missing.recorded] = power[~missing.recorded] = 0.0
+    return missing
 
 
 def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) -> Missing:
@@ -96,15 +109,17 @@ def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) ->
     """
     force, _ = _levels(noise)
     course, fitted = noise.course, np.isfinite(force)
-    nu, nu_dot, force_of_causes = course.nu[::every], course.nu_dot[::every], wrench[::every].copy()
+    known = missing.recorded[:, None]
+    nu, nu_dot, force_of_causes = course.nu[::every], course.nu_dot[::every], wrench[::every] * known
     columns = []
     for unit in np.eye(6):
-        columns += [unit * nu_dot + course.coriolis_of(unit, nu), unit * nu]
+        columns += [(unit * nu_dot + course.coriolis_of(unit, nu)) * known, unit * nu * known]
     table = np.stack([(column / force)[:, fitted].ravel() for column in columns], axis=1)
     value = (force_of_causes / force)[:, fitted].ravel()
     sizes, *_ = np.linalg.lstsq(table.T @ table, table.T @ value, rcond=None)
     power = missing.power - np.nan_to_num((missing.wrench / force) ** 2)
     power[:, fitted] += (value - table @ sizes).reshape(len(nu), -1) ** 2
+    power[~missing.recorded] = 0.0
     return replace(missing, power=np.maximum(power, 0.0))
 
 
@@ -124,13 +139,14 @@ def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every:
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
         beyond = size * left_of(np.column_stack([nu, nu_dot, np.ones(len(nu))]), shape.force[::every])
+        beyond = np.where(missing.recorded, beyond, 0.0)
         square = (beyond / force[dof]) ** 2
         most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
         power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
         if dof not in added:
             wrench[:, dof] += beyond
             added.add(dof)
-    return Missing(missing.time_s, wrench, missing.wrong, power)
+    return replace(missing, wrench=wrench, power=power)
 
 
 def _levels(noise: Nominal) -> tuple[Array, Array]:

@@ -96,13 +96,22 @@ def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
 
 def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregression:
     """Coefficients by the Yule-Walker equations of `innovations` (n,) at some rows; none for few rows."""
-    series = innovations[rows]
-    if len(series) < LEAST_ROWS:
-        return Autoregression(rows, np.zeros(0))
-    series = series - series.mean()
-    products = np.array([float(series[lag:] @ series[: len(series) - lag]) for lag in range(ORDER + 1)])
+    return autoregressions_of([rows], innovations)[0]
+
+
+def autoregressions_of(runs: Sequence[NDArray[np.intp]], innovations: Array) -> list[Autoregression]:
+    """As `autoregression_of`, for the rows of each run: with common coefficients, and no lag into the run before."""
+    count = sum(map(len, runs))
+    if count < LEAST_ROWS:
+        return [Autoregression(rows, np.zeros(0)) for rows in runs]
+    mean = sum(float(innovations[rows].sum()) for rows in runs) / count
+    products = np.zeros(ORDER + 1)
+    for rows in runs:
+        series = innovations[rows] - mean
+        products += [float(series[lag:] @ series[: max(len(series) - lag, 0)]) for lag in range(ORDER + 1)]
     table = products[np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))]
-    return Autoregression(rows, np.asarray(np.linalg.solve(table, products[1:])))
+    by_lag = np.asarray(np.linalg.solve(table, products[1:]))
+    return [Autoregression(rows, by_lag) for rows in runs]
 
 
 @dataclass(frozen=True)
@@ -136,7 +145,7 @@ def push_of(act: Act, course: Course) -> Push:
 @dataclass(frozen=True)
 class AxisInnovations:
     """An axis: its likelihood at `theta`, its filter's table and gains, its innovations with their standard
-    deviations, and an autoregression for each channel."""
+    deviations, and an autoregression for each channel in each run."""
 
     problem: AxisLikelihood
     theta: Array
@@ -400,7 +409,7 @@ def course_of(
         euler,
         _at(depth, time_s),
         _at(dive.altitude, time_s),
-        _position(Motion(time_s, at.nu), euler),
+        _position(Motion(time_s, at.nu), euler, dive.breaks_s),
         _mean_ahead(asked, time_s),
         np.full((len(time_s), count), np.nan)
         if by_wrench or dive.rpm is None
@@ -452,8 +461,10 @@ def _euler(dive: Dive, time_s: Array) -> Array:
     return np.column_stack([np.unwrap(roll), pitch, np.unwrap(heading)])
 
 
-def _position(motion: Motion, euler: Array) -> Array:
-    """North and east (n, 2) by dead reckoning from the beginning."""
+def _position(motion: Motion, euler: Array, breaks_s: Array) -> Array:
+    """North and east (n, 2) by dead reckoning from the beginning of each run."""
     u, v = motion.nu[:, 0], motion.nu[:, 1]
     cos, sin = np.cos(euler[:, 2]), np.sin(euler[:, 2])
-    return np.column_stack([motion.integral(u * cos - v * sin), motion.integral(u * sin + v * cos)])
+    way = np.column_stack([motion.integral(u * cos - v * sin), motion.integral(u * sin + v * cos)])
+    runs = np.split(way, np.searchsorted(motion.time_s, breaks_s))
+    return np.vstack([run - run[:1] for run in runs])

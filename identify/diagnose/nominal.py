@@ -215,6 +215,8 @@ def nominal_of(
     mass, damping = coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
     course = replace(_known_course(course, joint, theta, ()), drift=motion.nu[:, :3])
+    if len(joint.runs_s) > 1:
+        course = replace(course, runs_s=joint.runs_s)
     seen = witnesses(dive, file, course)
     return Nominal(
         built,

@@ -35,6 +35,7 @@ from identify.words import listed, significant
 Array = NDArray[np.float64]
 
 LEAST_S = LEAST_CHECK_S = 20.0
+LEAST_RUN_S = 8.0
 ENOUGH_S = 2 * FOLDS * PIECE_S
 """A shorter dive is diagnosed, but a fold then holds a piece or none."""
 
@@ -71,6 +72,17 @@ def refuse_short(dive: Dive, least_s: float) -> None:
         raise FitError(
             f"{cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
             f"{mend}record {least_s:.0f} s or more, with starts, stops and turns",
+            of=dive.source,
+        )
+
+
+def refuse_short_runs(dive: Dive) -> None:
+    """Raise FitError if no run of a dive made of several lasts for a drift of 5 s and what comes before it."""
+    longest_s = max((run.duration_s for run in dive.runs), default=LEAST_S)
+    if longest_s < LEAST_RUN_S:
+        raise FitError(
+            f"the longest of its {len(dive.runs)} runs lasts {longest_s:.1f} s, too short to tell how a model drifts; "
+            f"give runs of {LEAST_RUN_S:.0f} s or more",
             of=dive.source,
         )
 

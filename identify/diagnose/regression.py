@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnose.evidence import FOLDS, Block, Blocks
-from identify.diagnose.innovations import AxisInnovations, autoregression_of, push_of
+from identify.diagnose.innovations import AxisInnovations, autoregressions_of, push_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
 from identify.effects.course import Course
 from identify.effects.effect import Act
@@ -31,6 +31,20 @@ short dive: longer than a drift of 5 s."""
 def piece_s(lasting_s: float) -> float:
     """Length of the pieces of a dive: two for each fold, if the dive is too short for pieces of 20 s."""
     return float(np.clip(lasting_s / (2 * FOLDS), LEAST_PIECE_S, PIECE_S))
+
+
+def pieces_of(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> NDArray[np.intp]:
+    """Piece (n,) of each time; none spans two runs. A time outside all runs has the piece of the nearest before it."""
+    each_s = piece_s(sum(end_s - start_s for start_s, end_s in runs_s))
+    if len(runs_s) == 1:
+        return np.maximum((time_s - runs_s[0][0]) / each_s, 0.0).astype(np.intp)
+    out, first = np.zeros(len(time_s), dtype=np.intp), 0
+    for start_s, end_s in runs_s:
+        count = max(int((end_s - start_s) / each_s), 1)
+        since = np.clip((time_s - start_s) / max(end_s - start_s, 1e-9) * count, 0, count - 1)
+        out = np.where(time_s >= start_s, first + since.astype(np.intp), out)
+        first += count
+    return out
 
 
 LEVELLED = (3, 4)
@@ -61,7 +75,8 @@ class Regression:
 
     value (rows,): normalised innovations. nuisance: m columns of the nominal parameters, a block for each axis and each
     witness, with prior precision nominal_precision (m,); scales: columns of a thrust of unknown scale. piece (rows,):
-    piece of the dive. dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last.
+    piece of the dive. dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last. runs_s: first and
+    last time of each run.
     """
 
     axes: tuple[AxisInnovations, ...]
@@ -70,6 +85,7 @@ class Regression:
     nominal_precision: Array
     piece: NDArray[np.intp]
     dof: NDArray[np.intp]
+    runs_s: tuple[tuple[float, float], ...]
     witnesses: tuple[WeighedWitness, ...] = ()
     scales: tuple[int, ...] = ()
 
@@ -126,19 +142,17 @@ class Regression:
         weighed = tuple(weighed_witness(witness_rows, acts, course) for witness_rows in witnesses)
         if not weighed:
             return self
-        began_s = min(float(axis.problem.axis.time_s[0]) for axis in self.axes)
         width = self.nuisance.width
         known = []
         for witness_rows in weighed:
             columns = witness_rows.whitened(witness_rows.witness.known)
             known.append(Block(width + np.arange(columns.shape[1]), columns))
             width += columns.shape[1]
-        each_s = piece_s(_lasting_s([axis.problem for axis in self.axes]))
         late = [
-            np.minimum((witness_rows.witness.time_s - began_s) / each_s, self.piece.max())
+            np.minimum(pieces_of(witness_rows.witness.time_s, self.runs_s), self.piece.max())
             for witness_rows in weighed
         ]
-        piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
+        piece = np.concatenate([self.piece, *late])
         # Less the acts, like all other rows: `rows_of` adds them again.
         left = [
             witness_rows.whitened(witness_rows.witness.left(acts)[:, None])[:, 0] for witness_rows in weighed
@@ -181,18 +195,15 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         if axis.problem.axis.dof in unheard:
             # Its thrust at each delay.
             nuisance = nuisance.beside(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
-    began_s, each_s = (
-        min(float(problem.axis.time_s[0]) for problem in problems),
-        piece_s(_lasting_s(problems)),
-    )
-    since_s = np.concatenate([axis.problem.axis.time_s[axis.read] for axis in axes]) - began_s
+    read_s = np.concatenate([axis.problem.axis.time_s[axis.read] for axis in axes])
     return Regression(
         tuple(axes),
         np.concatenate([axis_rows.value for axis_rows in rows]),
         nuisance,
         np.concatenate([joint.prior_precision[kept], np.zeros(nuisance.width - len(kept))]),
-        (since_s / each_s).astype(np.intp),
+        pieces_of(read_s, joint.runs_s),
         np.concatenate([np.full(len(axis.std), axis.problem.axis.dof, dtype=np.intp) for axis in axes]),
+        joint.runs_s,
     )
 
 
@@ -214,8 +225,13 @@ def _rows_of(
     error, variance, gain = problem.run_filter(theta[place], table, problem.mean_force(theta[place]), np.inf)
     read = np.isfinite(problem.reading)
     std, channel = np.sqrt(variance[read]), axis.channel[read]
+    run_of = np.repeat(np.arange(len(axis.runs)), [run.stop - run.start for run in axis.runs])[read]
     autoregressions = tuple(
-        autoregression_of(np.flatnonzero(channel == i), error[read] / std) for i in range(len(axis.channels))
+        autoregression
+        for i in range(len(axis.channels))
+        for autoregression in autoregressions_of(
+            [np.flatnonzero((channel == i) & (run_of == k)) for k in range(len(axis.runs))], error[read] / std
+        )
     )
     innovations = AxisInnovations(problem, theta[place], table, gain, error[read], std, autoregressions)
     dofs = [problem.axis.dof for problem in joint.problems]
@@ -232,11 +248,6 @@ def _rows_of(
         columns[:, kept == at] += column[:, None]
     value = innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0]
     return _AxisRows(innovations, value, Block.of_columns(columns))
-
-
-def _lasting_s(problems: Sequence[AxisLikelihood]) -> float:
-    times = [problem.axis.time_s for problem in problems]
-    return float(max(time_s[-1] for time_s in times) - min(time_s[0] for time_s in times))
 
 
 def mean_places(joint: JointLikelihood) -> list[int]:
@@ -258,9 +269,10 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
     sensor causes a trim, so trims there are nuisances.
     """
     return [
-        place.start + FORCES
+        place.start + FORCES + run
         for problem, place in zip(joint.problems, joint.places, strict=True)
         if problem.axis.dof not in LEVELLED
+        for run in range(len(problem.axis.runs))
     ]
 
 
@@ -275,5 +287,8 @@ def delayed_thrust(innovations: AxisInnovations) -> Array:
     """Response (own rows, k) of an axis to its own thrust at each delay."""
     axis = innovations.problem.axis
     force = axis.force.mean(axis=1)
-    late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in THRUST_DELAYS_S]
+    late = []
+    for late_s in THRUST_DELAYS_S:
+        shifted = [np.interp(axis.time_s[run] - late_s, axis.time_s[run], force[run]) for run in axis.runs]
+        late.append(np.concatenate(shifted))
     return innovations.by_force(np.column_stack(late))

@@ -18,7 +18,7 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Baseline, baseline_of, floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, coefficients, refitted
-from identify.diagnose.regression import Regression, mean_places, piece_s, regression_of
+from identify.diagnose.regression import Regression, mean_places, pieces_of, regression_of
 from identify.diagnose.result import AxisShrink, Prediction, Shrink
 from identify.diagnose.search import Explanation
 from identify.diagnose.simulation import (
@@ -217,10 +217,13 @@ def held_out_shrink(
 def stitched_windows(model: Simulation, fold: int) -> NDArray[np.int64]:
     """Starts (w,) of the windows of a fold's pieces, one directly after another."""
     length = round(HORIZON_S / model.step_s)
-    starts = np.arange(0, len(model.time_s) - length, length)
-    since_s = model.time_s - model.time_s[0]
-    piece = ((since_s[starts] + 0.5 * HORIZON_S) / piece_s(since_s[-1])).astype(np.intp)
+    starts = np.concatenate([np.arange(run.start, run.stop - length, length) for run in model.runs])
+    piece = pieces_of(model.time_s[starts] + 0.5 * HORIZON_S, _runs_s(model))
     return np.asarray(starts[piece % FOLDS == fold])
+
+
+def _runs_s(model: Simulation) -> Sequence[tuple[float, float]]:
+    return model.runs_s or ((float(model.time_s[0]), float(model.time_s[-1])),)
 
 
 def differences(model: Simulation, starts: NDArray[np.int64]) -> Array:
@@ -310,9 +313,9 @@ def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Ar
 def held_windows(model: Simulation, fold: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
     """Starts (w,) of the windows within the pieces of a fold, a second apart, and their pieces."""
     length = round(HORIZON_S / model.step_s)
-    starts = np.arange(0, len(model.time_s) - length - 1, max(round(1.0 / model.step_s), 1))
-    since_s = model.time_s - model.time_s[0]
-    piece = (since_s / piece_s(since_s[-1])).astype(np.intp)
+    every = max(round(1.0 / model.step_s), 1)
+    starts = np.concatenate([np.arange(run.start, run.stop - length - 1, every) for run in model.runs])
+    piece = pieces_of(model.time_s, _runs_s(model))
     inside = (piece[starts] == piece[starts + length]) & (piece[starts] % FOLDS == fold)
     return starts[inside], piece[starts[inside]]
 
@@ -426,7 +429,7 @@ def predict(
     before, after = flight.before, flight.after
     floor = floors_of(flight.own, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
-    starts = np.arange(0, len(after.time_s) - length - 1, length)
+    starts = np.concatenate([np.arange(run.start, run.stop - length - 1, length) for run in after.runs])
     if len(starts) < 2:
         raise LogError(f"{name}: is too short to check a diagnosis on; give a dive of a minute or more")
     gone = [differences(model, starts) for model in (before, after)]

@@ -7,6 +7,7 @@ by velocity (Fossen 2011, eq. 6.1, less itself along the recording).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal, coefficients, quadratic_of
-from identify.effects.course import Course
+from identify.effects.course import Course, runs_at
 from identify.effects.effect import Act
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
@@ -50,12 +51,14 @@ def off_by(
     dofs: NDArray[np.int64],
     errors: Array,
     step_s: float,
+    ends: NDArray[np.int64],
 ) -> Array:
-    """The compiled loop of `Simulation.off`, by Heun's rule, from each start in turn.
+    """The compiled loop of `Simulation.off`, by Heun's rule, from each start in turn. ends (n,): where the run of each
+    instant ends.
 
     A run that ends early stays at the RUN_AWAY of its axis.
     """
-    n, last = nu.shape[0], steps[-1]
+    last = steps[-1]
     out = np.full((starts.shape[0], steps.shape[0], 6), np.nan)
     bent = bool(np.any(slope))
     ease = np.zeros(6)
@@ -70,7 +73,7 @@ def off_by(
             d[j] = errors[at, j]
         now = 0
         for k in range(1, last + 1):
-            if at + k >= n:
+            if at + k >= ends[at]:
                 break
             i = at + k - 1
             _rate(first, d, a, lacking[i], nu[i], slope[i], bent, mass, damping, stiffness, ease)
@@ -84,7 +87,7 @@ def off_by(
                 d[j] += 0.5 * step_s * (first[j] + second[j])
             if _has_run_away(d):
                 for h in range(now, steps.shape[0]):
-                    if at + steps[h] < n:
+                    if at + steps[h] < ends[at]:
                         for j in dofs:
                             out[w, h, j] = min(max(d[j], -RUN_AWAY[j]), RUN_AWAY[j])
                 break
@@ -149,7 +152,8 @@ class Simulation:
     """A model along a recorded motion at uniform times (n,), body axes, SI units.
 
     dofs: fitted degrees of freedom; the others follow the recording. mass, damping, stiffness (6,). nu, nu_dot (n,
-    6): recorded. lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity.
+    6): recorded. lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity. runs_s: first
+    and last time of each run of a dive made of several; empty for a single one.
     """
 
     time_s: Array
@@ -161,6 +165,12 @@ class Simulation:
     nu_dot: Array
     lacking: Array
     slope: Array
+    runs_s: tuple[tuple[float, float], ...] = ()
+
+    @cached_property
+    def runs(self) -> tuple[slice, ...]:
+        """The instants of each run."""
+        return runs_at(self.time_s, self.runs_s)
 
     @property
     def step_s(self) -> float:
@@ -171,13 +181,16 @@ class Simulation:
         return replace(self, lacking=self.lacking - wrench)
 
     def off(self, starts: NDArray[np.int64], steps: Sequence[int], errors: Array) -> Array:
-        """Difference (w, h, 6) after some steps from each start; NaN beyond the recording's end and in axes that are
-        not fitted. errors (n, 6): of the recorded velocity."""
+        """Difference (w, h, 6) after some steps from each start; NaN beyond the end of its run and in axes that are not
+        fitted. errors (n, 6): of the recorded velocity."""
         along = (self.lacking, self.nu, self.slope)
         lacking, nu, slope = (np.ascontiguousarray(series) for series in along)
+        ends = np.arange(len(nu))
+        for run in self.runs:
+            ends[run] = run.stop
         out = off_by(
             starts, np.array(sorted(steps), dtype=np.int64), lacking, nu, slope, self.mass, self.damping,
-            self.stiffness, np.array(self.dofs), errors, self.step_s,
+            self.stiffness, np.array(self.dofs), errors, self.step_s, ends,
         )  # fmt: skip
         return np.asarray(out)
 
@@ -207,6 +220,7 @@ def simulation_of(
     if slope is not None:
         total_slope = total_slope + slope[grid]
     total_slope[:, range(6), range(6)] -= 2.0 * quadratic_of(model.joint, theta) * np.abs(nu[grid])
+    lacking[~course.recorded] = 0.0
     return Simulation(
         course.time_s[grid],
         dofs,
@@ -217,6 +231,7 @@ def simulation_of(
         nu_dot[grid],
         lacking[grid],
         total_slope,
+        course.runs_s,
     )
 
 
@@ -312,7 +327,11 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
             angle = smoothed_angle(
-                time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof]
+                time_s,
+                axis.time_s[placed],
+                problem.reading[placed],
+                model.motion.nu[:, axis.dof],
+                model.course.runs_s,
             )
             force[:, axis.dof] -= axis.stiffness * angle
             stiffness[axis.dof] = axis.stiffness
@@ -328,12 +347,22 @@ def between(time_s: Array, end_s: Array, step_s: Array, force: Array) -> Array:
     return np.asarray(np.interp(time_s, (end_s - 0.5 * step_s)[lasts], force[lasts]))
 
 
-def smoothed_angle(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
-    """An angle (n,) with its reading noise averaged out of the slow difference from its integrated rate."""
+def smoothed_angle(
+    time_s: Array, read_s: Array, angle: Array, rate: Array, runs_s: Sequence[tuple[float, float]] = ()
+) -> Array:
+    """An angle (n,) with its reading noise averaged out of the slow difference from its integrated rate, in each run by
+    itself; 0 between runs."""
     step_s = float(time_s[1] - time_s[0])
     turned = np.cumsum(rate) * step_s
-    difference = np.interp(time_s, read_s, angle) - turned
+    difference, out = np.interp(time_s, read_s, angle) - turned, np.zeros(len(time_s))
     half = round(0.5 * MEANT_S / step_s)
+    for run in runs_at(time_s, runs_s):
+        out[run] = turned[run] + _averaged(difference[run], half)
+    return out
+
+
+def _averaged(difference: Array, half: int) -> Array:
+    """Means (n,) of the values within `half` steps of each."""
     edges = np.clip(np.arange(len(difference))[:, None] + [-half, half + 1], 0, len(difference))
     total = np.concatenate([[0.0], np.cumsum(difference)])
-    return np.asarray(turned + (total[edges[:, 1]] - total[edges[:, 0]]) / (edges[:, 1] - edges[:, 0]))
+    return np.asarray((total[edges[:, 1]] - total[edges[:, 0]]) / (edges[:, 1] - edges[:, 0]))

@@ -251,7 +251,11 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     parts = [near.between(t - 0.5, t + 0.5).value for t in edges]
     ends = np.array([np.mean(part) if len(part) else np.nan for part in parts])
     off = np.diff(ends)
-    good = np.isfinite(off)
+    # A turn between two runs was not seen.
+    across = np.searchsorted(dive.breaks_s, edges[1:] + 0.5) > np.searchsorted(
+        dive.breaks_s, edges[:-1] - 0.5
+    )
+    good = np.isfinite(off) & ~across
     inside = (
         (course.time_s >= edges[0]) & (course.time_s < edges[-1]) if len(edges) else np.zeros(0, np.bool_)
     )

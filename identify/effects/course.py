@@ -1,5 +1,6 @@
 """The motion of a vehicle, instant by instant: everything that an effect can depend on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -30,6 +31,7 @@ class Course:
     - water (n, 3): the water's own velocity, body axes, as far as it is known; None for still water.
     - drift (n, 3): surge, sway and heave estimated from all readings together; None means those of nu. Moments are
       computed from it: no gyro measures it, and a predicted nu carries the errors of the readings.
+    - runs_s: first and last time of each run of a dive made of several; empty for a single one.
     - by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of a single thruster in each
       degree of freedom.
 
@@ -54,6 +56,15 @@ class Course:
     water: Array | None = None
     by_wrench: bool = False
     drift: Array | None = None
+    runs_s: tuple[tuple[float, float], ...] = ()
+
+    @cached_property
+    def recorded(self) -> NDArray[np.bool_]:
+        """Whether each instant (n,) lies in a run: between two, all that is here is made up."""
+        inside = np.zeros(len(self.time_s), np.bool_)
+        for run in runs_at(self.time_s, self.runs_s):
+            inside[run] = True
+        return inside
 
     @property
     def step_s(self) -> float:
@@ -148,6 +159,14 @@ class Course:
         """Convert a level earth-fixed vector to body axes, (n, 3); north, east: scalars, or (n,)."""
         to_north, to_east, _ = self.world
         return np.asarray(np.multiply(to_north.T, north).T + np.multiply(to_east.T, east).T)
+
+
+def runs_at(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> tuple[slice, ...]:
+    """The instants (n,) within each run; all of them for a single one."""
+    if len(runs_s) < 2:
+        return (slice(0, len(time_s)),)
+    ends = np.searchsorted(time_s, np.array(runs_s))
+    return tuple(slice(int(a), int(b)) for a, b in ends if a < b)
 
 
 def lagged(asked: Array, step_s: float, lag_s: float) -> Array:

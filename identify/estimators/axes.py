@@ -81,9 +81,9 @@ class Brackets:
     """Brackets of an axis's speed, within which the slope of its square counts as constant.
 
     slopes (k,): derivative of speed times its magnitude, in the middle of each bracket. slope (n,): the slope of each
-    event's bracket. step (n,): the row for this event in a table of all distinct steps in all brackets, -1 and
-    less as in the axis. about (2, n): force of a unit of quadratic damping at the events in addition to a linear damping of that
-    slope, first without the drag of the axis's own speed, then with it.
+    event's bracket. step (n,): the row for this event in a table of all distinct steps in all brackets; without a step
+    as in the axis. about (2, n): force of a unit of quadratic damping at the events in addition to a linear damping of
+    that slope, first without the drag of the axis's own speed, then with it.
     """
 
     slopes: Array

@@ -57,6 +57,25 @@ class JointLikelihood:
             for problem, place in zip(self.problems, places, strict=True)
         )
 
+    @cached_property
+    def runs_s(self) -> tuple[tuple[float, float], ...]:
+        """First and last time that any axis was read in each run."""
+        spans = sorted(
+            (float(time_s[run][0]), float(time_s[run][-1]))
+            for problem in self.problems
+            for time_s in (problem.axis.time_s,)
+            for run in problem.axis.runs
+        )
+        if all(len(problem.axis.runs) == 1 for problem in self.problems):
+            return ((spans[0][0], max(end_s for _, end_s in spans)),)
+        runs = spans[:1]
+        for start_s, end_s in spans[1:]:
+            if start_s > runs[-1][1]:
+                runs.append((start_s, end_s))
+            else:
+                runs[-1] = runs[-1][0], max(runs[-1][1], end_s)
+        return tuple(runs)
+
     @property
     def prior_mean(self) -> Array:
         return np.concatenate([*(problem.prior_mean for problem in self.problems), self.apart_prior[:, 0]])

@@ -320,13 +320,16 @@ def with_provenance(
 
 def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]) -> Section:
     """Each recording once and the vehicle file, with SHA-256; versions of the software; settings as given."""
-    seen = {dive.sha256: dive for dive in dives}
+    recordings = (
+        run for dive in dives for run in (dive.runs if isinstance(dive, Dive) and dive.runs else (dive,))
+    )
+    seen = {recording.sha256: recording for recording in recordings}
     lengths = {
-        sha: seconds(dive.duration_s) if math.isfinite(dive.duration_s) else MISSING
-        for sha, dive in seen.items()
+        sha: seconds(recording.duration_s) if math.isfinite(recording.duration_s) else MISSING
+        for sha, recording in seen.items()
     }
     sources = (
-        *((dive.name, dive.source.name, lengths[sha], "recording", sha) for sha, dive in seen.items()),
+        *((held.name, held.source.name, lengths[sha], "recording", sha) for sha, held in seen.items()),
         (file.vehicle.name, file.path.name, MISSING, "vehicle file", file.sha256),
     )
     versions = (("Python", platform.python_version()), *((name, installed(name)) for name in PACKAGES))

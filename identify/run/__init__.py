@@ -1,4 +1,5 @@
 """The functions behind the verbs, with typed steps and results.
 
-`identify` · `diagnose` · `validate` · `plan` · `recordings` how all of them read dives.
+`identify` · `diagnose` · `validate` · `plan` · `recordings` how all of them read dives · `together` several runs as
+one dive.
 """

@@ -2,6 +2,8 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError, FitError, LogError
@@ -15,6 +17,7 @@ from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import of_one_dive, recording_files
 from identify.progress import Step, Steps, unheard
+from identify.run.identify import runs_told
 
 OF: Final = "diagnose"
 
@@ -39,7 +42,8 @@ class Diagnosed:
 
     def to_json(self) -> dict[str, Any]:
         """The answer, followed by the texts and values shown on a page."""
-        return with_words(self.diagnosis, "" if self.check is None else self.check.name)
+        words = with_words(self.diagnosis, "" if self.check is None else self.check.name)
+        return words | runs_told(self.dive)
 
 
 def diagnose(
@@ -59,8 +63,7 @@ def diagnose(
     as `identify.diagnose.diagnose` does, for a recording that can't be diagnosed.
     """
     effects = effects_without(without, configuration, file) if without else None
-    # Dives that were made in memory have no files to compare.
-    if check is not None and check.source.exists() and dive.source.exists():
+    if check is not None:
         refuse_the_same(check, dive)
     try:
         searched_fit = search.diagnose(
@@ -83,12 +86,17 @@ def diagnose(
 
 def refuse_the_same(check: Dive, dive: Dive) -> None:
     """Raise LogError if the check dive is the dive itself: the gap can't be measured on data that was fitted."""
-    how = of_one_dive(*(recording_files(recording.source) for recording in (check, dive)))
-    if how:
-        raise LogError(
-            f"the check dive {check.source}: {how} {dive.source}, so it can't show how far the gap shrinks; "
-            "give another dive"
-        )
+    for held, other in product(_sources(check), _sources(dive)):
+        if how := of_one_dive(recording_files(held), recording_files(other)):
+            raise LogError(
+                f"the check dive {held}: {how} {other}, so it can't show how far the gap shrinks; give another dive"
+            )
+
+
+def _sources(dive: Dive) -> list[Path]:
+    """The recordings of a dive that are files: one made in memory has none."""
+    sources = [run.source for run in dive.runs] or [dive.source]
+    return [source for source in sources if source.exists()]
 
 
 def effects_without(names: Collection[str], configuration: str, file: VehicleFile) -> tuple[Effect, ...]:

@@ -42,7 +42,7 @@ class Identified:
     def to_json(self) -> dict[str, Any]:
         """The answer as plain data, with its comparison, if there is one."""
         compared = {"comparison": self.comparisons[0].to_json()} if self.comparisons else {}
-        return self.answer.to_json() | compared
+        return self.answer.to_json() | runs_told(self.dive) | compared
 
 
 def identify(
@@ -66,6 +66,17 @@ def identify(
     priors = file.vehicle.configurations[configuration].priors
     comparisons = tuple(compare(first, other, priors) for other in others)
     return Identified(dive, file, doubted(comparisons[0]) if comparisons else first, comparisons)
+
+
+def runs_told(dive: Dive) -> dict[str, Any]:
+    """The runs of a dive made of several, and why others were left out, as plain data; nothing for a single one."""
+    if not dive.runs:
+        return {}
+    used = [
+        {"name": run.name, "sha256": run.sha256, "start_s": run.start_s, "duration_s": run.duration_s}
+        for run in dive.runs
+    ]
+    return {"runs": {"used": used, "left_out": dict(dive.left_out)}}
 
 
 def compiles_first() -> bool:

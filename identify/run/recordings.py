@@ -8,7 +8,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.ingest.frames import locate
-from identify.ingest.open import HEARD, read_dive, recording_files
+from identify.ingest.open import HEARD, MAPPED, read_dive, recording_files
 
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
@@ -72,6 +72,30 @@ def read(recording: Recording, file: VehicleFile, columns: Path | None = None) -
     """Read a recording; `columns` is the column map of a table. Raises LogError, ConfigError."""
     file, remarks = recording.under_conditions(file)
     return Reading(read_dive(recording.path, columns, file), file, remarks)
+
+
+def runs_in(path: Path) -> list[Path]:
+    """The recordings of a folder of runs, in order of their names; the path itself if it is one recording.
+
+    Raises LogError if it holds none.
+    """
+    try:
+        recording_files(path)
+        return [path]
+    except LogError:
+        runs = [place for place in sorted(path.glob("*")) if _is_recording(place)]
+        if not runs:
+            raise
+        return runs
+
+
+def _is_recording(path: Path) -> bool:
+    if path.is_file():
+        return path.name.lower().endswith((*HEARD, ".bin", *MAPPED)) and not path.name.startswith(".")
+    try:
+        return bool(recording_files(path))
+    except LogError:
+        return False
 
 
 def stray_bytes(recording: Path) -> str:

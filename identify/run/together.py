@@ -19,8 +19,9 @@ from identify.estimators.refusals import refuse_unpushed
 from identify.run.recordings import Reading
 from identify.words import listed, significant
 
-APART_S: Final = 5.0
-"""Least time between two runs on their common clock: longer than any filter of forces or readings remembers."""
+APART_S: Final = 3.0
+"""Least time between two runs on their common clock: half of it is longer than any delay that is tried, and than what a
+filter of forces or readings remembers."""
 
 TICKS_HZ: Final = 50.0
 """Runs are moved by whole ticks, which are those of the grid of `identify.estimators.axes`: a run's forces are then the
@@ -31,7 +32,7 @@ OVERLAP_S: Final = 1.0
 """Two clocks of one vehicle may differ by this much before its runs count as recorded at the same time."""
 
 NAMED: Final = 5
-OF_THE_WHOLE: Final = ("velocity_is_filtered",)
+NOTHING: Final[Mapping[str, str]] = {}
 
 
 def together(readings: Sequence[Reading]) -> Reading:
@@ -61,7 +62,7 @@ def together(readings: Sequence[Reading]) -> Reading:
     return Reading(dive, first.file, remarks)
 
 
-def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = {}) -> Dive:  # noqa: B006
+def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive:
     """One dive of several, in this order; a signal that some of them lack is left out of all.
 
     Raises LogError if one of them has other thruster commands than the others.
@@ -150,8 +151,8 @@ def _refuse_others(readings: Sequence[Reading]) -> str:
     for reading in readings[1:]:
         if reading.file != first.file:
             raise LogError(
-                f"{reading.dive.source}: was dived under other conditions than {first.dive.source}, in water of another "
-                "density or with another ballast, so the two are not one dive; leave one out"
+                f"{reading.dive.source}: was dived under other conditions than {first.dive.source}, in water of "
+                "another density or with another ballast, so the two are not one dive; leave one out"
             )
         if reading.configuration != first.configuration:
             raise LogError(

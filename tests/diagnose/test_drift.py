@@ -132,7 +132,7 @@ def along(rng):
 def flown(starts, steps, lacking, nu, slope, fitted=range(6), errors=0.0):
     return off_by(
         np.array(starts), np.array(steps), lacking, nu, slope, MASS, DAMPING, STIFFNESS, np.array(fitted),
-        errors + np.zeros((COUNT, 6)), FLIGHT_STEP_S,
+        errors + np.zeros((COUNT, 6)), FLIGHT_STEP_S, np.full(COUNT, COUNT),
     )  # fmt: skip
 
 

@@ -66,7 +66,7 @@ def read_by(state_read, time_s, value, scale=None, dof=2):
         np.zeros(n, dtype=np.int64),
         (channel,),
         0.0,
-        np.zeros(4),
+        np.zeros((1, 4)),
         np.zeros(n),
         np.zeros(n),
     )

@@ -249,7 +249,7 @@ def test_the_likelihood_alone_is_that_of_all_innovations_and_of_a_mass_told_by_o
 
 def test_a_state_that_has_run_away_has_no_likelihood():
     one, *_ = problems()
-    away = replace(one, axis=replace(one.axis, initial=np.array([np.inf, 0.0, 1.0, 1.0])))
+    away = replace(one, axis=replace(one.axis, initial=np.array([[np.inf, 0.0, 1.0, 1.0]])))
     assert away.log_likelihood(away.prior_mean) == -np.inf
 
 

@@ -32,12 +32,12 @@ from identify.identification import Outcome, worst
 from identify.ingest.open import read_dive
 from identify.run.diagnose import Before, diagnose
 from identify.run.identify import compiles_first
-from identify.run.recordings import read, stray_bytes
+from identify.run.recordings import runs_in, stray_bytes
 from tui import pages, show
 from tui.commands.prior import accepted_in
 from tui.files import Files
 from tui.parameter_files import Leave, check_outcome
-from tui.recordings import column_map_for, recording_at, ruled_out
+from tui.recordings import column_map_for, read_together, ruled_out
 
 if TYPE_CHECKING:
     from identify.report.page import Report
@@ -49,20 +49,25 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
     file = load_vehicle(arguments.vehicle)
-    places = [Path(path) for path in (arguments.dive, arguments.check) if path]
-    columns = column_map_for(arguments.columns, [*map(str, places)])
-    reading, check = read(recording_at(places[0]), file, columns), None
-    if arguments.check:
+    runs = [place for path in arguments.dives for place in runs_in(Path(path))]
+    checks = runs_in(Path(arguments.check)) if arguments.check else []
+    columns = column_map_for(arguments.columns, [*map(str, (*runs, *checks))])
+    reading, check = read_together(runs, file, columns), None
+    if checks:
         try:
-            check = read(recording_at(places[1]), file, columns)
+            check = read_together(checks, file, columns)
         except SeatrialError as error:
             raise type(error)(f"the check dive {error}") from None
-    remarks = [*reading.remarks, *(check.remarks if check else ()), *filter(None, map(stray_bytes, places))]
+    remarks = [
+        *reading.remarks,
+        *(check.remarks if check else ()),
+        *filter(None, map(stray_bytes, (*runs, *checks))),
+    ]
     configuration = reading.configuration
     leave, before = Leave(doubts=arguments.despite_doubts), Before()
     if arguments.accepted:
         before = accepted_before(Path(arguments.accepted), file, configuration, leave)
-    impossible, why = ruled_out(places[0])
+    impossible, why = ruled_out(runs)
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
     with show.steps(f"diagnosing {reading.dive.name}") as progress:
@@ -175,9 +180,11 @@ def run_against(arguments: argparse.Namespace) -> int:
             raise exit_codes.UsageError(
                 f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
             )
-    file = load_vehicle(arguments.vehicle)
-    columns = column_map_for(arguments.columns, (arguments.dive, arguments.against))
-    real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
+    if len(arguments.dives) > 1:
+        raise exit_codes.UsageError("--against holds one dive against the simulator; give one DIVE")
+    file, places = load_vehicle(arguments.vehicle), (*arguments.dives, arguments.against)
+    columns = column_map_for(arguments.columns, places)
+    real, sim = (read_dive(Path(path), columns, file) for path in places)
     configuration = configuration_of_both(real, sim, file)
     with show.progress(f"{real.name} against {sim.name}") as tell:
         gap = against.against(real, sim, file, configuration, progress=tell)

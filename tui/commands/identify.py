@@ -13,14 +13,22 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import write_identified
 from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive
-from identify.estimators.table import METHODS, SIDE_BY_SIDE, Estimator, estimator, judged, refuse_damping
+from identify.estimators.table import (
+    DEFAULT,
+    METHODS,
+    SIDE_BY_SIDE,
+    Estimator,
+    estimator,
+    judged,
+    refuse_damping,
+)
 from identify.identification import Estimate, Identification, Outcome
 from identify.progress import Progress
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read
 from tui import pages, show
 from tui.files import Files
-from tui.recordings import column_map_for, recording_at
+from tui.recordings import column_map_for, each_alone, read_together, recording_at
 
 if TYPE_CHECKING:
     from bench.reproduce.paper import TrainingCurves
@@ -34,16 +42,22 @@ LAST_COLUMN = "identifiable"
 
 def run(arguments: argparse.Namespace) -> int:
     methods = methods_of(arguments.method)
-    if arguments.param and len(arguments.dives) > 1:
-        raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
+    if arguments.param and len(arguments.dives) > 1 and not arguments.together:
+        raise exit_codes.UsageError(
+            "--param takes what one dive tells; give one DIVE, or --together if all are runs of one"
+        )
     if arguments.network and "paper" not in methods:
         raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    readings = [read(recording_at(Path(path)), file, columns) for path in arguments.dives]
+    if arguments.together:
+        methods = method_together(arguments.method)
+        readings = [read_together(arguments.dives, file, columns)]
+    else:
+        readings = [read(recording_at(path), file, columns) for path in each_alone(arguments.dives)]
     chosen = [reading.configuration for reading in readings]
     curves: dict[str, TrainingCurves] = {}
-    if arguments.method is None:
+    if arguments.method is None and not arguments.together:
         methods = usual_methods(file, chosen)
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     result = [
@@ -91,6 +105,15 @@ def methods_of(argument: str | None) -> tuple[str, ...]:
     if len(set(names)) != len(names) or len(names) > 2:
         raise exit_codes.UsageError(f"--method {argument}: give one method, or two different ones with a +")
     return names
+
+
+def method_together(argument: str | None) -> tuple[str, ...]:
+    """The method for several runs. Raises UsageError if `--method` names another."""
+    if argument not in (None, DEFAULT):
+        raise exit_codes.UsageError(
+            f"--method {argument}: several runs together are identified by {DEFAULT} alone; leave --method out"
+        )
+    return (DEFAULT,)
 
 
 def estimator_of(

@@ -1,0 +1,241 @@
+"""Several short runs of one vehicle as one dive: their likelihoods add up, and each has its own state and trim."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import closed_loop
+import network_tasks
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.errors import FitError, LogError
+from bridge.vehicle.config import Water
+from identify.dive import Signal
+from identify.estimators.axes import build_axes
+from identify.estimators.innovations import VELOCITY, innovations, smoothed_velocity, transitions
+from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood_axis import FORCES, likelihood_of, rigid_mass
+from identify.forces import wrench
+from identify.run.recordings import Reading
+from identify.run.together import joined, together
+
+FILE = closed_loop.vehicle_file()
+
+
+def named(dive, name):
+    return replace(dive, name=name, source=Path(f"{name}.tlog"), sha256=f"sha of {name}")
+
+
+def cut(dive, *spans_s):
+    return [named(dive.between(*span_s), f"run {span_s[0]:g}") for span_s in spans_s]
+
+
+def run(seed, seconds=15.0, **how):
+    return named(closed_loop.dive(np.random.default_rng(seed), seconds, **how), f"run {seed}")
+
+
+def read(*dives, file=FILE):
+    return [Reading(dive, file, ()) for dive in dives]
+
+
+def identified(dive):
+    return estimate(dive, FILE, "only", network_tasks.quiet)
+
+
+def test_what_the_filter_knows_ends_with_a_run():
+    rng = np.random.default_rng(1)
+    table = transitions(np.array([0.02, 0.05]), 40.0, np.array([20.0]), 0.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.0)
+    step, count = rng.integers(0, 2, 200), 120
+    step[0], step[count] = -1, -2
+    force, reading = rng.normal(0.0, 5.0, (200, 2)), rng.normal(0.0, 0.1, 200)
+    initial = np.array([[0.1, 0.0, 0.01, 0.01], [-0.2, 0.0, 0.04, 0.01]])
+    read_of = np.full(200, VELOCITY)
+
+    def run_of(part, steps, began):
+        of_each = table, steps, force[part], reading[part], read_of[part], np.full(len(steps), 1e-4), 2.0, 0.0
+        return (*innovations(*of_each, began, np.inf)[:2], smoothed_velocity(*of_each, began))
+
+    both = run_of(slice(None), step, initial)
+    second = step[count:].copy()
+    second[0] = -1
+    parts = run_of(slice(count), step[:count], initial[:1]), run_of(slice(count, None), second, initial[1:])
+    for whole, *each in zip(both, *parts, strict=True):
+        assert np.array_equal(whole, np.concatenate(each))
+
+
+@pytest.fixture(scope="module")
+def survey():
+    """A drawn dive of a whole vehicle, three runs of it, and those behind one another."""
+    drawn = draw_one(100_300, seconds=120.0)
+    runs = cut(drawn.dive, (0.0, 40.0), (40.0, 75.0), (75.0, 130.0))
+    return drawn, runs, joined(runs)
+
+
+def problems(drawn, dive):
+    shape = drawn.file.vehicle.configurations[drawn.configuration]
+    masses = np.array([1.4 * rigid_mass(shape, dof) for dof in range(6)])
+    axes = build_axes(dive, drawn.file, drawn.configuration).axes
+    return {axis.dof: likelihood_of(axis, shape, masses, ()) for axis in axes}
+
+
+def test_the_likelihood_and_the_score_of_runs_together_are_the_sums_of_those_alone(survey):
+    drawn, runs, dive = survey
+    trims = (0.3, -0.2, 0.1)
+    whole, alone = problems(drawn, dive), [problems(drawn, part) for part in runs]
+    assert set(whole) == {0, 1, 2, 3, 4, 5}
+    for dof, problem in whole.items():
+        theta = problem.prior_mean.copy()
+        theta[FORCES : FORCES + 3] = trims
+        gradient, information = problem.score(theta)
+        value, slope, bend = 0.0, 0.0, 0.0
+        for k, trim in enumerate(trims):
+            own = np.concatenate([theta[:FORCES], [trim], theta[FORCES + 3 :]])
+            part = alone[k][dof]
+            value += part.log_likelihood(own)
+            by_own, of_own = part.score(own)
+            slope, bend = slope + by_own[0], bend + of_own[0, 0]
+            assert gradient[FORCES + k] == pytest.approx(by_own[FORCES], rel=1e-4, abs=1e-3)
+        # Readings of a DVL before the thrust is known are smoothed with the rest of the run alone: hardly a difference.
+        exactly = 1e-9 if dof > 2 else 3e-5
+        assert problem.log_likelihood(theta) == pytest.approx(value, rel=exactly)
+        assert gradient[0] == pytest.approx(slope, rel=1e-4)
+        assert information[0, 0] == pytest.approx(bend, rel=1e-4)
+        assert not information[FORCES, FORCES + 1 : FORCES + 3].any()
+
+
+def test_the_speed_that_the_readings_show_is_that_of_each_run_alone(survey):
+    drawn, runs, dive = survey
+    problem = problems(drawn, dive)[5]
+    parts = [problems(drawn, part)[5] for part in runs]
+    theta = problem.prior_mean
+    own = np.delete(theta, [FORCES + 1, FORCES + 2])
+    speeds = np.concatenate([part.speed(own) for part in parts])
+    np.testing.assert_allclose(problem.speed(theta), speeds, atol=1e-10)
+
+
+def test_thrust_does_not_lag_from_one_run_into_the_next(survey):
+    drawn, runs, dive = survey
+    file, name = drawn.file, drawn.configuration
+    forces = wrench(dive, file, name)
+    for part, of_run in zip(runs, dive.runs, strict=True):
+        alone, by_s = wrench(part, file, name), of_run.start_s - part.span_s[0]
+        at_s = np.arange(part.span_s[0] - 1.0, part.span_s[1], 0.013)
+        np.testing.assert_allclose(forces.at(at_s + by_s), alone.at(at_s), atol=1e-6)
+        halves = forces.halves_between(at_s[:-1] + by_s, at_s[1:] + by_s)
+        np.testing.assert_allclose(halves, alone.halves_between(at_s[:-1], at_s[1:]), atol=1e-3)
+
+
+def test_a_dive_cut_into_runs_tells_the_same_a_little_less_surely():
+    dive = closed_loop.dive(np.random.default_rng(5), 180.0)
+    whole, runs = identified(dive), identified(joined(cut(dive, (0, 60), (60, 120), (120, 180))))
+    for name in ("M_u", "D_u"):
+        assert abs(runs[name].value - whole[name].value) < 0.5 * whole[name].std
+        assert 1.0 < runs[name].std / whole[name].std < 1.2
+
+
+def test_five_runs_of_fifteen_seconds_tell_what_none_of_them_can():
+    runs = [run(seed) for seed in range(5)]
+    with pytest.raises(FitError, match="lasts 15 s"):
+        identified(runs[0])
+    both = identified(together(read(*runs)).dive)
+    assert both["M_u"].identifiable
+    assert both["D_u"].identifiable
+    assert both["M_u"].low95 < closed_loop.MASS < both["M_u"].high95
+    assert both["D_u"].low95 < closed_loop.DAMPING < both["D_u"].high95
+    assert both["M_u"].std < 0.02 * closed_loop.MASS
+
+
+def test_runs_that_each_lean_on_another_trim_do_not_spoil_the_mass():
+    leans = (8.0, -8.0, 4.0, -4.0)
+    runs = [run(seed, 30.0, push=lambda _t, _f, lean=lean: lean) for seed, lean in enumerate(leans)]
+    both = identified(joined(runs))
+    assert both["M_u"].low95 < closed_loop.MASS < both["M_u"].high95
+    assert both["D_u"].low95 < closed_loop.DAMPING < both["D_u"].high95
+
+
+def test_the_order_in_which_runs_are_given_does_not_matter():
+    runs = [run(seed, 25.0) for seed in range(3)]
+    first, second = (together(read(*order)) for order in (runs, runs[::-1]))
+    assert [part.name for part in first.dive.runs] == ["run 0", "run 1", "run 2"]
+    assert identified(first.dive)["M_u"] == identified(second.dive)["M_u"]
+
+
+def test_dated_runs_stand_in_order_of_time():
+    early, late = replace(run(1), unix_at_boot_s=2e9), replace(run(0), unix_at_boot_s=2.1e9)
+    dive = together(read(late, early)).dive
+    assert [part.name for part in dive.runs] == ["run 1", "run 0"]
+
+
+def test_runs_lie_behind_one_another_with_a_break_between():
+    dive = joined([run(0, 30.0), run(1, 20.0)])
+    first, second = dive.runs
+    assert second.start_s - first.end_s >= 3.0
+    (break_s,) = dive.breaks_s
+    assert first.end_s < break_s < second.start_s
+    assert dive.duration_s == pytest.approx(49.8)
+    assert len(dive.velocity) == 500
+    assert dive.notes[0] == "2 runs are one dive of 50 s: run 0 and run 1."
+
+
+def test_a_part_of_a_dive_keeps_the_runs_that_it_holds():
+    dive = joined([run(seed) for seed in range(3)])
+    part = dive.between(dive.runs[1].start_s + 1.0, np.inf)
+    assert [held.name for held in part.runs] == ["run 1", "run 2"]
+    assert part.duration_s == pytest.approx(28.8)
+
+
+def test_a_run_in_which_nothing_was_pushed_is_left_out_and_named():
+    still = run(9)
+    still = replace(still, tau_cmd=Signal(still.tau_cmd.time_s, np.zeros((len(still.tau_cmd), 6))))
+    dive = together(read(run(0), still, run(1))).dive
+    assert [part.name for part in dive.runs] == ["run 0", "run 1"]
+    ((name, reason),) = dive.left_out
+    assert name == "run 9"
+    assert reason.startswith("no thruster pushed in all the dive")
+    assert any(note.startswith("The run run 9 was left out: no thruster pushed") for note in dive.notes)
+
+
+def test_without_any_run_that_pushed_there_is_no_dive():
+    still = [run(seed) for seed in (1, 2)]
+    still = [replace(d, tau_cmd=Signal(d.tau_cmd.time_s, np.zeros((len(d.tau_cmd), 6)))) for d in still]
+    with pytest.raises(FitError, match=r"no run of 2 can be used; of the first, run 1: no thruster pushed"):
+        together(read(*still))
+
+
+def test_the_same_recording_twice_is_refused():
+    with pytest.raises(LogError, match=r"run 1.tlog and run 1.tlog hold the same recording"):
+        together(read(run(1), run(1)))
+
+
+def test_two_recordings_of_the_same_time_are_refused():
+    one, other = (replace(run(seed), unix_at_boot_s=2e9 + 5.0 * seed) for seed in (0, 1))
+    with pytest.raises(LogError, match=r"were recorded at the same time.*seatrial merge"):
+        together(read(one, other))
+
+
+def test_runs_of_vehicles_with_other_thrusters_are_refused():
+    time_s = np.arange(0.0, 15.0, 0.1)
+    four, six = (
+        replace(run(seed), pwm=Signal(time_s, np.full((150, count), 1600.0)))
+        for seed, count in ((0, 4), (1, 6))
+    )
+    with pytest.raises(LogError, match=r"run 1.tlog: has 6 thruster commands in us.*has 4.*one vehicle"):
+        together(read(four, six))
+
+
+def test_runs_in_other_water_are_refused():
+    other = replace(FILE, vehicle=replace(FILE.vehicle, water=Water(density_kg_m3=1025.0)))
+    with pytest.raises(LogError, match="other conditions"):
+        together([*read(run(0)), *read(run(1), file=other)])
+
+
+def test_a_signal_that_a_run_lacks_is_left_out_of_all_and_named():
+    dive = joined([run(0), replace(run(1), nu_ref=None)])
+    assert dive.nu_ref is None
+    assert "The runs' nu_ref was left out, as 1 of them lacks it, first run 1." in dive.notes
+
+
+def test_a_single_recording_stays_as_it_is():
+    (reading,) = read(run(0))
+    assert together([reading]) is reading
