@@ -1,8 +1,8 @@
 """Which effect moved the marks of further runs away from those of the accepted ones.
 
 The mean of n further runs scatters by the accepted runs' scatter over n, and the accepted mean by it over their number.
-Each effect is weighed by its evidence: the likelihood of the mean shift, averaged over the effect's sizes and over what
-the vehicle file does not know of its direction, against that of no shift (Bayes factor).
+Each effect is weighed by its evidence: the likelihood of the mean shift, averaged over the effect's sizes and over the
+directions that the vehicle file leaves open, against that of no shift (Bayes factor).
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import chi2
 
 from identify.diagnose import candidates
 from identify.diagnose.result import Finding, Value, Verdict
@@ -31,17 +29,20 @@ LEAST_CLOSED: Final = 1 / 3
 FAR: Final = 3.0
 """Standard deviations from which a single mark is told as odd."""
 
-ODD: Final = 1e-4
-"""Probability below which the marks that a cause leaves over are told as something else."""
+LEAST: Final = 1e-9
+ODD_SQUARE: Final = 25.7
+"""Square of the five marks' shift that chance exceeds once in ten thousand (chi-squared)."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """The answer for several runs together. verdict: as in a diagnosis. finding: the cause, None for none. evidence:
-    nats by label of each candidate. shift (5,): of each mark in its unit; off (5,): in standard deviations of a
-    mean of so many runs. unexplained: share of the squared shift that is left, 0 if
-    chance would leave as much. left: the marks in which
-    something is left that the cause does not explain."""
+    """The answer for several runs together.
+
+    verdict: as in a diagnosis. finding: the cause, None for none. evidence: nats by label of each candidate. shift
+    (5,): of each mark, in its unit; off (5,): in standard deviations of a mean of so many runs. unexplained: share of
+    the squared shift that is left, 0 if chance would leave as much. left: the marks in which something is left that
+    the cause does not explain.
+    """
 
     runs: int
     verdict: Verdict
@@ -64,12 +65,12 @@ def judge(marks: Array, usual: Usual, causes: Mapping[str, Sequence[Cause]]) -> 
         )
         for label, sizes in causes.items()
     }
-    nats = {label: float(logsumexp(of) - np.log(len(of))) for label, of in each.items()}
+    nats = {label: float(np.logaddexp.reduce(of) - np.log(len(of))) for label, of in each.items()}
     best = max(nats, key=lambda label: nats[label])
     cause = causes[best][int(np.argmax(each[best]))]
     odd = _odd(shift - cause.shift, scatter + np.diag(cause.rough**2))
-    # What is not known of a cause's direction may fit its shift to another's: here it does not count.
-    unexplained = min(_square(shift - cause.shift, scatter) / _square(shift, scatter), 1.0)
+    # A direction that is left open may fit a cause to another's shift: here it does not count.
+    unexplained = min(_square(shift - cause.shift, scatter) / max(_square(shift, scatter), LEAST), 1.0)
     off = shift / np.sqrt(np.diag(scatter))
     if nats[best] < LEAST_NATS or (odd and unexplained > 1.0 - LEAST_CLOSED):
         odd = _odd(shift, scatter)
@@ -84,7 +85,7 @@ def judge(marks: Array, usual: Usual, causes: Mapping[str, Sequence[Cause]]) -> 
         candidates.Cause(cause.effect, cause.values),
         also,
         dict.fromkeys(cause.also, 1.0),
-        float(np.exp(logsumexp(named) - logsumexp([0.0, *nats.values()]))),
+        float(np.exp(np.logaddexp.reduce(named) - np.logaddexp.reduce([0.0, *nats.values()]))),
         _parameters(causes[best], each[best]),
         nats[best],
     )
@@ -103,18 +104,18 @@ def _square(off: Array, covariance: Array) -> float:
 
 def _odd(left: Array, covariance: Array) -> tuple[str, ...]:
     """The marks that are off by more than chance, if all together are."""
-    if chi2.sf(_square(left, covariance), len(left)) > ODD:
+    if _square(left, covariance) < ODD_SQUARE:
         return ()
     far = np.abs(left) > FAR * np.sqrt(np.diag(covariance))
     return tuple(name for name, is_far in zip(MARKS, far, strict=True) if is_far) or MARKS
 
 
 def _parameters(sizes: Sequence[Cause], nats: Array) -> dict[str, Value]:
-    """The effect's parameters in the middle of what the evidence allows, with 95 % of it between the ends."""
+    """The effect's parameters in the middle of its evidence, with 95 % of it between the ends."""
     effect = sizes[0].effect
     value = np.array([cause.values[0] for cause in sizes])
     order = np.argsort(value)
-    share = np.cumsum(np.exp(nats[order] - logsumexp(nats)))
+    share = np.cumsum(np.exp(nats[order] - np.logaddexp.reduce(nats)))
     low, middle, high = (
         np.array([value[order][min(int(np.searchsorted(share, at)), len(value) - 1)]])
         for at in (0.025, 0.5, 0.975)

@@ -1,8 +1,8 @@
-"""What a run shows that begins at rest and then holds one command for seconds.
+"""Marks of a run that begins at rest and then holds one command for seconds.
 
-Such a run tells neither masses nor dampings: its thrust has one step. What it tells is where the vehicle begins and
-what it does about the steady push: the depth read at rest, how fast it sinks once it has settled, how far it leans,
-and how it begins to turn.
+Such a run tells neither masses nor dampings: its thrust has one step. It tells where the vehicle begins and how it
+answers the steady push: the depth read at rest, how fast it sinks once it has settled, how far it leans, and how it
+begins to turn.
 """
 
 from dataclasses import dataclass
@@ -25,6 +25,9 @@ TURNS_S: Final = 1.1
 
 FAR: Final = 1e3
 LEAST_SETTLED_S: Final = 2.0
+STEADY: Final = 0.2
+"""The thrust of a steady push changes by less than this share, from one twentieth of it to the last."""
+
 LEAST_SHARE: Final = 0.02
 """Thrust below this share of a thruster's limit counts as none."""
 
@@ -33,7 +36,7 @@ HEAVE, YAW = 2, 5
 
 @dataclass(frozen=True)
 class Run:
-    """What a run shows, SI units, body axes FRD.
+    """Marks of a run as they are read, SI units, body axes FRD.
 
     rest_depth_m: depth read before the push. sinking_m_s: rate of depth after SETTLED_S. thrust_n (k,): mean thrust of
     each thruster then, by the vehicle file's curve. voltage_v: mean then, NaN if unknown. wrench_n (6,): of that
@@ -52,8 +55,8 @@ class Run:
 
 
 def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
-    """What a run shows. Raises FitError for a run that does not go from rest into a push of SETTLED_S and more, or
-    lacks the thrusters' commands, depth or attitude."""
+    """Marks of a run. Raises FitError for a run that does not go from rest into a steady push of seconds, or lacks
+    the thrusters' commands, depth or attitude."""
     depth = dive.depth_by(file.vehicle.water)
     if dive.thruster_commands is None or depth is None or dive.attitude is None:
         raise FitError("a run needs the commands of its thrusters, depth and attitude", of=dive.name)
@@ -69,6 +72,10 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
             f"it pushes for {end_s - began_s:.1f} s, and has to for {SETTLED_S + LEAST_SETTLED_S:.0f} s and more",
             of=dive.name,
         )
+    push = asked.between(began_s, end_s).value
+    low, high = np.percentile(push, [5, 95], axis=0)
+    if (high - low > STEADY * np.abs(push).max()).any():
+        raise FitError("a run has to push steadily, and its thrust changes", of=dive.name)
     thrust_n = asked.between(began_s + SETTLED_S, end_s).value.mean(axis=0)
     voltage = dive.voltage
     euler = np.column_stack(euler_angles(dive.attitude.value))

@@ -1,7 +1,7 @@
 """The marks of accepted runs: their mean, and how they scatter from run to run.
 
-Mean and scatter are all that is fitted. Masses, drag and righting moment are the vehicle file's: they turn what a run
-shows into forces, and an error of theirs is the same in accepted and further runs."""
+Mean and scatter are all that is fitted. Masses, drag and righting moment are the vehicle file's: they turn the
+marks of a run into forces, and an error of theirs is the same in accepted and further runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ UNITS: Final = ("m", "N", "N m", "N m", "N m")
 DEPTH, FORCE, ROLL, PITCH, YAW = range(5)
 
 FEWEST: Final = 20
-"""The scatter of five marks, and what goes with what, takes some twenty runs."""
+"""The scatter of five marks, and which of them go together, takes some twenty runs."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def usual_from(plain: dict[str, Any]) -> Usual:
 
 
 def usual_of(runs: Sequence[Run], shape: Configuration) -> Usual:
-    """Fit what accepted runs have in common. Raises FitError for fewer than FEWEST runs, and if their scatter
+    """Fit the mean and scatter of accepted runs. Raises FitError for fewer than FEWEST runs, and if their scatter
     is not known."""
     if len(runs) < FEWEST:
         raise FitError(f"{len(runs)} runs are too few to tell how far runs scatter; give {FEWEST} or more")

@@ -31,6 +31,10 @@ def test_sound_runs_are_told_to_be_so(sound, usual) -> None:
     assert verdicts.count("no_gap") >= 28
 
 
+def test_the_accepted_runs_themselves_have_no_gap(sound, usual) -> None:
+    assert judge(sound.dives(60, 1), sound.file, "quadrotor", usual).verdict == "no_gap"
+
+
 def test_runs_with_a_weight_are_heavier_by_it_and_it_may_be_payload(sound, usual) -> None:
     judged = answer(sound, usual, heavier_n=2.0)
     assert judged.finding is not None
