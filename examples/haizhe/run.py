@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.dive import Dive
 from identify.ingest.open import read_dive
@@ -68,7 +69,12 @@ def recorded(folder: Path, file: VehicleFile, most: int | None = None) -> Iterat
             head, runs = lines_by_run(table)
             for number in list(runs)[:most]:
                 path.write_text(head + "".join(runs[number]), encoding="utf-8")
-                yield Recorded(table.name.split(".")[0], number, read_dive(path, HERE / "columns.yaml", file))
+                try:
+                    dive = read_dive(path, HERE / "columns.yaml", file)
+                except LogError as error:
+                    sys.stderr.write(f"{table.name}, run {number}, was left out: {error}\n")
+                    continue
+                yield Recorded(table.name.split(".")[0], number, dive)
 
 
 def groups_of(runs: Sequence[Recorded], size: int) -> Iterator[tuple[str, list[Recorded]]]:
@@ -144,7 +150,7 @@ def run(folder: Path, other: Path | None = None, group: int = GROUP, most: int |
         forests.setdefault(kind, []).append((kinds[called] == kinds[kind], called))
     return "\n".join(
         [
-            f"{len(sound)} sound runs accepted; {len(judged)} further runs judged in groups of {group}",
+            f"{usual.count} sound runs accepted; {len(judged)} further runs judged in groups of {group}",
             "",
             table_of(ours),
             "",
