@@ -326,8 +326,8 @@ PLANTS: dict[str, Plant] = {
 }  # fmt: skip
 """Effects by the name that a diagnosis must give."""
 
-HIDDEN_BY_HOLDING = ("depth_scale",)
-"""Effects that are planted by name alone: a vehicle that holds its depth shows nothing of them."""
+BY_NAME_ALONE = ("depth_scale",)
+"""Effects that are planted where they are asked for, not drawn: a true size does not count depth readings."""
 
 ABSORBED = ("thrust_gain", "dvl_scale", "entrained_water", "added_payload")
 """Effects that a refit of the nominal parameters absorbs whole: without earlier accepted parameters, they leave no

@@ -60,7 +60,7 @@ SIZES = (0.5, 1.0, 2.0, 4.0)
 class Act:
     """The contribution of an effect along a course: to the wrench (n, 6), N and N m, about the origin; to the
     readings of the DVL (n, 3), the gyros (n, 3), the attitude (n, 3) and the accelerometer (n, 3), body axes; to the
-    depth that is read (n,), m; and to the total masses and linear dampings (6,) of the nominal model. None means no
+    depth that is read (n, 1), m; and to the total masses and linear dampings (6,) of the nominal model. None means no
     contribution.
 
     A change of `mass` or `damping` changes the nominal model's own parameters: a refit absorbs it completely, and

@@ -26,10 +26,9 @@ DVL_SCALE = Effect(
 
 
 def _deep(course: Course, values: Array) -> Act:
-    """z_m = k z; a course has the depth as it was read. No act without a depth."""
-    if not np.isfinite(course.depth_m).all():
-        return Act()
-    return Act(depth=(1.0 - 1.0 / values[0]) * course.depth_m)
+    """z_m = k z, by the way down since the start: a depth that was read must not explain itself."""
+    sinking = np.sum(course.world[2] * course.over_ground[0][:, :3], axis=1)
+    return Act(depth=(values[0] - 1.0) * (np.cumsum(sinking) * course.step_s)[:, None])
 
 
 DEPTH_SCALE = Effect(
@@ -42,7 +41,6 @@ DEPTH_SCALE = Effect(
         manoeuvres=("known steps of depth, and the reading at the surface",),
         sensors=("a second depth sensor, an altimeter over a flat bottom, or a DVL's heave",),
     ),
-    linear=False,
 )
 
 

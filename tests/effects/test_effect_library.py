@@ -122,15 +122,14 @@ def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shap
     act = effect.act(rich_course, effect.start())
     found = parts(act)
     count, thrusters = rich_course.asked_n.shape
-    wide = {"wrench": 6, "shaft_n": thrusters} | dict.fromkeys(
+    wide = {"wrench": 6, "shaft_n": thrusters, "depth": 1} | dict.fromkeys(
         ("velocity", "gyro", "attitude", "specific_force", "water"), 3
     )
     assert bool(found) == bool(effect.parameters)
     for name, value in found.items():
         assert np.isfinite(value).all()
         assert np.any(value)
-        along = (count,) if name == "depth" else (count, wide.get(name))
-        assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else along)
+        assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else (count, wide[name]))
     if set(found) & {"mass", "damping"}:
         assert effect.refit_absorbs
         assert set(found) <= {"mass", "damping", "quadratic", "wrench"}
