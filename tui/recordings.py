@@ -10,7 +10,7 @@ from bridge.vehicle.config import CONFIGS, VehicleFile
 from gcs_plugin.dives.folder import About, conditions_of
 from identify.ingest.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
-from identify.run.recordings import Reading, Recording, read, runs_in
+from identify.run.recordings import Reading, Recording, read_runs, runs_in
 from identify.run.together import together
 
 TETHER = "tether"
@@ -48,7 +48,9 @@ def each_alone(recordings: Sequence[str]) -> list[Path]:
 def read_together(recordings: Sequence[str | Path], file: VehicleFile, columns: Path | None) -> Reading:
     """Read recordings, and those in folders of runs, as one dive. Raises LogError, ConfigError, FitError."""
     places = [place for recording in recordings for place in runs_in(Path(recording))]
-    return together([read(recording_at(place), file, columns) for place in places])
+    return together(
+        [reading for place in places for reading in read_runs(recording_at(place), file, columns)]
+    )
 
 
 def vehicle_named(about: About, otherwise: str = "") -> str:

@@ -388,9 +388,10 @@ def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
     window = max(round(WINDOW_S * tau.rate_hz), 1)
     # While the loop is open, under a push or a stick, no reading could explain the wrench.
     closed = [
-        table[i : i + window]
-        for i in range(0, len(table) - window + 1, window)
-        if np.mean(table[i : i + window, -1] == 0.0) < OPEN_SHARE
+        rows[i : i + window]
+        for rows in np.split(table, np.searchsorted(tau.time_s, dive.breaks_s))
+        for i in range(0, len(rows) - window + 1, window)
+        if np.mean(rows[i : i + window, -1] == 0.0) < OPEN_SHARE
     ]
     shares = [_left_over(rows) for rows in closed]
     known = [share for share in shares if share is not None]

@@ -3,7 +3,15 @@
 import numpy as np
 
 from bridge.vehicle.config import Water
-from identify.checks.scales import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read
+from identify.checks.scales import (
+    FEWEST_WINDOWS,
+    Scale,
+    edge_means,
+    integral,
+    scale_of,
+    well_read,
+    within_runs,
+)
 from identify.dive import Dive
 from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import attitude_at, to_earth
@@ -43,6 +51,7 @@ def descent(dive: Dive, water: Water) -> Scale | None:
     edges_s = start_s + WINDOW_S * np.arange(count + 1)
     changes = np.diff(edge_means(at_s, ways, edges_s), axis=0)
     kept = well_read(velocity.time_s[np.isfinite(velocity.value).all(axis=1)], edges_s)
+    kept &= within_runs(edges_s, dive.breaks_s)
     fallen, integrated, *aside = changes[kept & np.isfinite(changes).all(axis=1)].T
     if not len(fallen) or min(np.std(fallen), np.std(integrated)) < STILL_M:
         return None

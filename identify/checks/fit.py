@@ -263,10 +263,14 @@ def _outcome(never: Sequence[int], worked_on: Sequence[int]) -> Outcome:
 
 def silent_share(axis: Axis) -> float:
     """Share of an axis's time in gaps of its readings longer than LONGEST_GAP_S."""
-    read = axis.time_s[np.isfinite(axis.reading)]
-    start_s, end_s = axis.time_s[0], axis.time_s[-1]
-    gaps_s = np.diff(np.concatenate([[start_s], read, [end_s]]))
-    return float(gaps_s[gaps_s > LONGEST_GAP_S].sum() / max(end_s - start_s, 1e-9))
+    silent_s = lasting_s = 0.0
+    for run in axis.runs:
+        time_s = axis.time_s[run]
+        read = time_s[np.isfinite(axis.reading[run])]
+        gaps_s = np.diff(np.concatenate([time_s[:1], read, time_s[-1:]]))
+        silent_s += float(gaps_s[gaps_s > LONGEST_GAP_S].sum())
+        lasting_s += float(time_s[-1] - time_s[0])
+    return silent_s / max(lasting_s, 1e-9)
 
 
 FARTHEST_S = 0.2

@@ -4,7 +4,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.checks.scales import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read, whole
+from identify.checks.scales import (
+    FEWEST_WINDOWS,
+    Scale,
+    edge_means,
+    integral,
+    scale_of,
+    well_read,
+    whole,
+    within_runs,
+)
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
 from identify.ingest.rotation import attitude_at, euler_angles
@@ -51,6 +60,7 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     ways = np.column_stack([heading - pitched, by_gyro, time_s - start_s])
     changes = np.diff(edge_means(time_s, ways, edges_s), axis=0)
     kept = well_read(rate.time_s[upright], edges_s) & well_read(time_s, edges_s)
+    kept &= within_runs(edges_s, dive.breaks_s)
     turned, by_gyro, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
     if not len(turned):
         return None

@@ -19,6 +19,7 @@ from identify.checks.scales import (
     scale_of,
     well_read,
     whole,
+    within_runs,
 )
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome, coefficients_of
@@ -128,7 +129,8 @@ def levelling(dive: Dive) -> Levelling | None:
     steps = round(LATEST_S / STEP_S)
     late_s = STEP_S * np.arange(-steps, steps + 1, dtype=np.float64)
     tables = np.stack([_table(gyro, attitude, edges_s, by_s) for by_s in late_s.tolist()])
-    tables = tables[:, np.isfinite(tables).all(axis=(0, 2))]
+    kept = within_runs(edges_s, dive.breaks_s, LATEST_S)
+    tables = tables[:, kept & np.isfinite(tables).all(axis=(0, 2))]
     if tables.shape[1] < FEWEST_WINDOWS:
         return None
     tables -= _slow(tables)

@@ -82,6 +82,12 @@ def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:
     return np.asarray(count >= max(LEAST_READ * float(np.median(count)), 1.0))
 
 
+def within_runs(edges_s: Array, breaks_s: Array, edge_s: float = EDGE_S) -> NDArray[np.bool_]:
+    """Whether each window, with the means at both of its edges, lies within a run of the dive."""
+    before, after = (np.searchsorted(breaks_s, edges_s + by_s) for by_s in (-edge_s, edge_s))
+    return np.asarray(before[:-1] == after[1:])
+
+
 def integral(time_s: Array, rate: Array, at_s: Array) -> Array:
     """Integral of a rate (n,) up to each of the times (m,)."""
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s)

@@ -183,7 +183,7 @@ def nominal_of(
         dive = dated_back(dive, *timing_s)
     else:
         dive = dated(dive, file, configuration)
-    built = _without_still(build_axes(thinned(dive), file, configuration), dive)
+    built = _axes_of(dive, file, configuration)
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
         raise FitError(
@@ -197,7 +197,7 @@ def nominal_of(
     )
     if late_s := late_samples_s(start):
         dive = with_later_commands(dive, late_s)
-        built = _without_still(build_axes(thinned(dive), file, configuration), dive)
+        built = _axes_of(dive, file, configuration)
         start = filters_of(built, shape)
     if (slow := _without_quick(start, built)) is not built:
         start, built = filters_of(slow, shape), slow
@@ -296,6 +296,16 @@ def _braking_of(problem: AxisLikelihood, theta: Array) -> float:
     quadratic = problem.axis.quadratic + problem.quadratic(theta)
     usual = float(np.sqrt(np.average(problem.axis.speed**2, weights=problem.axis.step_s)))
     return float(np.exp(theta[DAMPING])) + 2.0 * quadratic * usual
+
+
+def _axes_of(dive: Dive, file: VehicleFile, configuration: str) -> Axes:
+    """The axes of a dive that are judged.
+
+    All its runs have one trim force in common: a steady push is a cause, and a trim of each run would pass for the slow
+    part of the disturbance.
+    """
+    built = build_axes(thinned(dive), file, configuration)
+    return _without_still(built, dive).with_common_trims()
 
 
 def _without_still(built: Axes, dive: Dive) -> Axes:

@@ -77,7 +77,7 @@ def refuse_short(dive: Dive, least_s: float) -> None:
 
 
 def refuse_short_runs(dive: Dive) -> None:
-    """Raise FitError if no run of a dive made of several lasts for a drift of 5 s and what comes before it."""
+    """Raise FitError if no run of a dive made of several lasts for LEAST_RUN_S."""
     longest_s = max((run.duration_s for run in dive.runs), default=LEAST_S)
     if longest_s < LEAST_RUN_S:
         raise FitError(

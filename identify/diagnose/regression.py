@@ -269,10 +269,10 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
     sensor causes a trim, so trims there are nuisances.
     """
     return [
-        place.start + FORCES + run
+        place.start + FORCES + trim
         for problem, place in zip(joint.problems, joint.places, strict=True)
         if problem.axis.dof not in LEVELLED
-        for run in range(len(problem.axis.runs))
+        for trim in range(problem.axis.trims)
     ]
 
 

@@ -30,6 +30,7 @@ from identify.effects.environment import varying_current, waves
 from identify.estimators.innovations import INCREMENT, VELOCITY
 
 Array = NDArray[np.float64]
+Runs = Sequence[tuple[float, float]]
 
 PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)
 """Bands of wavelengths, in seconds or metres: velocity readings do not resolve shorter ones, and a disturbance mimics
@@ -124,7 +125,7 @@ def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[
     """The strongest lines of the rows `left` (rows,) of one axis: each alone, and with its sidebands."""
     score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
-    middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
+    middle = time_s - 0.5 * innovations.problem.axis.step_s
     lines = [peak for clock in clocks(course) for peak in _peaks(clock, score, middle, course.time_s)]
     lines.sort(key=lambda each: -each[0].nats)
     return [cluster for item in lines[:MOST] for cluster in item]
@@ -198,7 +199,7 @@ class Burst:
     """A candidate burst in stretches of `long_s`.
 
     dof: its strongest axis, with the score `stretches`. gain: nats on held-out stretches. square (m,): sums of
-    squares of `dims` values of each stretch.
+    squares of `dims` values of each stretch. runs_s: first and last time of each run of the dive.
     """
 
     dof: int
@@ -207,6 +208,7 @@ class Burst:
     square: Array
     dims: int
     long_s: float
+    runs_s: Runs
 
     def force(self, time_s: Array) -> Array:
         """Likely push (n,), N or N m, of the loud stretches; of a beat, its amplitude."""
@@ -218,23 +220,26 @@ class Burst:
         pushes = (
             _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.stretches.unit
         )
-        place = ((time_s - time_s[0]) / self.long_s).astype(np.intp)
-        return np.asarray(pushes[np.minimum(place, len(pushes) - 1)])
+        place = _places(time_s, self.long_s, self.runs_s)
+        return np.asarray(np.where(place >= 0, pushes[np.minimum(place, len(pushes) - 1)], 0.0))
 
 
-def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> Iterator[Burst]:
-    """The likeliest burst of every length, in the residual rows of each axis (by degree of freedom)."""
+def bursts(
+    left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array, runs_s: Runs = ()
+) -> Iterator[Burst]:
+    """The likeliest burst of every length, in the residual rows of each axis (by degree of freedom). runs_s: first and
+    last time of each run of a dive made of several."""
     clipped = {
         dof: (innovations.problem.axis.time_s, scores(innovations, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
         for dof, (innovations, rows) in left.items()
     }
-    duration_s = float(time_s[-1] - time_s[0])
+    runs_s = runs_s or ((float(time_s[0]), float(time_s[-1])),)
     for long_s in BLOWS_S:
-        if duration_s / long_s < LEAST_STRETCHES:
+        if _count(long_s, runs_s) < LEAST_STRETCHES:
             return
-        stretches = {dof: _stretches(*each, time_s, long_s, 0.0) for dof, each in clipped.items()}
+        stretches = {dof: _stretches(*each, long_s, 0.0, runs_s) for dof, each in clipped.items()}
         for dof, each in stretches.items():
-            yield from _weighed(dof, each, each.square, each.total.shape[1], long_s)
+            yield from _weighed(dof, each, each.square, each.total.shape[1], long_s, runs_s)
         if len(stretches) > 1:
             # A blow pushes several axes at once.
             dof = max(stretches, key=lambda each: stretches[each].uneven)
@@ -244,17 +249,18 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
                 np.sum([value.square for value in stretches.values()], axis=0),
                 len(stretches),
                 long_s,
+                runs_s,
             )
     for long_s in BEATS_S:
-        if duration_s / long_s < LEAST_STRETCHES:
+        if _count(long_s, runs_s) < LEAST_STRETCHES:
             return
         for dof, axis in clipped.items():
             tried = [
-                _stretches(*axis, time_s, long_s, 2 * np.pi / period_s) for period_s in _periods_s(long_s)
+                _stretches(*axis, long_s, 2 * np.pi / period_s, runs_s) for period_s in _periods_s(long_s)
             ]
             tried.sort(key=lambda each: -each.uneven)
             for each in tried[:WEIGHED]:
-                yield from _weighed(dof, each, each.square, each.total.shape[1], long_s)
+                yield from _weighed(dof, each, each.square, each.total.shape[1], long_s, runs_s)
 
 
 def _periods_s(long_s: float) -> list[float]:
@@ -263,9 +269,29 @@ def _periods_s(long_s: float) -> list[float]:
     return [float(1.0 / rate) for rate in rates]
 
 
-def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: float) -> _StretchScores:
-    count = int((time_s[-1] - time_s[0]) / long_s)
-    place = np.clip(((at_s - time_s[0]) / long_s).astype(np.intp), 0, count)
+def _count(long_s: float, runs_s: Runs) -> int:
+    """Number of whole stretches in the runs: none spans two."""
+    return sum(int((end_s - start_s) / long_s) for start_s, end_s in runs_s)
+
+
+def _places(at_s: Array, long_s: float, runs_s: Runs) -> NDArray[np.intp]:
+    """Stretch (n,) of each time. The remainder of a single run counts on; of several, as between two, it is -1."""
+    if len(runs_s) == 1:
+        return np.maximum((at_s - runs_s[0][0]) / long_s, 0.0).astype(np.intp)
+    out, first = np.full(len(at_s), -1, dtype=np.intp), 0
+    for start_s, end_s in runs_s:
+        count = int((end_s - start_s) / long_s)
+        since = (at_s - start_s) / long_s
+        inside = (since >= 0) & (since < count)
+        out[inside] = first + since[inside].astype(np.intp)
+        first += count
+    return out
+
+
+def _stretches(at_s: Array, score: Array, long_s: float, rate: float, runs_s: Runs) -> _StretchScores:
+    count = _count(long_s, runs_s)
+    place = _places(at_s, long_s, runs_s)
+    place = np.where((place < 0) | (place > count), count, place)
     waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
     total = np.column_stack([np.bincount(place, wave, minlength=count + 1)[:count] for wave in waves])
     spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
@@ -273,11 +299,13 @@ def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: fl
     return _StretchScores(total / spread, 1.0 / spread)
 
 
-def _weighed(dof: int, stretches: _StretchScores, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
+def _weighed(
+    dof: int, stretches: _StretchScores, square: Array, dims: int, long_s: float, runs_s: Runs
+) -> Iterator[Burst]:
     """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
     if stretches.uneven > 0:
         piece = (np.arange(len(square)) * long_s / piece_s(len(square) * long_s)).astype(np.intp)
-        yield Burst(dof, mixture_gain(square, dims, piece), stretches, square, dims, long_s)
+        yield Burst(dof, mixture_gain(square, dims, piece), stretches, square, dims, long_s, runs_s)
 
 
 def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:
@@ -434,7 +462,7 @@ def _missing(now: Nominal) -> Array:
             given = given + act.wrench
     fitted = [problem.axis.dof for problem in now.joint.problems]
     out = np.where(np.isin(np.arange(6), fitted), moving - given, 0.0)[:, :3]
-    return np.asarray(out)
+    return np.asarray(np.where(course.recorded[:, None], out, 0.0))
 
 
 def _lines(spectrum: tuple[Array, Array], band_s: tuple[float, float]) -> Sequence[float]:

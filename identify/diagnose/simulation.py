@@ -211,7 +211,9 @@ def simulation_of(
     force, stiffness = _pushed(model, theta)
     if wrench is not None:
         force = force + wrench
-    nu_dot = np.gradient(nu, course.time_s, axis=0)
+    nu_dot = np.zeros_like(nu)
+    for run in runs_at(course.time_s, course.runs_s):
+        nu_dot[run] = np.gradient(nu[run], course.time_s[run], axis=0)
     lacking = mass * nu_dot + course.coriolis_of(mass, nu) + damping * nu - force
     dofs = tuple(problem.axis.dof for problem in model.joint.problems)
     lacking[:, [dof for dof in range(6) if dof not in dofs]] = 0.0

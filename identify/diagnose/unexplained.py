@@ -374,7 +374,7 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
 def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
     """The likeliest burst, as many lengths fit the same burst."""
     able = {axis.dof: (axis.innovations, axis.left) for axis in axes if axis.dof not in LEVELLED}
-    best = max(bursts(able, course.time_s), key=lambda each: each.gain, default=None)
+    best = max(bursts(able, course.time_s, course.runs_s), key=lambda each: each.gain, default=None)
     if best is None or best.gain < LEAST_STEP:
         return []
     force = best.force(course.time_s)

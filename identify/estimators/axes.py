@@ -108,6 +108,7 @@ class Axis:
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
     timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
+    trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
     at all times.
     """
@@ -133,6 +134,7 @@ class Axis:
     timing: tuple[Timing, ...] = ()
     smoothing_s: float = 0.0
     sampled_s: float = 0.0
+    trim_of_run: tuple[int, ...] = (0,)
 
     @cached_property
     def coupled_dofs(self) -> frozenset[int]:
@@ -168,6 +170,11 @@ class Axis:
         return np.concatenate(
             [means_behind_filter(values[run], self.step_s[run], self.smoothing_s) for run in self.runs]
         )
+
+    @property
+    def trims(self) -> int:
+        """Number of trim forces."""
+        return max(self.trim_of_run) + 1
 
     @cached_property
     def runs(self) -> tuple[slice, ...]:
@@ -221,6 +228,11 @@ class Axes:
     def pushed(self) -> tuple[int, ...]:
         """The axes that thrust moved."""
         return tuple(axis.dof for axis in self.axes if axis.dof not in self.unpushed)
+
+    def with_common_trims(self) -> "Axes":
+        """The same axes, with a trim force that all runs have in common."""
+        common = (replace(axis, trim_of_run=(0,) * len(axis.runs)) for axis in self.axes)
+        return replace(self, axes=tuple(common))
 
     @property
     def rest_on_righting(self) -> tuple[str, ...]:
@@ -397,6 +409,7 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
         np.array([run.initial for run in runs]),
         np.zeros(len(time_s)),
         np.zeros(len(time_s)),
+        trim_of_run=tuple(range(len(runs))),
     )
 
 

@@ -114,12 +114,16 @@ class Forms:
 
     @cached_property
     def _back(self) -> Array:
-        """The way back to where the dive began, in body axes (t, 3), by dead reckoning in the horizontal plane."""
-        nu = self.built.motion.nu[::EVERY, :3]
-        ways = [
-            axis * (np.cumsum(np.sum(axis * nu, axis=1)) * self._step_s)[:, None] for axis in self._north_east
-        ]
-        return np.asarray(-(ways[0] + ways[1]))
+        """The way back to where each run began, in body axes (t, 3), by dead reckoning in the horizontal plane."""
+        motion = self.built.motion
+        nu, cuts = motion.nu[::EVERY, :3], np.searchsorted(self._time_s, motion.breaks_s)
+
+        def way(axis: Array) -> Array:
+            runs = np.split(np.sum(axis * nu, axis=1), cuts)
+            return axis * (np.concatenate([*map(np.cumsum, runs)]) * self._step_s)[:, None]
+
+        north, east = map(way, self._north_east)
+        return np.asarray(-(north + east))
 
     @property
     def _step_s(self) -> float:

@@ -192,7 +192,7 @@ def _nuisance(fits: Mapping[int, AxisFit]) -> dict[Nuisance, float]:
         theta, axis = fit.maximum.theta, fit.problem.axis
         out[identification.disturbance(dof)] = float(np.exp(theta[DISTURBANCE]))
         out[identification.time_constant(dof)] = float(np.exp(theta[TIME_CONSTANT]))
-        out[identification.trim(dof)] = float(np.mean(theta[FORCES : FORCES + len(axis.runs)]))
+        out[identification.trim(dof)] = float(np.mean(theta[FORCES : FORCES + axis.trims]))
         for i, channel in enumerate(axis.channels):
             name = identification.noise(dof, channel.name, channel.state_read == POSITION)
             out[name] = float(np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i]))

@@ -70,7 +70,7 @@ class AxisLikelihood:
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor for each column of
     `shapes` (n, k), then the log noise std of each channel; then, if the axis has them, log white force, and log std
     and log time constant of the velocity readings' coloured error. `masses` (6,) of all axes give the Coriolis
-    forces. The first shapes are constant over a run each: its trim force. Then come the Coriolis forces of the
+    forces. The first shapes are the trim forces, constant over a run or over all. Then come the Coriolis forces of the
     `unmeasured` masses,
     the drag of a unit of quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust
     per second of timing error (`timing`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`:
@@ -120,7 +120,7 @@ class AxisLikelihood:
 
         Raises LinAlgError if either is not finite.
         """
-        noise, trims = self.noise_place, len(self.axis.runs)
+        noise, trims = self.noise_place, self.axis.trims
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
         tables = [self.transition_table(point) for point in runs]
@@ -135,7 +135,7 @@ class AxisLikelihood:
         for k, (of_run, information_of_run) in enumerate(scored):
             if not (np.isfinite(of_run).all() and np.isfinite(information_of_run).all()):
                 raise np.linalg.LinAlgError("the information is no number")
-            trim = FORCES + k
+            trim = FORCES + self.axis.trim_of_run[k]
             rows = np.r_[curved, slope, trim, FORCES + trims : noise, len(theta) : size].astype(np.intp)
             parts = np.zeros((size, len(rows)))
             parts[rows, range(len(rows))] = 1.0
@@ -150,17 +150,17 @@ class AxisLikelihood:
     def _scored_runs(
         self, theta: Array, points: Array, tables: Array, dofs: Sequence[int]
     ) -> Iterator[tuple[Array, Array]]:
-        """Gradient and information of each run by itself: what the filter knows ends with a run.
+        """Gradient and information of each run by itself, since the filter forgets all at its end.
 
         Of the linear parameters come its own trim, the other shapes and the log masses of `dofs`.
         """
-        axis, step, force, trims = self.axis, self.step, self.mean_force(theta), len(self.axis.runs)
+        axis, step, force, trims = self.axis, self.step, self.mean_force(theta), self.axis.trims
         shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
         noise = np.exp(2 * points[:, self.noise_place : self.white_place])
         coloured = np.array([self.coloured(point)[0] for point in points])
-        for k, run in enumerate(axis.runs):
-            rows, at = (tables, step[run]) if trims == 1 else _used(tables, step[run])
-            own = np.hstack([shapes[run, k : k + 1], shapes[run, trims:], coriolis[run]])
+        for k, (run, trim) in enumerate(zip(axis.runs, axis.trim_of_run, strict=True)):
+            rows, at = (tables, step[run]) if len(axis.runs) == 1 else _used(tables, step[run])
+            own = np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
             yield gradient_and_information(
                 rows, at, force[run], own, self.reading[run], axis.state_read[run], noise, axis.channel[run],
                 axis.scale[run], np.exp(points[:, DISTURBANCE]), coloured, axis.initial[k],
@@ -270,7 +270,7 @@ class AxisLikelihood:
     @property
     def quadratic_place(self) -> int:
         """Index in theta of the log quadratic damping; -1 if the model has none."""
-        return -1 if self.damped == "linear" else FORCES + len(self.axis.runs) + len(self.unmeasured)
+        return -1 if self.damped == "linear" else FORCES + self.axis.trims + len(self.unmeasured)
 
     def quadratic(self, theta: Array) -> float:
         """Quadratic damping in theta, N/(m/s)2 or N m/(rad/s)2."""
@@ -369,7 +369,7 @@ def likelihood_of(
     rigid = rigid_mass(configuration, axis.dof)
     disturbance = DISTURBANCE_SHARE * rigid
     trim = max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)
-    width = [trim] * len(axis.runs)
+    width = [trim] * axis.trims
     loose = []
     for dof in unmeasured:
         spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
@@ -413,9 +413,9 @@ def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
     """Forces of unit factors, (n, k), in the order of theta."""
     drag = [] if damped == "linear" else [-axis.squared]
     late = [timing.force for timing in axis.timing]
-    trims = np.zeros((len(axis.force), len(axis.runs)))
-    for k, run in enumerate(axis.runs):
-        trims[run, k] = 1.0
+    trims = np.zeros((len(axis.force), axis.trims))
+    for run, trim in zip(axis.runs, axis.trim_of_run, strict=True):
+        trims[run, trim] = 1.0
     return np.column_stack([trims, axis.coriolis[:, list(unmeasured)], *drag, *late])
 
 

@@ -58,6 +58,14 @@ class TimeColumn:
 
 
 @dataclass(frozen=True)
+class RunColumn:
+    """The column of a single table that names the run of each row, by a number or a word; the clock may start anew with
+    each run."""
+
+    column: str
+
+
+@dataclass(frozen=True)
 class Columns:
     """The columns of a signal, in the order of the Dive's; `-` stands for a column of zeros, null (or `?`) for one that
     is unknown.
@@ -109,6 +117,7 @@ class ColumnMap:
     voltage: Columns | None = None
     tau_cmd: Columns | None = None
     armed: Columns | None = None
+    runs: RunColumn | None = None
     velocity_is_filtered: bool = False
     commands_hold: bool = False
     notes: tuple[str, ...] = ()

@@ -20,6 +20,8 @@ def map_text(proposal: Proposal, name: str) -> str:
     ]
     lines += _comment(proposal.time_reason)
     lines.append(_entry("time", {"column": columns.time.column, "unit": columns.time.unit}))
+    if columns.runs is not None:
+        lines.append(_entry("runs", {"column": columns.runs.column}))
     for choice in proposal.choices:
         lines += [line for reason in uncertain(choice) for line in _comment(reason)]
         lines.append(_entry(choice.signal, _plain(choice.columns)))

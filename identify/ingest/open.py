@@ -4,7 +4,7 @@ bag of ROS, a `.ulg`, `.mat` or `.npz`.
 
 import hashlib
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -24,7 +24,7 @@ from identify.checks.gaps import gaps
 from identify.checks.impossible import without_impossible, without_repeated
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.arrays import read_npz
-from identify.ingest.column_map import column_map
+from identify.ingest.column_map import ColumnMap, RunColumn, column_map
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.effort import with_pulses
@@ -33,6 +33,7 @@ from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.run_column import runs_of
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Streams
 from identify.ingest.text_table import read_table
@@ -64,7 +65,21 @@ FORMS = (
 
 
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
-    """The dive in a recording, without impossible or frozen readings, and with notes on what it lacks.
+    """The dive in a recording, as `read_dives`. Raises LogError if it holds several runs, too."""
+    dives = read_dives(path, columns, vehicle)
+    if len(dives) > 1:
+        raise LogError(
+            f"{path}: holds {len(dives)} runs by its column map, from {dives[0].name} to {dives[-1].name}, and no "
+            "single dive; `identify --together` and `diagnose` take them as runs of one"
+        )
+    return dives[0]
+
+
+def read_dives(
+    path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None
+) -> tuple[Dive, ...]:
+    """The dive in a recording, or each run of a table that holds several (`ColumnMap.runs`), without impossible or
+    frozen readings, and with notes on what it lacks.
 
     `columns` is the column map of a recording that needs one (MAPPED), a file or the bare name of a map in
     configs/columns; a dive folder made from such a recording holds its own, `columns.yaml`. With `vehicle`, the notes
@@ -74,8 +89,23 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     files = recording_files(path)
     folder_map = path / "columns.yaml"
     columns = folder_map if columns is None and folder_map.exists() else columns
-    fields, known_by = _fields(files, columns, str(path)), identity_of(files)
+    known_by = identity_of(files)
+    if (mapped := _mapped(files, columns, str(path))) is not None and mapped.runs is not None:
+        return tuple(
+            _checked(
+                Dive(f"{_name(path)} run {run}", path, _hash(f"{known_by.sha256} {run}".encode()), **fields),
+                vehicle,
+            )
+            for run, fields in _fields_of_runs(files, mapped, mapped.runs)
+        )
+    fields = _fields(files, mapped, str(path))
     recorded = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
+    return (_checked(recorded, vehicle),)
+
+
+def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
+    """A dive as recorded, without impossible or frozen readings, and with notes. Raises LogError."""
+    path = recorded.source
     start_s, end_s = recorded.span_s
     if not end_s - start_s <= LONGEST_DIVE_S:
         raise LogError(
@@ -152,20 +182,34 @@ def _number(file: Path) -> int:
     return int(digits.group(1)) if digits else 1
 
 
-def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[str, Any]:
+def _mapped(files: Sequence[Path], columns: Path | None, source: str) -> ColumnMap | None:
+    """The column map of a recording that needs one. Raises LogError if none is given, ConfigError if it is invalid."""
+    if not files[0].name.lower().endswith(MAPPED):
+        return None
+    if columns is None:
+        raise LogError(
+            f"{source}: a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
+            "`seatrial import FILE --map`"
+        )
+    return column_map(columns)
+
+
+def _fields_of_runs(
+    files: Sequence[Path], columns: ColumnMap, by: RunColumn
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    for run, rows in runs_of(_streams(files), by, files[0]):
+        yield run, _since_start(dive_fields(rows, columns, files[0]))
+
+
+def _fields(files: Sequence[Path], columns: ColumnMap | None, source: str) -> dict[str, Any]:
     name = files[0].name.lower()
     if name.endswith(HEARD):
         heard = [file for file in files if not file.name.lower().endswith(".bin")]
         return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
         return read_dataflash(files[0])[0]
-    if name.endswith(MAPPED):
-        if columns is None:
-            raise LogError(
-                f"{source}: a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
-                "`seatrial import FILE --map`"
-            )
-        fields = dive_fields(_streams(files), column_map(columns), files[0])
+    if columns is not None:
+        fields = dive_fields(_streams(files), columns, files[0])
         return fields if name.endswith(TABLES) else _since_start(fields)
     raise LogError(f"{source}: can't tell what this is by its ending; {FORMS}")
 
@@ -252,8 +296,12 @@ def identity_of(files: Sequence[Path]) -> Identity:
         return _hashed(files)
     data = contents(files)
     has_opening = _is_tlog(files) and len(data) >= OPENING_BYTES
-    opening = hashlib.sha256(data[:OPENING_BYTES]).hexdigest() if has_opening else ""
-    return Identity(hashlib.sha256(data).hexdigest(), opening, len(data))
+    opening = _hash(data[:OPENING_BYTES]) if has_opening else ""
+    return Identity(_hash(data), opening, len(data))
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def contents(files: Sequence[Path]) -> bytes:

@@ -12,10 +12,21 @@ import numpy as np
 from bridge.errors import LogError
 from identify.checks.mends import CLEAR, Match, Mend, agreeing, mends, turn_match
 from identify.dive import Array, Dive
-from identify.ingest.column_map import ISO, NOTHING, OF_DAY, WHOLE, WIDTHS, ColumnMap, Columns, TimeColumn
+from identify.ingest.column_map import (
+    ISO,
+    NOTHING,
+    OF_DAY,
+    WHOLE,
+    WIDTHS,
+    ColumnMap,
+    Columns,
+    RunColumn,
+    TimeColumn,
+)
 from identify.ingest.names import Scaled, named, snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import Guess, time_unit_of, unit_of
+from identify.ingest.run_column import longest_run, run_column_in
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
 
@@ -75,6 +86,8 @@ class Proposal:
         """The signal and the unit that a column is taken for; `("", "")` if it is not used."""
         if column == self.columns.time.column or column.endswith(f".{self.columns.time.column}"):
             return "time", self.columns.time.unit
+        if self.columns.runs is not None and column == self.columns.runs.column:
+            return "run", "-"
         for choice in self.choices:
             if column in choice.columns.columns:
                 place = choice.columns.columns.index(column)
@@ -110,8 +123,27 @@ class _Candidate:
 def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     """The column map that the streams of a file suggest, mended where physics contradicts it.
 
-    Raises LogError if no column is a time, or no column is known by its name.
+    Of a table that holds several runs, the longest counts. Raises LogError if no column is a time, or no column is
+    known by its name.
     """
+    if run := run_column_in(streams):
+        proposal = _of_single_run([longest_run(streams[0], run)], path)
+        time, reason = _time_of_runs(streams[0], proposal)
+        columns = replace(proposal.columns, time=time, runs=RunColumn(run))
+        # Ranges are those of all runs; a rate is known within one.
+        shown = zip(profiles(streams, columns), proposal.profiles, strict=True)
+        note = f"'{run}' changes where the clock starts anew, so it is taken for the number of the run."
+        return replace(
+            proposal,
+            columns=columns,
+            profiles=tuple(replace(whole, rate_hz=of_run.rate_hz) for whole, of_run in shown),
+            notes=(note, *proposal.notes),
+            time_reason=reason,
+        )
+    return _of_single_run(streams, path)
+
+
+def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
     time, time_reason = _time(streams, path)
     timed = [stream for stream in streams if time.column in (*stream.columns, *stream.text)]
     candidates = [candidate for stream in timed for candidate in _candidates(stream, time.column)]
@@ -202,7 +234,7 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         if back:
             raise LogError(
                 f"{path}: its times in '{back[0]}' do not rise, as where several runs stand in one table; give each "
-                "run a file of its own"
+                "run a file of its own, or a column with its number"
             )
         raise LogError(
             f"{path}: no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds"
@@ -221,13 +253,24 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         return TimeColumn(column, unit), ""
     longest = max(values, key=len)
     if _is_time_of_day(longest):
-        return TimeColumn(
-            column, OF_DAY
-        ), f"'{column}' counts to 59 and on from 100, so it is the time of day."
+        return _of_day(column)
     unit, is_telling = time_unit_of(longest)
     return TimeColumn(
         column, unit
     ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
+
+
+def _time_of_runs(stream: Stream, of_longest: Proposal) -> tuple[TimeColumn, str]:
+    """As `_time`, of a table of several runs: a single one is too short to show that its clock counts minutes."""
+    time = of_longest.columns.time
+    cells = stream.columns.get(time.column)
+    if cells is not None and not time_unit(time.column)[1] and _is_time_of_day(cells):
+        return _of_day(time.column)
+    return time, of_longest.time_reason
+
+
+def _of_day(column: str) -> tuple[TimeColumn, str]:
+    return TimeColumn(column, OF_DAY), f"'{column}' counts to 59 and on from 100, so it is the time of day."
 
 
 def _is_time_of_day(time: Array) -> bool:

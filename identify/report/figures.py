@@ -62,7 +62,8 @@ def broken_at_gaps(signal: Signal, column: int, longer_than_s: float) -> tuple[A
 
 def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float = 1.7) -> Panel:
     """Lines over the dive's own span, from zero."""
-    return lines_panel(title, TIME_TITLE, lines, (0.0, dive.duration_s), height_in=height_in)
+    start_s, end_s = dive.span_s
+    return lines_panel(title, TIME_TITLE, lines, (0.0, end_s - start_s), height_in=height_in)
 
 
 def intervals(dive: str, estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
@@ -208,28 +209,34 @@ def training(curves: Mapping[str, Array]) -> Figure:
 
 
 def track(dive: Dive) -> Figure | None:
-    """Path over the ground by dead reckoning, north up; None without velocity or attitude."""
+    """Path over the ground by dead reckoning, north up; of several runs, each from its own start. None without velocity
+    or attitude."""
     if dive.velocity is None or dive.attitude is None or len(dive.velocity) < 2 or not len(dive.attitude):
         return None
-    east, north = dead_reckon(dive.velocity, dive.attitude)
+    cuts = np.searchsorted(dive.velocity.time_s, dive.breaks_s)
+    runs = zip(np.split(dive.velocity.time_s, cuts), np.split(dive.velocity.value, cuts), strict=True)
+    paths = [dead_reckon(Signal(*run), dive.attitude) for run in runs if len(run[0])]
+    east, north = (np.concatenate(ways) for ways in zip(*paths, strict=True))
     if not np.isfinite(east).all():
         return None
     reach = max(float(np.ptp(east)), float(np.ptp(north)), 1.0)
     apart = max(abs(east[-1] - east[0]), abs(north[-1] - north[0])) > LABEL_SHARE * reach
-    length = float(np.hypot(np.diff(east), np.diff(north)).sum())
+    length = sum(float(np.hypot(*map(np.diff, path)).sum()) for path in paths)
     unlocked = int((~np.isfinite(dive.velocity.value[:, 0])).sum())
 
     def draw(box: "Axes") -> None:
-        box.plot(east, north, **STYLES[0])
+        for path in paths:
+            box.plot(*path, **STYLES[0])
         box.plot([east[0]], [north[0]], label="start" if apart else "start and end", **DISC)
         box.plot([east[-1]], [north[-1]], label="end" if apart else None, **SQUARE)
         box.margins(0.08)
         box.set_aspect("equal", adjustable="datalim")
         entitle(box, "north, m", "east, m")
 
+    of_each = ", each run from its own start" if len(paths) > 1 else ""
     subject = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"
     caption = (
-        f"Path of {subject}, {significant(length)} m, dead-reckoned from velocity and attitude: "
+        f"Path of {subject}, {significant(length)} m, dead-reckoned from velocity and attitude{of_each}: "
         f"north is up, scales are equal. {count(unlocked)} of {count(len(dive.velocity))} velocities lacked "
         "bottom lock and were bridged."
     )
@@ -248,7 +255,8 @@ def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
 
 def innovations(dive: str, name: str, normalised: Signal) -> Figure:
     """Normalised innovations of a degree of freedom over time, and their autocorrelation."""
-    time_s, value = normalised.time_s - normalised.time_s[0], normalised.value[:, 0]
+    line, value = signal_line(normalised, 0, float(normalised.time_s[0])), normalised.value[:, 0]
+    end_s = float(normalised.time_s[-1] - normalised.time_s[0])
     rho = autocorrelation(value, LAGS)
     lags = np.arange(1.0, len(rho) + 1)
     limit = 1.96 / float(np.sqrt(max(int(np.isfinite(value).sum()), 1)))
@@ -256,8 +264,8 @@ def innovations(dive: str, name: str, normalised: Signal) -> Figure:
         lines_panel(
             f"{name}: normalised innovation",
             TIME_TITLE,
-            [Line(time_s, value), *_band(1.96, float(time_s[-1]))],
-            (0.0, float(time_s[-1])),
+            [line, *_band(1.96, end_s)],
+            (0.0, end_s),
         ),
         lines_panel(
             f"{name}: autocorrelation",

@@ -133,8 +133,9 @@ def dive_section(dive: Dive, water: Water) -> Section:
         figures.depth(dive, water),
         figures.thrusters(dive),
     )
+    source = f"{len(dive.runs)} recordings, drawn behind one another" if dive.runs else dive.source.name
     words = [
-        f"Read from {dive.source.name} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
+        f"Read from {source} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
         f"Plots start at boot time {fixed(start_s, 1)} s.",
         *dive.notes,
     ]

@@ -26,13 +26,16 @@ MOST_POINTS = 3_000
 
 PANEL_PX = 130
 
+SILENT_STEPS, SILENT_S = 5.0, 1.0
+"""The first curve of a panel breaks at a longer step, in usual steps and in s: between two runs nothing is known."""
+
 
 @dataclass(frozen=True)
 class Traces:
     """Panels above each other: their titles, and their curves (k, n), one for each of the k `labels`.
 
-    time_s (n,), from 0. block (n,): curves break where it changes, except the first curve of each panel. The number of
-    a label is that of its `.curve` style.
+    time_s (n,), from 0. block (n,): curves break where it changes, except the first curve of each panel, which breaks
+    between runs alone. The number of a label is that of its `.curve` style.
     """
 
     name: str
@@ -121,7 +124,7 @@ def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
     )
     paths = "".join(
         f'<path class="curve curve{k}" '
-        f'd="{_path(across, HIGH * (high - curve) / (high - low), of.block if k else None)}"/>'
+        f'd="{_path(across, HIGH * (high - curve) / (high - low), of.block if k else _runs(of.time_s))}"/>'
         for k, curve in enumerate(curves)
     )
     return (
@@ -131,10 +134,17 @@ def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
     )
 
 
-def _path(across: Array, down: Array, block: NDArray[np.intp] | None) -> str:
+def _runs(time_s: Array) -> NDArray[np.intp]:
+    """Number (n,) of the run of each time: one ends where nothing is for long."""
+    steps = np.diff(time_s, prepend=time_s[:1])
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    return np.cumsum(steps > max(SILENT_STEPS * usual, SILENT_S))
+
+
+def _path(across: Array, down: Array, block: NDArray[np.intp]) -> str:
     """Path in relative steps, which are shorter than positions; a new start with every block."""
     x, y = np.round(across).astype(int), np.round(down).astype(int)
-    starts = np.zeros(len(x), dtype=bool) if block is None else np.diff(block, prepend=block[0]) != 0
+    starts = np.diff(block, prepend=block[:1]) != 0
     starts[:1] = True
     dx, dy = np.diff(x, prepend=0).tolist(), np.diff(y, prepend=0).tolist()
     parts = [f"M{x[i]} {y[i]}l" if begins else f"{dx[i]} {dy[i]}" for i, begins in enumerate(starts.tolist())]

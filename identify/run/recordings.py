@@ -8,7 +8,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.ingest.frames import locate
-from identify.ingest.open import HEARD, MAPPED, read_dive, recording_files
+from identify.ingest.open import HEARD, MAPPED, read_dive, read_dives, recording_files
 
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
@@ -72,6 +72,12 @@ def read(recording: Recording, file: VehicleFile, columns: Path | None = None) -
     """Read a recording; `columns` is the column map of a table. Raises LogError, ConfigError."""
     file, remarks = recording.under_conditions(file)
     return Reading(read_dive(recording.path, columns, file), file, remarks)
+
+
+def read_runs(recording: Recording, file: VehicleFile, columns: Path | None = None) -> list[Reading]:
+    """As `read`, each run of a table that holds several."""
+    file, remarks = recording.under_conditions(file)
+    return [Reading(dive, file, remarks) for dive in read_dives(recording.path, columns, file)]
 
 
 def runs_in(path: Path) -> list[Path]:

@@ -1,14 +1,16 @@
 """Several runs of one vehicle as one dive: behind one another on one clock, each with a state and a trim of its own.
 
-What the runs share are masses, damping, thrust, delays and noise levels. Between two runs nothing is known of how the
+The runs share masses, damping, thrust, delays and noise levels. Between two runs nothing is known of how the
 vehicle moved (`Dive.breaks_s`), so each recursion begins anew.
 """
 
 import hashlib
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -20,8 +22,8 @@ from identify.run.recordings import Reading
 from identify.words import listed, significant
 
 APART_S: Final = 3.0
-"""Least time between two runs on their common clock: half of it is longer than any delay that is tried, and than what a
-filter of forces or readings remembers."""
+"""Least time between two runs on their common clock: half of it is longer than any delay that is tried, and than the
+memory of a filter of forces or readings."""
 
 TICKS_HZ: Final = 50.0
 """Runs are moved by whole ticks, which are those of the grid of `identify.estimators.axes`: a run's forces are then the
@@ -93,7 +95,7 @@ def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive
         **none,
         **signals,
         name=_name(dives),
-        source=dives[0].source.parent,
+        source=_source(dives),
         sha256=hashlib.sha256("".join(dive.sha256 for dive in dives).encode()).hexdigest(),
         opening="",
         unix_at_boot_s=None if unix_s is None else unix_s - moved_s[0],
@@ -116,10 +118,16 @@ def _in_order(readings: Sequence[Reading]) -> list[Reading]:
         readings,
         key=lambda reading: (
             begins_s(reading.dive) if dated else 0.0,
-            reading.dive.name,
+            _by_numbers(reading.dive.name),
             reading.dive.sha256,
         ),
     )
+
+
+def _by_numbers(name: str) -> list[tuple[int, str]]:
+    """The parts of a name that order it by the numbers in it: run 2 before run 10."""
+    parts = (part for part in re.split(r"(\d+)", name) if part)
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
 
 
 def _refuse_twice(dives: Sequence[Dive]) -> None:
@@ -215,6 +223,12 @@ def _name(dives: Sequence[Dive]) -> str:
     if len(dives) == 1:
         return dives[0].name
     return f"{len(dives)} runs, {dives[0].name} to {dives[-1].name}"
+
+
+def _source(dives: Sequence[Dive]) -> Path:
+    """The table that holds all of them, otherwise the folder of the first."""
+    first = dives[0].source
+    return first if all(dive.source == first for dive in dives) else first.parent
 
 
 def _notes(dives: Sequence[Dive], everywhere: Sequence[str], left_out: Mapping[str, str]) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 import argparse
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
-from identify.ingest.open import BAG_FOLDER, TABLES, read_dive, recording_files
+from identify.ingest.open import BAG_FOLDER, TABLES, identity_of, read_dives, recording_files
+from identify.run.together import joined
 from tui import show
 from tui.column_map import propose_map
 from tui.files import Files
@@ -33,7 +35,11 @@ def run(arguments: argparse.Namespace) -> int:
         return propose_map(arguments)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     columns = column_map_for(arguments.columns, (arguments.file,))
-    dive = read_dive(Path(arguments.file), columns, file)
+    path = Path(arguments.file)
+    runs = read_dives(path, columns, file)
+    dive = (
+        runs[0] if len(runs) == 1 else replace(joined(runs), sha256=identity_of(recording_files(path)).sha256)
+    )
     holds = contents(dive)
     console = show.results(arguments.json)
     show.put(
@@ -51,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     show.say(console, *(f"note: {note}" for note in dive.notes))
     if columns is not None:
-        holds["contradictions"] = [mend.sentence for mend in mends(dive)]
+        holds["contradictions"] = [mend.sentence for mend in mends(max(runs, key=lambda run: run.duration_s))]
         show.say(console, *(f"note: {sentence}" for sentence in holds["contradictions"]))
     fixes = check_fixes(dive)
     if fixes is not None:

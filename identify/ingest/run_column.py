@@ -1,0 +1,123 @@
+"""Runs that stand below one another in a table, told apart by a column."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import LogError
+from identify.dive import Array
+from identify.ingest.column_map import RunColumn
+from identify.ingest.names import time_unit
+from identify.ingest.streams import Stream, Streams, some_of
+
+MOST_RUNS = 2000
+LEAP, OFTEN, MOST = 3.0, 0.99, 0.9
+"""A clock leaps by this many of the steps within a run (of which OFTEN are no longer), at MOST of the runs' starts."""
+
+FEWEST_ROWS = 10
+"""Rows of a run, on average: a column with more values than that is a measurement."""
+
+
+def runs_of(recorded: Streams, column: RunColumn, path: Path) -> list[tuple[str, Streams]]:
+    """The rows of each run, named by the column's value, in order of their first rows.
+
+    A row without a value is of no run. Raises LogError if the recording is no single table, or the column names no
+    runs.
+    """
+    if len(recorded.streams) > 1:
+        raise LogError(
+            f"{path}: holds {len(recorded.streams)} topics, and `runs` of a column map is for a single table; leave it "
+            "out, and give each run a file of its own"
+        )
+    stream = recorded.streams[0]
+    if column.column not in (*stream.columns, *stream.text):
+        known = some_of([*stream.columns, *stream.text])
+        raise LogError(
+            f"{path}: has no column '{column.column}' for the runs; it has {known}: mend the column map"
+        )
+    words = labels(stream, column.column)
+    first = {word: row for row, word in reversed([*enumerate(words.tolist())]) if word}
+    if not first or len(first) > MOST_RUNS or len(first) * FEWEST_ROWS > len(words):
+        raise LogError(
+            f"{path}: '{column.column}' has {len(first)} values in {len(words)} rows, so it names no runs; mend `runs` "
+            "in the column map"
+        )
+    lost = int(np.count_nonzero(words == ""))
+    notes = (f"{lost} rows without a run in '{column.column}' were left out.",) if lost else ()
+    return [
+        (word, _rows(recorded, np.flatnonzero(words == word), notes))
+        for word in sorted(first, key=first.__getitem__)
+    ]
+
+
+def labels(stream: Stream, column: str) -> NDArray[np.str_]:
+    """The value (n,) of a column in each row, in words; "" for none."""
+    if column in stream.text:
+        return np.array([word.strip() for word in stream.text[column]], dtype=np.str_)
+    cells = stream.columns[column]
+    values, place = np.unique(cells, return_inverse=True)
+    return np.array(["" if np.isnan(value) else f"{value:.15g}" for value in values], dtype=np.str_)[place]
+
+
+def run_column_in(streams: Sequence[Stream]) -> str:
+    """The column that names the runs of a single table: a clock falls back or leaps where it takes a new value, and
+    never falls back elsewhere.
+
+    Empty if there is none.
+    """
+    if len(streams) != 1:
+        return ""
+    (stream,) = streams
+    clocks = [cells for field, cells in stream.columns.items() if time_unit(field)[0]]
+    columns = [field for field in (*stream.columns, *stream.text) if not time_unit(field)[0]]
+    for clock, column in itertools.product(clocks, columns):
+        if (np.diff(clock) < 0).any() and _starts_anew(clock, stream, column):
+            return column
+    return ""
+
+
+def longest_run(stream: Stream, column: str) -> Stream:
+    """The rows of the run that has most of them."""
+    words = labels(stream, column)
+    values, counts = np.unique(words[words != ""], return_counts=True)
+    return _some(stream, np.flatnonzero(words == values[np.argmax(counts)]))
+
+
+def _starts_anew(clock: Array, stream: Stream, column: str) -> bool:
+    """Whether a clock (n,) starts anew where a column takes a new value, and nowhere else."""
+    if column in stream.columns and not _whole(stream.columns[column]):
+        return False
+    words, steps = labels(stream, column), np.diff(clock)
+    changes = np.flatnonzero(words[1:] != words[:-1])
+    inside = np.delete(steps, changes)
+    if not len(changes) or len(np.unique(words)) != len(changes) + 1 or not len(inside) or (inside < 0).any():
+        return False
+    leaps = steps[changes] > LEAP * np.quantile(inside, OFTEN)
+    return bool(np.mean(leaps | (steps[changes] < 0)) >= MOST)
+
+
+def _whole(cells: Array) -> bool:
+    known = cells[np.isfinite(cells)]
+    return bool(len(known) and (known == np.rint(known)).all())
+
+
+def _rows(recorded: Streams, rows: NDArray[np.intp], notes: tuple[str, ...]) -> Streams:
+    return replace(
+        recorded,
+        streams=(_some(recorded.streams[0], rows),),
+        notes=(*recorded.notes, *notes),
+        empty={name: mask[rows] for name, mask in recorded.empty.items()},
+        lines=None if recorded.lines is None else recorded.lines[rows],
+    )
+
+
+def _some(stream: Stream, rows: NDArray[np.intp]) -> Stream:
+    return replace(
+        stream,
+        columns={name: cells[rows] for name, cells in stream.columns.items()},
+        text={name: tuple(words[row] for row in rows) for name, words in stream.text.items()},
+    )
