@@ -1,9 +1,9 @@
 """Identification and diagnosis from dives.
 
 `run` the functions behind the verbs · `ingest` files to a dive · `checks` contradictions of a recording · `estimators`
-the methods · `effects` what a plain model leaves out · `diagnose` the gap and its causes · `planning` the next dive ·
-`batch` campaigns · `glance` quick looks · `report`, `export` pages and other simulators' files · `challenge` sealed
-dives.
+the methods · `effects` what a plain model leaves out · `diagnose` the gap and its causes · `repeats` short runs of one
+push · `planning` the next dive · `batch` campaigns · `glance` quick looks · `report`, `export` pages and other
+simulators' files · `challenge` sealed dives.
 
 `dive` the dataset · `forces` its wrench · `filters` low-pass and derivatives · `fixes` surface fixes against dead
 reckoning · `identifiability` coefficients that a dive can separate · `identification` the result · `priors` knowledge

@@ -13,7 +13,7 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.nearest import nearest, sizes
 from identify.challenge.novel import LONGEST_S, NOVEL, SHORTEST_S, draw_mission, sampled
-from identify.challenge.plants import ABSORBED, PLANTS
+from identify.challenge.plants import ABSORBED, BY_NAME_ALONE, PLANTS
 from identify.challenge.score import alike
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
 from identify.challenge.site import Planted, Site, site_of
@@ -28,7 +28,7 @@ SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15
 SPOILT_SHARE = 0.5
 """A degree of freedom counts as a right answer if its size is at least this share of the largest."""
 
-UNSEEN_BESIDE = frozenset([*ABSORBED, "wrong_feedback_log"])
+UNSEEN_BESIDE = frozenset([*ABSORBED, *BY_NAME_ALONE, "wrong_feedback_log"])
 """Effects that are not planted in pairs, because nobody could tell that they are there. Nor are two that are alike."""
 
 
@@ -179,7 +179,8 @@ def _names(rng: np.random.Generator, kind: str, without: Sequence[str]) -> tuple
         lacking = bool(without) and rng.random() < 0.5
         return (str(rng.choice(list(without if lacking else NOVEL))),)
     if kind == "one":
-        return (str(rng.choice([name for name in PLANTS if name not in without])),)
+        kept = {*BY_NAME_ALONE, *without}
+        return (str(rng.choice([name for name in PLANTS if name not in kept])),)
     able = [name for name in PLANTS if name not in UNSEEN_BESIDE and name not in without]
     while True:
         pair = tuple(str(name) for name in rng.choice(able, 2, replace=False))

@@ -185,7 +185,7 @@ def dive(
             heading = row[2]
         if step % clock.depth == 0:
             row = readings.depth[step // clock.depth]
-            row[0] += state[2]
+            row[0] += faults.deep * state[2]
             depth = row[0]
         if step % clock.dvl == 0 and not np.isnan(readings.dvl[step // clock.dvl, 0]):
             row = readings.dvl[step // clock.dvl]

@@ -153,6 +153,12 @@ def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted
     return Planted("dvl_scale", {"scale": scale}, apply, size, spoils=(0, 1, 2))
 
 
+def depth_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
+    scale = 1.0 + _sign(rng) * sized(0.04, size)
+
+    return Planted("depth_scale", {"scale": scale}, changed("faults", deep=scale), size, spoils=(2,))
+
+
 def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A DVL bias that varies by a tenth."""
     way = rng.standard_normal(3)
@@ -313,12 +319,15 @@ PLANTS: dict[str, Plant] = {
     plant.__name__: plant
     for plant in (
         quadratic_drag, drag_asymmetry, cross_flow_lift, coupled_damping, munk_moment, fouling, cg_offset,
-        pitch_roll_coupling, net_buoyancy, entrained_water, added_payload, dvl_scale, dvl_bias, dvl_misalignment,
-        dvl_lever_arm, dvl_delay, gyro_bias, imu_gravity_leak, wrong_feedback_log,
+        pitch_roll_coupling, net_buoyancy, entrained_water, added_payload, dvl_scale, depth_scale, dvl_bias,
+        dvl_misalignment, dvl_lever_arm, dvl_delay, gyro_bias, imu_gravity_leak, wrong_feedback_log,
         *plants_thrust.ALL, steady_current, varying_current, waves, free_surface, bottom_or_wall, tether,
     )
 }  # fmt: skip
 """Effects by the name that a diagnosis must give."""
+
+BY_NAME_ALONE = ("depth_scale",)
+"""Effects that are planted where they are asked for, not drawn: a true size does not count depth readings."""
 
 ABSORBED = ("thrust_gain", "dvl_scale", "entrained_water", "added_payload")
 """Effects that a refit of the nominal parameters absorbs whole: without earlier accepted parameters, they leave no

@@ -229,7 +229,7 @@ class Faults(NamedTuple):
 
     seen (3, 3), bias (3,), arm (3,): of the DVL, whose velocity is `late` steps old. wander: share by which biases
     vary. gyro: bias about z, rad/s. tilt (3, 3): rotation of the accelerometer. unseen: 1 if the controller uses a
-    velocity that is not recorded.
+    velocity that is not recorded. deep: gain of the depth sensor.
     """
 
     seen: Array
@@ -240,6 +240,7 @@ class Faults(NamedTuple):
     wander: float = 0.0
     gyro: float = 0.0
     unseen: int = 0
+    deep: float = 1.0
 
 
 class Noise(NamedTuple):

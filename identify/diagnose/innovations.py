@@ -250,6 +250,10 @@ def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | 
     if act.water is not None and axis.dof == HEAVE:
         sunk = np.cumsum(act.water[:, HEAVE]) * course.step_s
         out += value_before(course.time_s, sunk, axis.time_s) * (axis.state_read == POSITION)
+    if act.depth is not None and axis.dof == HEAVE:
+        # The first depth that is read is where the filter begins, whatever the sensor's gain.
+        deeper = act.depth[:, 0] - act.depth[0, 0]
+        out += value_before(course.time_s, deeper, axis.time_s) * (axis.state_read == POSITION)
     if angle is not None and angle.any():
         out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
     return out if out.any() else None

@@ -291,7 +291,7 @@ def plain(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "verdict": diagnosis.verdict,
         "gap": _gap(diagnosis.gap),
-        "effects": [_effect(finding) for finding in diagnosis.findings],
+        "effects": [plain_effect(finding) for finding in diagnosis.findings],
         "character": None
         if character is None
         else {
@@ -327,7 +327,8 @@ def _gap(gap: Gap) -> dict[str, Any]:
     }
 
 
-def _effect(finding: Finding) -> dict[str, Any]:
+def plain_effect(finding: Finding) -> dict[str, Any]:
+    """A cause as an answer has it."""
     gain = finding.feedforward
     return {
         "name": finding.name,

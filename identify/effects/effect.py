@@ -59,8 +59,9 @@ SIZES = (0.5, 1.0, 2.0, 4.0)
 @dataclass(frozen=True)
 class Act:
     """The contribution of an effect along a course: to the wrench (n, 6), N and N m, about the origin; to the
-    readings of the DVL (n, 3), the gyros (n, 3), the attitude (n, 3) and the accelerometer (n, 3), body axes; and to
-    the total masses and linear dampings (6,) of the nominal model. None means no contribution.
+    readings of the DVL (n, 3), the gyros (n, 3), the attitude (n, 3) and the accelerometer (n, 3), body axes; to the
+    depth that is read (n, 1), m; and to the total masses and linear dampings (6,) of the nominal model. None means no
+    contribution.
 
     A change of `mass` or `damping` changes the nominal model's own parameters: a refit absorbs it completely, and
     only a comparison with previously accepted parameters reveals it. `shaft_n` (n, k): the part of the thrusts that
@@ -76,6 +77,7 @@ class Act:
     gyro: Array | None = None
     attitude: Array | None = None
     specific_force: Array | None = None
+    depth: Array | None = None
     shaft_n: Array | None = None
     quadratic: Array | None = None
     water: Array | None = None
@@ -114,7 +116,7 @@ class Act:
 
 ARRAYS = tuple(field.name for field in fields(Act))
 
-ALONG = ("wrench", "water", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
+ALONG = ("wrench", "water", "velocity", "gyro", "attitude", "specific_force", "depth", "shaft_n")
 """The parts of an act that vary with time."""
 
 

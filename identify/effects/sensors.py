@@ -25,6 +25,25 @@ DVL_SCALE = Effect(
 )
 
 
+def _deep(course: Course, values: Array) -> Act:
+    """z_m = k z, by the way down since the start: a depth that was read must not explain itself."""
+    sinking = np.sum(course.world[2] * course.over_ground[0][:, :3], axis=1)
+    return Act(depth=(values[0] - 1.0) * (np.cumsum(sinking) * course.step_s)[:, None])
+
+
+DEPTH_SCALE = Effect(
+    "depth_scale",
+    "a depth sensor that reads all depths too large or too small, as a blocked or ageing cell does",
+    "reading",
+    (Parameter("scale", "1", 1.1, low=0.3, high=3.0, none=1.0),),
+    _deep,
+    Separation(
+        manoeuvres=("known steps of depth, and the reading at the surface",),
+        sensors=("a second depth sensor, an altimeter over a flat bottom, or a DVL's heave",),
+    ),
+)
+
+
 def _bias(course: Course, values: Array) -> Act:
     return Act(velocity=np.broadcast_to(values, (len(course.nu), 3)))
 
@@ -150,6 +169,7 @@ WRONG_FEEDBACK_LOG = Effect(
 
 EFFECTS = (
     DVL_SCALE,
+    DEPTH_SCALE,
     DVL_BIAS,
     DVL_MISALIGNMENT,
     DVL_LEVER_ARM,

@@ -118,7 +118,14 @@ def test_every_effect_can_be_planted_and_larger_ones_show_more(name: str) -> Non
     for case in (small, large):
         assert np.isfinite(case.simulated(0)[1].ticks.state).all()
         json.dumps(case.truth(), allow_nan=False)
-    unseen = name in ("added_payload", "dvl_scale", "entrained_water", "thrust_gain", "wrong_feedback_log")
+    unseen = name in (
+        "added_payload",
+        "dvl_scale",
+        "depth_scale",
+        "entrained_water",
+        "thrust_gain",
+        "wrong_feedback_log",
+    )
     if not unseen:
         assert large.truth()["size"] > small.truth()["size"] > 0
     assert np.abs(large.simulated(0)[1].ticks.state[:, 7:13]).max() < 3.0
@@ -137,7 +144,7 @@ def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     names = schema["properties"]["effects"]["items"]["properties"]["name"]["enum"]
     assert set(PLANTS) == set(names)
-    parameters = schema["$defs"]["parameters_of_each_effect"]
+    parameters = {"depth_scale": ["scale"]} | schema["$defs"]["parameters_of_each_effect"]
     for name in names:
         for size in (0.0, 1.0):
             truth = draw_case(SEED, names=[name], size=size).planted[0].parameters

@@ -45,6 +45,7 @@ PARAMETERS = {
     "added_payload": ["mass"],
     "tether": ["stiffness", "north", "east"],
     "dvl_scale": ["scale"],
+    "depth_scale": ["scale"],
     "dvl_bias": ["x", "y", "z"],
     "dvl_misalignment": ["yaw"],
     "dvl_lever_arm": ["x", "y", "z"],
@@ -70,10 +71,11 @@ def parts(act: Act) -> dict[str, np.ndarray]:
 
 
 def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
-    assert (
-        json.loads(shared("answers.schema.json").read_text())["$defs"]["parameters_of_each_effect"]
-        == PARAMETERS
-    )
+    schema = json.loads(shared("answers.schema.3.json").read_text())
+    assert set(schema["properties"]["effects"]["items"]["properties"]["name"]["enum"]) == set(PARAMETERS)
+    # The form names the gain of a depth sensor, but gives it no parameters.
+    told = schema["$defs"]["parameters_of_each_effect"]
+    assert {"depth_scale": ["scale"]} | told == PARAMETERS
 
 
 def test_no_two_effects_go_by_one_label() -> None:
@@ -120,7 +122,7 @@ def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shap
     act = effect.act(rich_course, effect.start())
     found = parts(act)
     count, thrusters = rich_course.asked_n.shape
-    wide = {"wrench": 6, "shaft_n": thrusters} | dict.fromkeys(
+    wide = {"wrench": 6, "shaft_n": thrusters, "depth": 1} | dict.fromkeys(
         ("velocity", "gyro", "attitude", "specific_force", "water"), 3
     )
     assert bool(found) == bool(effect.parameters)

@@ -30,13 +30,16 @@ from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.identification import Outcome, worst
 from identify.ingest.open import read_dive
+from identify.repeats.answer import plain, sentences
+from identify.repeats.usual import Usual, usual_from
 from identify.run.diagnose import Before, diagnose
-from identify.run.identify import compiles_first
-from identify.run.recordings import runs_in, stray_bytes
+from identify.run.identify import compiles_first, runs_told
+from identify.run.recordings import Reading, runs_in, stray_bytes
+from identify.run.repeats import judge, repeats, runs_of
 from tui import pages, show
 from tui.commands.prior import accepted_in
 from tui.files import Files
-from tui.parameter_files import Leave, check_outcome
+from tui.parameter_files import Leave, check_outcome, read_identification
 from tui.recordings import column_map_for, read_together, ruled_out
 
 if TYPE_CHECKING:
@@ -66,6 +69,9 @@ def run(arguments: argparse.Namespace) -> int:
     configuration = reading.configuration
     leave, before = Leave(doubts=arguments.despite_doubts), Before()
     if arguments.accepted:
+        usual = usual_accepted(Path(arguments.accepted))
+        if usual is not None and repeats(reading.dive, reading.file, configuration):
+            return run_repeats(arguments, reading, usual)
         before = accepted_before(Path(arguments.accepted), file, configuration, leave)
     impossible, why = ruled_out(runs)
     if compiles_first():
@@ -96,6 +102,40 @@ def run(arguments: argparse.Namespace) -> int:
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
         show.say(console, *files.written)
+    return files.code(exit_codes.DONE)
+
+
+def usual_accepted(path: Path) -> Usual | None:
+    """Marks of accepted runs, if the JSON of `identify --together` holds them. Raises UsageError for a damaged file."""
+    if path.suffix != ".json":
+        return None
+    kept = read_identification(path).get("repeats")
+    try:
+        return None if kept is None else usual_from(kept)
+    except LogError as error:
+        raise UsageError(f"--accepted {path}: {error}") from None
+
+
+def run_repeats(arguments: argparse.Namespace, reading: Reading, usual: Usual) -> int:
+    """Judge runs that repeat one push by accepted ones."""
+    for option in ("check", "predict", "accept", "report", "figures"):
+        if getattr(arguments, option):
+            raise UsageError(
+                f"--{option}: runs that repeat one push are judged by what accepted ones have in common, which tells "
+                "no model to check, accept or draw; leave it out"
+            )
+    dive = reading.dive
+    judged = judge(runs_of(dive), reading.file, reading.configuration, usual)
+    left_out = len(runs_of(dive)) - judged.runs
+    unlike = (
+        (f"{left_out} more do not go from rest into a steady push, and were left out.",) if left_out else ()
+    )
+    said = (*sentences(judged), *unlike, *(f"{remark}." for remark in reading.remarks), *dive.notes)
+    with Files() as files:
+        told = {"dive": dive.name, "verdict": said[0], "notes": said[1:]}
+        files.json({**plain(judged), **runs_told(dive), "told": told}, arguments.json)
+        console = show.results(arguments.json)
+        show.say(console, said[0], *(f"  {sentence}" for sentence in said[1:]), *files.written)
     return files.code(exit_codes.DONE)
 
 

@@ -26,6 +26,7 @@ from identify.identification import Estimate, Identification, Outcome
 from identify.progress import Progress
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read
+from identify.run.repeats import usual_in
 from tui import pages, show
 from tui.files import Files
 from tui.recordings import column_map_for, each_alone, read_together, recording_at
@@ -67,6 +68,9 @@ def run(arguments: argparse.Namespace) -> int:
         for reading, configuration in zip(readings, chosen, strict=True)
     ]
     results = [each.to_json() for each in result]
+    usual = usual_in(readings[0].dive, readings[0].file, chosen[0]) if arguments.together else None
+    if usual is not None:
+        results[0]["repeats"] = usual.to_json()
     console = show.results(arguments.json)
     with Files() as files:
         files.json(results[0] if len(results) == 1 else results, arguments.json)
@@ -80,6 +84,12 @@ def run(arguments: argparse.Namespace) -> int:
                 tell(console, each.dive, each.answer)
                 for comparison in each.comparisons:
                     tell_comparison(console, comparison)
+            if usual is not None and arguments.json:
+                show.say(
+                    console,
+                    f"note: {usual.count} runs go from rest into one steady push; `diagnose --accepted` judges further "
+                    "ones by what these have in common.",
+                )
         finally:
             page = partial(page_of, result, curves)
             pages.publish(files, arguments, page, [each.dive for each in result], file)

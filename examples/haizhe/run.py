@@ -1,0 +1,172 @@
+"""Real faults of a small AUV, from the files to a table: `python examples/haizhe/run.py FOLDER`.
+
+FOLDER holds a table (`NAME.csv` or `NAME.csv.gz`) for each kind of run, with a column `run`. Half of the runs, drawn
+by a hash of kind and number, are there to develop on; of these the sound ones are accepted. The other half is judged in
+groups of ten. `--judge OTHER` accepts all sound runs of FOLDER and judges those of OTHER instead. A random forest on
+the same runs stands beside it: it is trained on runs of all kinds, with their labels (`pip install scikit-learn`).
+
+`kinds.yaml` says which kind is sound, and which answers count as right; nothing but the score knows it.
+"""
+
+import argparse
+import gzip
+import hashlib
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from bridge.errors import LogError
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from identify.dive import Dive
+from identify.ingest.open import read_dive
+from identify.repeats.judge import Judged
+from identify.run.repeats import accept, judge
+
+HERE = Path(__file__).parent
+GROUP = 10
+TREES = 300
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run: kind and number, as the tables have them, and its dive."""
+
+    kind: str
+    number: str
+    dive: Dive
+
+    @property
+    def mark(self) -> bytes:
+        return hashlib.sha256(f"{self.kind}/{self.number}".encode()).digest()
+
+    @property
+    def is_to_develop(self) -> bool:
+        return self.mark[0] % 2 == 0
+
+
+def lines_by_run(table: Path) -> tuple[str, dict[str, list[str]]]:
+    """The head of a table, and the lines of each run."""
+    opened = gzip.open if table.suffix == ".gz" else open
+    runs: dict[str, list[str]] = {}
+    with opened(table, "rt", encoding="utf-8") as lines:
+        head = next(lines)
+        for line in lines:
+            runs.setdefault(line.split(",", 1)[0], []).append(line)
+    return head, runs
+
+
+def recorded(folder: Path, file: VehicleFile, most: int | None = None) -> Iterator[Recorded]:
+    """The runs of all tables of a folder, each read as a log of its own; `most` of each kind."""
+    with tempfile.TemporaryDirectory() as place:
+        path = Path(place) / "run.csv"
+        for table in sorted([*folder.glob("*.csv"), *folder.glob("*.csv.gz")]):
+            head, runs = lines_by_run(table)
+            for number in list(runs)[:most]:
+                path.write_text(head + "".join(runs[number]), encoding="utf-8")
+                try:
+                    dive = read_dive(path, HERE / "columns.yaml", file)
+                except LogError as error:
+                    sys.stderr.write(f"{table.name}, run {number}, was left out: {error}\n")
+                    continue
+                yield Recorded(table.name.split(".")[0], number, dive)
+
+
+def groups_of(runs: Sequence[Recorded], size: int) -> Iterator[tuple[str, list[Recorded]]]:
+    """Groups of runs of one kind, in the order of their hashes; what is left over is no group."""
+    for kind in sorted({run.kind for run in runs}):
+        of_kind = sorted((run for run in runs if run.kind == kind), key=lambda run: run.mark)
+        for first in range(0, len(of_kind) - size + 1, size):
+            yield kind, of_kind[first : first + size]
+
+
+def words_of(judged: Judged) -> str:
+    """An answer in a few words."""
+    if judged.finding is None:
+        return judged.verdict
+    values = [
+        f"{name} {value.value:.0f}" for name, value in judged.finding.parameters.items() if name == "thruster"
+    ]
+    return " ".join([judged.finding.name, *values])
+
+
+def summary(run: Recorded) -> list[float]:
+    """What a forest sees of a run: mean, spread, first and last value of each column."""
+    found: list[float] = []
+    for signal in run.dive.signals().values():
+        for column in signal.value.T:
+            known = column[np.isfinite(column)]
+            found += [known.mean(), known.std(), known[0], known[-1]]
+    return found
+
+
+def forest_answers(known: Sequence[Recorded], groups: Sequence[Sequence[Recorded]]) -> list[str]:
+    """The kind that most runs of each group have by a random forest, trained on `known` runs of all kinds."""
+    from sklearn.ensemble import RandomForestClassifier
+
+    forest = RandomForestClassifier(TREES, random_state=0)
+    forest.fit([summary(run) for run in known], [run.kind for run in known])
+    return [
+        str(Counter(forest.predict([summary(run) for run in group])).most_common(1)[0][0]) for group in groups
+    ]
+
+
+def table_of(rows: Mapping[str, Sequence[tuple[bool, str]]]) -> str:
+    """A table: groups and right ones by kind, and what was answered."""
+    lines = [f"{'runs of':<26}{'groups':>7}{'right':>7}  answers"]
+    for kind, answers in rows.items():
+        said = "; ".join(
+            f"{count} x {words}" for words, count in Counter(words for _, words in answers).most_common()
+        )
+        lines.append(f"{kind:<26}{len(answers):>7}{sum(right for right, _ in answers):>7}  {said}")
+    every = [right for answers in rows.values() for right, _ in answers]
+    share = f"{sum(every) / len(every):.0%}" if every else "none"
+    return "\n".join([*lines, f"{'all':<26}{len(every):>7}{sum(every):>7}  {share}"])
+
+
+def run(folder: Path, other: Path | None = None, group: int = GROUP, most: int | None = None) -> str:
+    """The table of our answers, and that of the forest."""
+    kinds: dict[str, str] = yaml.safe_load((HERE / "kinds.yaml").read_text(encoding="utf-8"))
+    file = load_vehicle(str(HERE / "haizhe.yaml"))
+    configuration = file.configuration_of(None)
+    every = list(recorded(folder, file, most))
+    known = every if other else [run for run in every if run.is_to_develop]
+    judged = list(recorded(other, file, most)) if other else [run for run in every if not run.is_to_develop]
+    sound = [run.dive for run in known if kinds[run.kind] == "no_gap"]
+    usual = accept(sound, file, configuration)
+    ours: dict[str, list[tuple[bool, str]]] = {}
+    forests: dict[str, list[tuple[bool, str]]] = {}
+    groups = list(groups_of(judged, group))
+    for kind, runs in groups:
+        answer = judge([run.dive for run in runs], file, configuration, usual)
+        right = (answer.finding.name if answer.finding else answer.verdict) == kinds[kind]
+        ours.setdefault(kind, []).append((right, words_of(answer)))
+    for (kind, _), called in zip(groups, forest_answers(known, [runs for _, runs in groups]), strict=True):
+        forests.setdefault(kind, []).append((kinds[called] == kinds[kind], called))
+    return "\n".join(
+        [
+            f"{usual.count} sound runs accepted; {len(judged)} further runs judged in groups of {group}",
+            "",
+            table_of(ours),
+            "",
+            f"a random forest, trained on {len(known)} runs of all kinds with their labels",
+            "",
+            table_of(forests),
+        ]
+    )
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--judge", type=Path, metavar="OTHER", help="judge the runs of this folder instead")
+    parser.add_argument("--group", type=int, default=GROUP, help="runs that are judged together (default 10)")
+    given = parser.parse_args()
+    sys.stdout.write(run(given.folder, given.judge, given.group) + "\n")

@@ -1,0 +1,70 @@
+"""The answer on further runs: in the form of a diagnosis for programs, in sentences for a crew."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from identify.diagnose.result import Phase, plain_effect
+from identify.diagnose.wording import cause_sentence, effect_words, told_parameters, value_words, words
+from identify.repeats.judge import Judged
+from identify.repeats.usual import DEPTH, MARKS, UNITS
+from identify.words import capital, listed, significant
+
+PLACES: Final[tuple[tuple[str, Phase], ...]] = (
+    ("heave", "rest"),
+    ("heave", "steady"),
+    ("roll", "steady"),
+    ("pitch", "steady"),
+    ("yaw", "accelerating"),
+)
+"""Where each mark is seen, as a diagnosis says it."""
+
+
+def plain(judged: Judged) -> dict[str, Any]:
+    """The answer in the form of `seatrial diagnose --json`; its gap is that of the marks, in standard deviations of a
+    mean of so many runs, and its force is the mean that the accepted runs do not have."""
+    square = judged.off**2
+    finding = judged.finding
+    separation = None if finding is None else finding.cause.effect.separation
+    return {
+        "verdict": judged.verdict,
+        "gap": {
+            "before": float(np.sqrt(square.mean())),
+            "floor": 1,
+            "force": {dof: abs(float(judged.shift[k])) for k, (dof, _) in enumerate(PLACES) if k != DEPTH},
+            "where": [
+                {"dof": dof, "phase": phase, "share": float(square[k] / max(square.sum(), 1e-300))}
+                for k, (dof, phase) in enumerate(PLACES)
+            ],
+            "depends_on": [],
+            "unexplained": judged.unexplained,
+        },
+        "effects": [] if finding is None else [plain_effect(finding)],
+        "character": None,
+        "shrink": {"heldout": None, "check": None},
+        "next": None
+        if separation is None
+        else {
+            "manoeuvre": "; ".join(separation.manoeuvres) or None,
+            "sensor": "; ".join(separation.sensors) or None,
+            "splits": [] if finding is None else [finding.name, *finding.also],
+        },
+    }
+
+
+def sentences(judged: Judged) -> tuple[str, ...]:
+    """The verdict, the cause with its parameters, and the marks with their shifts."""
+    far = "; ".join(
+        f"{name} {significant(float(shift), 2)} {unit} ({significant(abs(float(off)), 2)} standard deviations)"
+        for name, shift, unit, off in zip(MARKS, judged.shift, UNITS, judged.off, strict=True)
+    )
+    marks = f"Against the accepted runs, {judged.runs} runs together differ by: {far}."
+    finding = judged.finding
+    if finding is None:
+        nothing = "No gap: the runs scatter about the accepted ones as these do among themselves."
+        something = f"Something is there that no candidate explains, in {listed(judged.left)}."
+        return (something if judged.left else nothing, marks)
+    named = " or ".join((effect_words(finding.cause.effect), *map(words, finding.also)))
+    values = "; ".join(value_words(name, value) for name, value in told_parameters(finding).items())
+    left = (f"It leaves something in {listed(judged.left)}.",) if judged.left else ()
+    return (f"{capital(named)} explains the gap: {values}.", cause_sentence(finding), *left, marks)

@@ -1,0 +1,115 @@
+"""Marks of a run that begins at rest and then holds one command for seconds.
+
+Such a run tells neither masses nor dampings: its thrust has one step. It tells where the vehicle begins and how it
+answers the steady push: the depth read at rest, how fast it sinks once it has settled, how far it leans, and how it
+begins to turn.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from bridge.errors import FitError
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import allocation_matrix
+from identify.dive import Array, Dive
+from identify.forces import asked_thrusts
+from identify.ingest.rotation import euler_angles
+
+SETTLED_S: Final = 3.0
+"""A small hull has settled to its speed and its lean so long after the push began."""
+
+TURNS_S: Final = 1.1
+"""So long the vehicle turns about its still place by the moment of the push alone."""
+
+FAR: Final = 1e3
+LEAST_SETTLED_S: Final = 2.0
+STEADY: Final = 0.2
+"""The thrust of a steady push changes by less than this share, from one twentieth of it to the last."""
+
+LEAST_SHARE: Final = 0.02
+"""Thrust below this share of a thruster's limit counts as none."""
+
+HEAVE, YAW = 2, 5
+
+
+@dataclass(frozen=True)
+class Run:
+    """Marks of a run as they are read, SI units, body axes FRD.
+
+    rest_depth_m: depth read before the push. sinking_m_s: rate of depth after SETTLED_S. thrust_n (k,): mean thrust of
+    each thruster then, by the vehicle file's curve. voltage_v: mean then, NaN if unknown. wrench_n (6,): of that
+    thrust. leans (2,): roll and pitch then, beyond those at rest, rad. turning: the moment about z that turns the
+    vehicle file's inertia as the vehicle began to turn, N m.
+    """
+
+    name: str
+    rest_depth_m: float
+    sinking_m_s: float
+    thrust_n: Array
+    voltage_v: float
+    wrench_n: Array
+    leans: Array
+    turning_nm: float
+
+
+def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
+    """Marks of a run. Raises FitError for a run that does not go from rest into a steady push of seconds, or lacks
+    the thrusters' commands, depth or attitude."""
+    depth = dive.depth_by(file.vehicle.water)
+    if dive.thruster_commands is None or depth is None or dive.attitude is None:
+        raise FitError("a run needs the commands of its thrusters, depth and attitude", of=dive.name)
+    shape = file.vehicle.configurations[configuration]
+    asked = asked_thrusts(dive, file, configuration)
+    pushed = np.abs(asked.value).max(axis=1) > LEAST_SHARE * shape.thruster_limit_n
+    if pushed[0] or not pushed.any():
+        raise FitError("a run has to begin with its thrusters at rest and then push", of=dive.name)
+    began = int(np.argmax(pushed))
+    began_s, end_s = float(asked.time_s[began]), float(asked.time_s[-1])
+    if end_s - began_s < SETTLED_S + LEAST_SETTLED_S:
+        raise FitError(
+            f"it pushes for {end_s - began_s:.1f} s, and has to for {SETTLED_S + LEAST_SETTLED_S:.0f} s and more",
+            of=dive.name,
+        )
+    push = asked.between(began_s, end_s).value
+    low, high = np.percentile(push, [5, 95], axis=0)
+    if (high - low > STEADY * np.abs(push).max()).any():
+        raise FitError("a run has to push steadily, and its thrust changes", of=dive.name)
+    thrust_n = asked.between(began_s + SETTLED_S, end_s).value.mean(axis=0)
+    voltage = dive.voltage
+    euler = np.column_stack(euler_angles(dive.attitude.value))
+    euler[:, 2] = np.unwrap(euler[:, 2])
+    at_s = dive.attitude.time_s
+    rest, settled = at_s < began_s, at_s > began_s + SETTLED_S
+    still = depth.time_s < began_s
+    later = depth.between(began_s + SETTLED_S, end_s)
+    if not (rest.any() and settled.any() and still.any() and len(later) > 2):
+        raise FitError("depth and attitude have to be read at rest and during the push", of=dive.name)
+    return Run(
+        dive.name,
+        float(np.median(depth.value[still])),
+        float(np.polyfit(later.time_s, later.value[:, 0], 1)[0]),
+        thrust_n,
+        np.nan if voltage is None else float(np.median(voltage.between(began_s + SETTLED_S, end_s).value)),
+        allocation_matrix(shape) @ thrust_n,
+        np.median(euler[settled, :2], axis=0) - np.median(euler[rest, :2], axis=0),
+        _moment(
+            at_s - began_s,
+            euler[:, 2] - euler[rest, 2][-1],
+            shape.model.get("I_r", shape.inertia_kgm2[2]),
+            shape.model.get("D_r", 0.0),
+        ),
+    )
+
+
+def _moment(since_s: Array, turned: Array, inertia: float, damping: float) -> float:
+    """Steady moment from `since_s` = 0 on that turns a body at rest most nearly as it turned (n,) in TURNS_S."""
+    first = (since_s > 0) & (since_s <= TURNS_S)
+    s = since_s[first]
+    settles_s = inertia / max(damping, 1e-6 * inertia)
+    # Long before it settles the two terms of the formula are nearly equal: then by its series.
+    by_unit = s**2 / (2.0 * inertia)
+    if settles_s < FAR * TURNS_S:
+        by_unit = settles_s / inertia * (s + settles_s * np.expm1(-s / settles_s))
+    return float(by_unit @ turned[first] / max(float(by_unit @ by_unit), 1e-300))

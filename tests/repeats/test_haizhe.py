@@ -1,0 +1,44 @@
+"""The example of real faults, on a few of its runs where they are at hand."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from fakes.shared import shared
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "haizhe"
+
+
+@pytest.fixture
+def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The example's script as a module."""
+    specification = importlib.util.spec_from_file_location("haizhe_run", EXAMPLE / "run.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    monkeypatch.setitem(sys.modules, "haizhe_run", module)
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_the_example_tells_a_weight_and_a_wrong_depth_from_sound_runs(example: ModuleType) -> None:
+    pytest.importorskip("sklearn")
+    table = example.run(shared("data", "haizhe"), most=50).splitlines()
+    for kind in ("AddWeight", "PressureGain_constant"):
+        (ours, forests) = (line.split() for line in table if line.startswith(kind))
+        assert ours[1] == ours[2] != "0"
+        assert forests[0] == kind
+
+
+def test_runs_are_split_by_a_hash_of_their_kind_and_number_and_left_over_runs_are_no_group(
+    example: ModuleType,
+) -> None:
+    runs = [example.Recorded("A", str(number), None) for number in range(400)]
+    assert 150 < sum(run.is_to_develop for run in runs) < 250
+    groups = list(example.groups_of(runs[:25], 10))
+    assert [(kind, len(group)) for kind, group in groups] == [("A", 10), ("A", 10)]
+    assert [run.mark for _, group in groups for run in group] == sorted(
+        run.mark for _, group in groups for run in group
+    )

@@ -1,0 +1,101 @@
+"""`identify --together` keeps what runs of one push have in common; `diagnose --accepted` judges further ones by it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge import exit_codes
+from identify.dive import Dive
+from identify.ingest.rotation import euler_angles
+from tui.cli import main
+
+MAP = """
+time: {column: t, unit: s}
+gyro: {columns: [p, q, r], unit: rad/s}
+euler: {columns: [roll, pitch, yaw], unit: rad}
+depth: {columns: [depth], unit: m}
+pwm: {columns: [m1, m2, m3, m4], unit: us}
+voltage: {columns: [volt], unit: V}
+"""
+
+
+def write(dives: list[Dive], folder: Path) -> str:
+    folder.mkdir()
+    rng = np.random.default_rng(9)
+    for number, dive in enumerate(dives):
+        time_s = dive.depth.time_s
+        euler = np.column_stack(euler_angles(dive.attitude.value))
+        rates = np.gradient(np.unwrap(euler, axis=0), time_s, axis=0)
+        noisy = [part + 1e-3 * rng.standard_normal(part.shape) for part in (rates, euler, dive.depth.value)]
+        table = np.column_stack([time_s, *noisy, dive.pwm.value, dive.voltage.value])
+        head = "t,p,q,r,roll,pitch,yaw,depth,m1,m2,m3,m4,volt"
+        np.savetxt(folder / f"run{number}.csv", table, delimiter=",", header=head, comments="", fmt="%.6f")
+    return str(folder)
+
+
+@pytest.fixture(scope="module")
+def place(sound, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("repeats")
+    (folder / "columns.yaml").write_text(MAP, encoding="utf-8")
+    write(sound.but(push_s=6.0).dives(20, 1), folder / "sound")
+    write(sound.but(push_s=6.0, gains=(1.0, 1.0, 0.5, 1.0)).dives(8, 2), folder / "weak")
+    code = main(
+        [
+            "identify",
+            str(folder / "sound"),
+            "--together",
+            "--json",
+            str(folder / "sound.json"),
+            *given(folder, sound),
+        ]
+    )
+    assert code in (exit_codes.DONE, exit_codes.NO)
+    return folder
+
+
+def given(folder: Path, sound) -> list[str]:
+    return ["--vehicle", str(sound.file.path), "--columns", str(folder / "columns.yaml")]
+
+
+def test_a_weak_thruster_shows_in_runs_that_tell_no_model(place: Path, sound, capsys) -> None:
+    answer = place / "answer.json"
+    wanted = ["--accepted", str(place / "sound.json"), "--json", str(answer), *given(place, sound)]
+    assert main(["diagnose", str(place / "weak"), *wanted]) == exit_codes.DONE
+    assert "Weak thruster 3 explains the gap" in " ".join(capsys.readouterr().out.split())
+    told = json.loads(answer.read_text(encoding="utf-8"))
+    assert [effect["name"] for effect in told["effects"]] == ["weak_thruster"]
+    assert told["effects"][0]["parameters"]["thruster"]["value"] == 3
+    assert len(told["runs"]["used"]) == 8
+
+
+def test_runs_of_another_manoeuvre_are_left_out_and_told(place: Path, sound, tmp_path: Path, capsys) -> None:
+    runs = write([*sound.but(push_s=6.0).dives(3, 3), sound.but(rest_s=0.0).dive()], tmp_path / "runs")
+    assert (
+        main(["diagnose", runs, "--accepted", str(place / "sound.json"), *given(place, sound)])
+        == exit_codes.DONE
+    )
+    said = " ".join(capsys.readouterr().out.split())
+    assert "1 more do not go from rest into a steady push, and were left out." in said
+
+
+def test_they_have_no_page_and_no_model_to_accept(place: Path, sound, tmp_path: Path, capsys) -> None:
+    wanted = [
+        "--accepted",
+        str(place / "sound.json"),
+        "--report",
+        str(tmp_path / "page.html"),
+        *given(place, sound),
+    ]
+    assert main(["diagnose", str(place / "weak"), *wanted]) == exit_codes.BAD_INPUT
+    assert "tells no model to check, accept or draw" in " ".join(capsys.readouterr().err.split())
+
+
+def test_damaged_marks_in_an_accepted_file_are_refused(place: Path, sound, tmp_path: Path, capsys) -> None:
+    data = json.loads((place / "sound.json").read_text(encoding="utf-8"))
+    data["repeats"]["mean"] = [0.0]
+    (tmp_path / "wrong.json").write_text(json.dumps(data), encoding="utf-8")
+    wanted = ["--accepted", str(tmp_path / "wrong.json"), *given(place, sound)]
+    assert main(["diagnose", str(place / "weak"), *wanted]) == exit_codes.BAD_INPUT
+    assert "holds no accepted runs" in " ".join(capsys.readouterr().err.split())
