@@ -131,9 +131,9 @@ def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, c
         raise LookedAt(f"tether tried: {effects is None or 'tether' in {one.name for one in effects}}")
 
     dive.set_conditions(Conditions(tether_out_m=out_m))
-    assert ruled_out(dive.path)[1] == told
+    assert ruled_out([dive.path])[1] == told
     monkeypatch.setattr(
-        "identify.run.recordings.read_dive", lambda *_: Dive("dive", Path("dive.tlog"), "1" * 64)
+        "identify.run.recordings.read_dives", lambda *_: [Dive("dive", Path("dive.tlog"), "1" * 64)]
     )
     monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
     cli.main(["diagnose", str(dive.path), "--vehicle", "ruvifist:hovering"])

@@ -83,7 +83,7 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatc
     assert "FF1_M_U," in param.read_text(encoding="utf-8")
     beside = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
     assert beside["dive_sha256"] == found["dive"]["sha256"]
-    assert beside["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["low95"]
+    assert beside["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["given_thrust_low95"]
 
 
 @needs_shared
