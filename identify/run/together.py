@@ -247,13 +247,10 @@ def _notes(dives: Sequence[Dive], everywhere: Sequence[str], left_out: Mapping[s
                 f"first {lack[0]}."
             )
     notes: dict[str, list[str]] = {}
-    kinds = {}
     for dive in dives:
         for note in dive.notes:
             notes.setdefault(note, []).append(dive.name)
-            kinds[note] = note
     for note, of in notes.items():
         words = f"{of[0] if len(of) == 1 else f'{len(of)} runs, first {of[0]}'}: {note}"
-        kept = kinds[note]
-        more.append(Note(words, kept.kind) if isinstance(kept, Note) else words)
+        more.append(Note(words, note.kind) if isinstance(note, Note) else words)
     return tuple(more)
