@@ -16,6 +16,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -130,7 +131,7 @@ def table_of(rows: Mapping[str, Sequence[tuple[bool, str]]]) -> str:
 
 
 def run(folder: Path, other: Path | None = None, group: int = GROUP, most: int | None = None) -> str:
-    """The table of our answers, and that of the forest."""
+    """The table of our answers, then that of the forest."""
     kinds: dict[str, str] = yaml.safe_load((HERE / "kinds.yaml").read_text(encoding="utf-8"))
     file = load_vehicle(str(HERE / "haizhe.yaml"))
     configuration = file.configuration_of(None)
@@ -140,25 +141,29 @@ def run(folder: Path, other: Path | None = None, group: int = GROUP, most: int |
     sound = [run.dive for run in known if kinds[run.kind] == "no_gap"]
     usual = accept(sound, file, configuration)
     ours: dict[str, list[tuple[bool, str]]] = {}
-    forests: dict[str, list[tuple[bool, str]]] = {}
     groups = list(groups_of(judged, group))
     for kind, runs in groups:
         answer = judge([run.dive for run in runs], file, configuration, usual)
         right = (answer.finding.name if answer.finding else answer.verdict) == kinds[kind]
         ours.setdefault(kind, []).append((right, words_of(answer)))
+    head = f"{usual.count} sound runs accepted; {len(judged)} further runs judged in groups of {group}"
+    return "\n".join([head, "", table_of(ours), "", *forest_lines(known, groups, kinds)])
+
+
+def forest_lines(
+    known: Sequence[Recorded], groups: Sequence[tuple[str, Sequence[Recorded]]], kinds: Mapping[str, str]
+) -> list[str]:
+    """The forest's table; a sentence where scikit-learn is not installed."""
+    if find_spec("sklearn") is None:
+        return ["no random forest beside it: scikit-learn is not installed (pip install scikit-learn)"]
+    rows: dict[str, list[tuple[bool, str]]] = {}
     for (kind, _), called in zip(groups, forest_answers(known, [runs for _, runs in groups]), strict=True):
-        forests.setdefault(kind, []).append((kinds[called] == kinds[kind], called))
-    return "\n".join(
-        [
-            f"{usual.count} sound runs accepted; {len(judged)} further runs judged in groups of {group}",
-            "",
-            table_of(ours),
-            "",
-            f"a random forest, trained on {len(known)} runs of all kinds with their labels",
-            "",
-            table_of(forests),
-        ]
-    )
+        rows.setdefault(kind, []).append((kinds[called] == kinds[kind], called))
+    return [
+        f"a random forest, trained on {len(known)} runs of all kinds with their labels",
+        "",
+        table_of(rows),
+    ]
 
 
 if __name__ == "__main__":

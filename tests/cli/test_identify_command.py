@@ -3,7 +3,6 @@
 import contextlib
 import hashlib
 import json
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -303,22 +302,22 @@ def test_a_disagreement_of_two_methods_is_a_no_and_told_once_in_terminal_and_pag
     assert page.read_text(encoding="utf-8").count("On M_u two methods disagree") == disagrees
 
 
-def test_the_table_shows_the_interval_with_the_thrust_s_doubt_and_beside_it_the_one_given_the_thrust():
+def test_the_table_shows_the_interval_with_the_thrust_s_doubt_and_beside_it_the_error_given_the_thrust():
     mass = replace(estimate("M_u", 100.0, 1.0, 98.06, 101.98), scale_std=10.0)
-    unknown = estimate("I_q", math.nan, math.nan, math.nan, math.nan, "pitch is hardly excited")
-    assert command._row(mass, [], False, True)[:6] == (
-        "M_u",
-        "100.0",
-        "82.12",
-        "121.8",
-        "98.06 to 102.0",
-        "kg",
-    )
-    assert command._row(unknown, [unknown.reason], False, True)[4] == "-"
-    assert command._row(replace(mass, scale_std=0.0), [], False, False)[:5] == (
-        "M_u",
-        "100.0",
-        "98.06",
-        "102.0",
-        "kg",
-    )
+    assert command._row(mass, [], False)[:6] == ("M_u", "100.0", "82.12", "121.8", "kg", "1.0")
+    alone = replace(mass, scale_std=0.0)
+    assert command._row(alone, [], False)[:6] == ("M_u", "100.0", "98.06", "102.0", "kg", "1.0")
+
+
+@pytest.mark.parametrize(("scale_std", "column"), [(10.0, "std given thrust, %"), (0.0, "std, %")])
+def test_the_table_fits_a_terminal_of_eighty_columns_and_names_its_error(scale_std, column, monkeypatch):
+    shown = []
+    monkeypatch.setattr(command.show, "put", lambda _, table: shown.append(table))
+    mass = replace(estimate("M_u", 100.0, 1.0, 98.06, 101.98), scale_std=scale_std)
+    damping = estimate("D_r", 0.5674, 0.01, 0.5422, 0.5871)
+    result = replace(answer("likelihood", 100.0), parameters=(mass, damping))
+    command.tell(command.show.words(), Dive("dive-7", Path("dive.tlog"), "1" * 64), result)
+    (table,) = shown
+    assert column in table.columns
+    widest = [max(map(len, cells)) for cells in zip(*table.rows, strict=True)]
+    assert sum(widest) + 2 * (len(widest) - 1) <= 80

@@ -24,12 +24,18 @@ def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def test_the_example_tells_a_weight_and_a_wrong_depth_from_sound_runs(example: ModuleType) -> None:
-    pytest.importorskip("sklearn")
     table = example.run(shared("data", "haizhe"), most=50).splitlines()
     for kind in ("AddWeight", "PressureGain_constant"):
-        (ours, forests) = (line.split() for line in table if line.startswith(kind))
+        ours = next(line.split() for line in table if line.startswith(kind))
         assert ours[1] == ours[2] != "0"
-        assert forests[0] == kind
+
+
+def test_without_the_forests_library_a_sentence_says_what_to_install(
+    example: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(example, "find_spec", lambda _: None)
+    (line,) = example.forest_lines([], [], {})
+    assert "pip install scikit-learn" in line
 
 
 def test_runs_are_split_by_a_hash_of_their_kind_and_number_and_left_over_runs_are_no_group(

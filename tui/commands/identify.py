@@ -37,8 +37,7 @@ if TYPE_CHECKING:
 
 
 COLUMNS = ("name", "value", "low 95 %", "high 95 %")
-GIVEN_COLUMN = "given thrust"
-FURTHER_COLUMNS = ("unit", "std, %", "strongest partner")
+STD_COLUMN, GIVEN_COLUMN = "std, %", "std given thrust, %"
 PRIOR_COLUMN = "prior, %"
 LAST_COLUMN = "identifiable"
 
@@ -163,16 +162,18 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
         show.say(console, f"{title}\n{reasons[0]}")
     else:
         priors = any(p.share_from_prior for p in answer.parameters)
-        given = any(p.scale_std > 0 for p in answer.parameters)
+        # Next to an interval that holds the thrust's uncertainty stands the error without it.
+        std = GIVEN_COLUMN if any(p.scale_std > 0 for p in answer.parameters) else STD_COLUMN
         columns = (
             *COLUMNS,
-            *((GIVEN_COLUMN,) if given else ()),
-            *FURTHER_COLUMNS,
+            "unit",
+            std,
+            "strongest partner",
             *((PRIOR_COLUMN,) if priors else ()),
             LAST_COLUMN,
         )
-        rows = [_row(parameter, reasons, priors, given) for parameter in answer.parameters]
-        numbers = ("value", "low 95 %", "high 95 %", "std, %", PRIOR_COLUMN)
+        rows = [_row(parameter, reasons, priors) for parameter in answer.parameters]
+        numbers = ("value", "low 95 %", "high 95 %", std, PRIOR_COLUMN)
         show.put(console, show.Table(title, columns, rows, numbers))
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")
@@ -209,15 +210,13 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
     show.say(console, *(f"note: {sentence}" for sentence in further_remarks(compared)))
 
 
-def _row(parameter: Estimate, reasons: Sequence[str], priors: bool, given: bool) -> tuple[str, ...]:
-    """Value, interval with the thrust's uncertainty, and if `given` the interval given the thrust."""
+def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:
+    """Value, interval with the thrust's uncertainty, and the standard error given the thrust."""
     values = (parameter.value, *parameter.with_thrust)
-    ends = [show.number(end) for end in (parameter.low95, parameter.high95)]
     partner = parameter.partner if parameter.partner and parameter.partner.is_close else None
     return (
         parameter.name,
         *(show.number(value) for value in values),
-        *((f"{ends[0]} to {ends[1]}" if parameter.identifiable else "-",) if given else ()),
         parameter.unit,
         show.number(100 * parameter.wider_std, 2),
         f"{partner.name} {partner.correlation:+.2f}" if partner else "-",
