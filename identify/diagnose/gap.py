@@ -15,7 +15,7 @@ from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Phase, Share, Slice
 from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
-from identify.effects.course import Course, runs_at
+from identify.effects.course import Course, in_a_run
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of
 
@@ -75,10 +75,7 @@ class Missing:
     @cached_property
     def recorded(self) -> NDArray[np.bool_]:
         """Whether each instant (n,) lies in a run; all is 0 between two."""
-        inside = np.zeros(len(self.time_s), np.bool_)
-        for run in runs_at(self.time_s, self.runs_s):
-            inside[run] = True
-        return inside
+        return in_a_run(self.time_s, self.runs_s)
 
     def force(self) -> Array:
         """Rms (6,) of the missing force."""

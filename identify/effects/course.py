@@ -61,10 +61,7 @@ class Course:
     @cached_property
     def recorded(self) -> NDArray[np.bool_]:
         """Whether each instant (n,) lies in a run: between two, all that is here is made up."""
-        inside = np.zeros(len(self.time_s), np.bool_)
-        for run in runs_at(self.time_s, self.runs_s):
-            inside[run] = True
-        return inside
+        return in_a_run(self.time_s, self.runs_s)
 
     @property
     def step_s(self) -> float:
@@ -167,6 +164,14 @@ def runs_at(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> tuple[slice
         return (slice(0, len(time_s)),)
     ends = np.searchsorted(time_s, np.array(runs_s))
     return tuple(slice(int(a), int(b)) for a, b in ends if a < b)
+
+
+def in_a_run(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
+    """Whether each instant (n,) lies in a run."""
+    inside = np.zeros(len(time_s), np.bool_)
+    for run in runs_at(time_s, runs_s):
+        inside[run] = True
+    return inside
 
 
 def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
