@@ -75,6 +75,9 @@ def without_impossible(dive: Dive) -> Dive:
     return replace(dive, **kept, notes=dive.notes + tuple(notes)) if kept else dive
 
 
+LONGEST_DIVE_S: Final = 30 * 86_400.0
+"""Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
+
 WILD_S: Final = 60.0
 """A time that differs from those around it by more than this is impossible."""
 AROUND: Final = 9

@@ -21,7 +21,7 @@ from bridge.wire.tlog import load_bytes
 from bridge.wire.whole import lacked, lacked_words, standing_for
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
-from identify.checks.impossible import without_impossible, without_repeated
+from identify.checks.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.arrays import read_npz
 from identify.ingest.column_map import ColumnMap, RunColumn, column_map
@@ -40,8 +40,6 @@ from identify.ingest.text_table import read_table
 from identify.ingest.tlog import read_tlog
 from identify.ingest.ulog import read_ulog
 
-LONGEST_DIVE_S = 30 * 86_400.0
-"""Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
 HEARD = (".tlog", ".tlog.gz")
 TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
 FILES: dict[str, Callable[[Path], Streams]] = {

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
+from identify.checks.impossible import LONGEST_DIVE_S, tame
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
@@ -62,7 +63,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
                 notes.append(
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
                 )
-            tables[stream.name] = _rows(stream, recorded.empty, used, clock.time_s, notes)
+            time_s = _possible(clock.time_s, stream, recorded, notes)
+            tables[stream.name] = _rows(stream, recorded.empty, used, time_s, notes)
     signals = {}
     for name, source in columns.signals().items():
         stream, fields_used = wanted[name]
@@ -183,6 +185,22 @@ class _Rows:
         if field is None:
             return np.full(len(self.time_s), np.nan)
         return np.zeros(len(self.time_s)) if field == NOTHING else self.cells[field]
+
+
+def _possible(time_s: Array, stream: Stream, recorded: Streams, notes: list[str]) -> Array:
+    """The times of a stream (n,), NaN for those that no dive can hold; `notes` get a sentence on them."""
+    known = np.flatnonzero(np.isfinite(time_s))
+    if not len(known) or np.ptp(time_s[known]) <= LONGEST_DIVE_S:
+        return time_s
+    wild = known[~tame(time_s[known])]
+    if not len(wild):
+        return time_s
+    first = f"{time_s[wild[0]]:.3g} s"
+    where = first if recorded.lines is None else f"row {recorded.lines[wild[0]]}, {first}"
+    notes.append(
+        f"Times{_of(stream)} far from those around them, first {where}: {len(wild)} rows were left out."
+    )
+    return np.where(np.isin(np.arange(len(time_s)), wild), np.nan, time_s)
 
 
 def _rows(

@@ -25,6 +25,8 @@ MOST_BAD: Final = 1_000
 """At most one row in so many may be bad; in a column of numbers, at most one cell in so many is a word."""
 SPOKEN: Final = {"true": 1.0, "false": 0.0, "na": np.nan, "n/a": np.nan, "null": np.nan, "none": np.nan}
 LONGEST_SHOWN: Final = 40
+HEAD_BYTES: Final = 4096
+"""A zero byte in the first so many says that a file is no text; later ones are what a loss of power leaves."""
 DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]|\s*$)")
 UNIT_APART: Final = re.compile(r"\s+(?=[\[(])")
@@ -115,7 +117,7 @@ def read_table(path: Path) -> Streams:
 def _text(path: Path) -> tuple[str, bool]:
     data, complete = load_bytes(path)
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    if not wide and b"\0" in data:
+    if not wide and b"\0" in data[:HEAD_BYTES]:
         raise LogError(f"{path}: {NO_TEXT}")
     # Spreadsheets write cp1252 where they were told nothing, and a degree sign in a name is no UTF-8 then.
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
@@ -277,7 +279,8 @@ def _numbers(cells: Sequence[str], empty: Sequence[bool], form: _Form) -> tuple[
 
 def no_number(cell: str) -> str:
     """What is wrong with a cell, in words that follow its row's number."""
-    return f"holds '{cell.strip()[:LONGEST_SHOWN]}', which is no number"
+    shown = "".join(letter if letter.isprintable() else "?" for letter in cell.strip()[:LONGEST_SHOWN])
+    return f"holds '{shown}', which is no number"
 
 
 def _words(lines: Sequence[str], column: int, form: _Form) -> tuple[str, ...]:

@@ -154,6 +154,25 @@ def test_a_word_that_stands_rarely_in_an_empty_column_costs_no_row(tmp_path: Pat
     assert notes == ()
 
 
+@pytest.mark.parametrize("at", [0, 1500, 2999])
+def test_a_row_with_an_impossible_time_is_left_out_and_named(tmp_path: Path, at: int) -> None:
+    lines = [f"{1e30 if k == at else k},{k / 2}" for k in range(3000)]
+    dive = dive_of(tmp_path, "t,z\n" + "\n".join(lines) + "\n")
+    assert dive.depth.value[:, 0].tolist() == [k / 2 for k in range(3000) if k != at]
+    assert [note for note in dive.notes if f"first row {at + 2}, 1e+30 s: 1 rows were left out" in note]
+
+
+def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_path: Path) -> None:
+    lines = [f"{k},{k / 2}" for k in range(3000)]
+    stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n" + 500 * "\0"))
+    assert stream.columns["t"].tolist() == list(range(3000))
+    assert notes == ("The last row is cut off and was left out.",)
+    lines[1500] = "1500,\0\0"
+    stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+    assert stream.columns["z"].tolist() == [k / 2 for k in range(3000) if k != 1500]
+    assert notes == ("Row 1502 holds '??', which is no number: it was left out.",)
+
+
 def test_bytes_are_no_table(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="is no table of text"):
         text_table(of(tmp_path, bytes(range(256))))
