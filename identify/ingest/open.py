@@ -4,7 +4,7 @@ bag of ROS, a `.ulg`, `.mat` or `.npz`.
 
 import hashlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -87,15 +87,9 @@ def read_dives(
     files = recording_files(path)
     folder_map = path / "columns.yaml"
     columns = folder_map if columns is None and folder_map.exists() else columns
-    known_by = identity_of(files)
     if (mapped := _mapped(files, columns, str(path))) is not None and mapped.runs is not None:
-        return tuple(
-            _checked(
-                Dive(f"{_name(path)} run {run}", path, _hash(f"{known_by.sha256} {run}".encode()), **fields),
-                vehicle,
-            )
-            for run, fields in _fields_of_runs(files, mapped, mapped.runs)
-        )
+        return _dives_of_runs(path, files, mapped, mapped.runs, vehicle)
+    known_by = identity_of(files)
     fields = _fields(files, mapped, str(path))
     recorded = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
     return (_checked(recorded, vehicle),)
@@ -192,11 +186,26 @@ def _mapped(files: Sequence[Path], columns: Path | None, source: str) -> ColumnM
     return column_map(columns)
 
 
-def _fields_of_runs(
-    files: Sequence[Path], columns: ColumnMap, by: RunColumn
-) -> Iterator[tuple[str, dict[str, Any]]]:
+def _dives_of_runs(
+    path: Path, files: Sequence[Path], columns: ColumnMap, by: RunColumn, vehicle: VehicleFile | None
+) -> tuple[Dive, ...]:
+    """The runs of a table, each as a dive; those that can't be read are left out, and noted with the first.
+
+    Raises LogError if most of them can't.
+    """
+    whole = identity_of(files).sha256
+    dives, unread = list[Dive](), dict[str, LogError]()
     for run, rows in runs_of(_streams(files), by, files[0]):
-        yield run, _since_start(dive_fields(rows, columns, files[0]))
+        try:
+            fields = _since_start(dive_fields(rows, columns, files[0]))
+            sha256 = _hash(f"{whole} {run}".encode())
+            dives.append(_checked(Dive(f"{_name(path)} run {run}", path, sha256, **fields), vehicle))
+        except LogError as error:
+            unread[run] = error
+    if len(unread) >= max(len(dives), 1):
+        raise next(iter(unread.values()))
+    notes = [f"Run {run} was left out: {error}." for run, error in unread.items()]
+    return (replace(dives[0], notes=(*dives[0].notes, *notes)), *dives[1:])
 
 
 def _fields(files: Sequence[Path], columns: ColumnMap | None, source: str) -> dict[str, Any]:

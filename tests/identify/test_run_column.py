@@ -73,6 +73,28 @@ def test_rows_of_no_run_are_left_out_and_counted(folder):
     assert "150 rows without a run in 'trial' were left out." in dives[0].notes
 
 
+def test_a_run_that_cannot_be_read_is_left_out_and_named(folder):
+    path = table(folder, (1, 2, 3))
+    rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
+    of_second = [row for row in rows if row[0] == "2"]
+    for row in of_second[len(of_second) // 2 :]:
+        row[1] = str(float(row[1]) + 6e6)
+    path.write_text("\n".join(",".join(row) for row in rows) + "\n", encoding="utf-8")
+    first, third = read_dives(path, folder / "columns.yaml")
+    assert (first.name, third.name) == ("trials run 1", "trials run 3")
+    (note,) = (note for note in first.notes if note.startswith("Run 2 was left out"))
+    assert "69.4 days apart" in note
+
+
+def test_a_table_of_which_most_runs_cannot_be_read_is_refused(folder):
+    path = table(folder, (1, 2))
+    (folder / "columns.yaml").write_text(
+        COLUMNS.replace("[u, null, null]", "[v, null, null]"), encoding="utf-8"
+    )
+    with pytest.raises(LogError, match="has no column 'v'"):
+        read_dives(path, folder / "columns.yaml")
+
+
 def test_a_table_of_several_runs_is_no_single_dive(folder):
     path = table(folder, (1, 2))
     with pytest.raises(LogError, match=r"holds 2 runs.*trials run 1 to trials run 2.*identify --together"):
