@@ -19,8 +19,15 @@ from numpy.typing import NDArray
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.simulation import EACH, RUN_AWAY, Simulation, smoothed_angle
 from identify.effects.course import Course, delayed
-from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, smoothed_velocity
-from identify.estimators.likelihood_axis import DISTURBANCE
+from identify.estimators.innovations import (
+    INCREMENT,
+    NO_STEP,
+    POSITION,
+    VELOCITY,
+    moved_mean,
+    read_of,
+    smoothed_velocity,
+)
 
 Array = NDArray[np.float64]
 
@@ -117,25 +124,21 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
     for problem, place in zip(noise.joint.at(noise.theta), noise.joint.places, strict=True):
         theta_axis, axis = noise.theta[place], problem.axis
         table, variance = problem.transition_table(theta_axis), problem.noise_variance(theta_axis)
-        sigma = float(np.exp(theta_axis[DISTURBANCE]))
-        normal = rng.normal(size=(len(axis.time_s), 4))
-        slow, _ = problem.coloured(theta_axis)
-        coloured = rng.normal(size=len(axis.time_s)) if axis.is_coloured else np.zeros(len(axis.time_s))
+        levels = problem.hidden_levels(theta_axis)
+        normal = rng.normal(size=(len(axis.time_s), 5))
         true, angle, pushed, reading = _coloured_motion(
             table,
             problem.step,
             problem.reading,
             axis.state_read,
             np.sqrt(variance),
-            sigma,
-            slow,
+            *levels,
             normal,
-            coloured,
         )
         still = axis.initial * np.array([0.0, 0.0, 1.0, 1.0])
         no_force = np.zeros((len(true), 2))
         smoothed = smoothed_velocity(
-            table, problem.step, no_force, reading, axis.state_read, variance, sigma, slow, still
+            table, problem.step, no_force, reading, axis.state_read, variance, *levels, still
         )
         errors[:, axis.dof] = np.interp(time_s, axis.time_s, smoothed - true)
         force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)
@@ -170,37 +173,40 @@ def _coloured_motion(
     state_read: NDArray[np.int64],
     noise: Array,
     sigma_d: float,
-    sigma_c: float,
+    sigma_s: float,
+    coloured: bool,
     normal: Array,
-    coloured: Array,
 ) -> tuple[Array, Array, Array, Array]:
     """Velocity, its integral, disturbance and readings (n,) of a body under a coloured force alone, from rest."""
     n = step.shape[0]
     true, place, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
-    nu, x, d, slow = 0.0, 0.0, sigma_d * normal[0, 2], sigma_c * coloured[0]
+    state = (0.0, 0.0, sigma_d * normal[0, 2], sigma_s * normal[0, 3])
     for i in range(n):
         if step[i] >= 0:
             t = table[step[i]]
-            # The lower Cholesky root of the step's noise, with six numbers in the table, by rows.
+            nu, x, d, s = moved_mean(t, state, 0.0, 0.0)
+            # The lower Cholesky root of the step's noise, of which the table holds ten numbers.
             a = np.sqrt(max(t[11], 0.0))
-            b, c = (t[12] / a, t[13] / a) if a > 0 else (0.0, 0.0)
-            e = np.sqrt(max(t[14] - b * b, 0.0))
-            f = (t[15] - b * c) / e if e > 0 else 0.0
-            g = np.sqrt(max(t[16] - c * c - f * f, 0.0))
-            nu, x, d = (
-                t[0] * nu + t[1] * x + t[2] * d + a * normal[i, 0],
-                t[3] * nu + t[4] * x + t[5] * d + b * normal[i, 0] + e * normal[i, 1],
-                t[6] * d + c * normal[i, 0] + f * normal[i, 1] + g * normal[i, 2],
+            b, c, e = (t[12] / a, t[13] / a, t[23] / a) if a > 0 else (0.0, 0.0, 0.0)
+            f = np.sqrt(max(t[14] - b * b, 0.0))
+            g, h = ((t[15] - b * c) / f, (t[24] - b * e) / f) if f > 0 else (0.0, 0.0)
+            k = np.sqrt(max(t[16] - c * c - g * g, 0.0))
+            m = (t[25] - c * e - g * h) / k if k > 0 else 0.0
+            o = np.sqrt(max(t[18] - e * e - h * h - m * m, 0.0))
+            state = (
+                nu + a * normal[i, 0],
+                x + b * normal[i, 0] + f * normal[i, 1],
+                d + c * normal[i, 0] + g * normal[i, 1] + k * normal[i, 2],
+                s + e * normal[i, 0] + h * normal[i, 1] + m * normal[i, 2] + o * normal[i, 3],
             )
-            slow = t[17] * slow + np.sqrt(t[18]) * coloured[i]
         elif step[i] < NO_STEP:
-            nu, x, d, slow = 0.0, 0.0, sigma_d * normal[i, 2], sigma_c * coloured[i]
-        true[i], place[i], pushed[i] = nu, x, d
+            state = (0.0, 0.0, sigma_d * normal[i, 2], sigma_s * normal[i, 3])
+        true[i], place[i], pushed[i] = state[0], state[1], state[2]
         if np.isfinite(reading[i]):
-            placed = state_read[i] == INCREMENT or state_read[i] == POSITION
-            read[i] = (x if placed else nu + slow) + noise[i] * normal[i, 3]
+            velocity = state_read[i] == VELOCITY
+            read[i] = read_of(state, velocity, coloured) + noise[i] * normal[i, 4]
         if state_read[i] == INCREMENT:
-            x = 0.0
+            state = (state[0], 0.0, state[2], state[3])
     return true, place, pushed, read
 
 

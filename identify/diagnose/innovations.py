@@ -177,7 +177,15 @@ class AxisInnovations:
         axis = self.problem.axis
         return np.asarray(
             responses(
-                self.table, self.problem.step, force, off, self.read, axis.state_read, self.gain, self.std
+                self.table,
+                self.problem.step,
+                force,
+                off,
+                self.read,
+                axis.state_read,
+                self.gain,
+                self.std,
+                axis.is_coloured,
             )
         )
 

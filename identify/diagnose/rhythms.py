@@ -6,7 +6,9 @@ backwards: an innovation sums earlier pushes, so the adjoint sums each push's la
 section 13.3).
 
 A single disturbance gives every stretch of a dive the same spread. Bursts give two: a mixture of a quiet and a loud
-spread then predicts held-out stretches better.
+spread then predicts held-out stretches better. Each stretch is weighed by a raised cosine (Blackman and Tukey 1958,
+section B.5): the score has most of its power at high rates, where a smooth disturbance is weakest, and with sharp ends
+that would leak into a stretch's sum.
 
 A sea's line off its period by a hundredth loses phase within a dive. Its periods come from the spectrum of the missing
 force in world axes, in which a wave stays put while the vehicle turns.
@@ -27,7 +29,7 @@ from identify.diagnose.regression import piece_s
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.environment import varying_current, waves
-from identify.estimators.innovations import INCREMENT, VELOCITY
+from identify.estimators.innovations import INCREMENT, NO_STEP, VELOCITY
 
 Array = NDArray[np.float64]
 Runs = Sequence[tuple[float, float]]
@@ -220,8 +222,10 @@ class Burst:
         pushes = (
             _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.stretches.unit
         )
-        place = _places(time_s, self.long_s, self.runs_s)
-        return np.asarray(np.where(place >= 0, pushes[np.minimum(place, len(pushes) - 1)], 0.0))
+        place, within = _places(time_s, self.long_s, self.runs_s)
+        return np.asarray(
+            np.where(place >= 0, pushes[np.minimum(place, len(pushes) - 1)] * _weight(within), 0.0)
+        )
 
 
 def bursts(
@@ -274,24 +278,32 @@ def _count(long_s: float, runs_s: Runs) -> int:
     return sum(int((end_s - start_s) / long_s) for start_s, end_s in runs_s)
 
 
-def _places(at_s: Array, long_s: float, runs_s: Runs) -> NDArray[np.intp]:
-    """Stretch (n,) of each time. The remainder of a single run counts on; of several, as between two, it is -1."""
+def _places(at_s: Array, long_s: float, runs_s: Runs) -> tuple[NDArray[np.intp], Array]:
+    """Stretch (n,) of each time, and the share of it that is over. The remainder of a single run counts on; of several,
+    as between two, the stretch is -1."""
     if len(runs_s) == 1:
-        return np.maximum((at_s - runs_s[0][0]) / long_s, 0.0).astype(np.intp)
-    out, first = np.full(len(at_s), -1, dtype=np.intp), 0
+        since = np.maximum((at_s - runs_s[0][0]) / long_s, 0.0)
+        return since.astype(np.intp), since % 1.0
+    out, within, first = np.full(len(at_s), -1, dtype=np.intp), np.zeros(len(at_s)), 0
     for start_s, end_s in runs_s:
         count = int((end_s - start_s) / long_s)
         since = (at_s - start_s) / long_s
         inside = (since >= 0) & (since < count)
-        out[inside] = first + since[inside].astype(np.intp)
+        out[inside], within[inside] = first + since[inside].astype(np.intp), since[inside] % 1.0
         first += count
-    return out
+    return out, within
+
+
+def _weight(within: Array) -> Array:
+    """Weight (n,) of the instants of a stretch, by the share of it that is over."""
+    return np.asarray(np.sin(np.pi * within) ** 2)
 
 
 def _stretches(at_s: Array, score: Array, long_s: float, rate: float, runs_s: Runs) -> _StretchScores:
     count = _count(long_s, runs_s)
-    place = _places(at_s, long_s, runs_s)
+    place, within = _places(at_s, long_s, runs_s)
     place = np.where((place < 0) | (place > count), count, place)
+    score = score * _weight(within)
     waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
     total = np.column_stack([np.bincount(place, wave, minlength=count + 1)[:count] for wave in waves])
     spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
@@ -365,6 +377,7 @@ def scores(innovations: AxisInnovations, left: Array) -> Array:
             innovations.read,
             axis.state_read,
             innovations.gain,
+            axis.is_coloured,
         )
     )
 
@@ -377,29 +390,35 @@ def _backwards(
     read: NDArray[np.bool_],
     state_read: NDArray[np.int64],
     gain: Array,
+    coloured: bool,
 ) -> Array:
     """The transpose of `estimators.innovations.responses`, for one column of rows."""
     out = np.zeros(step.shape[0])
-    y0, y1, y2 = 0.0, 0.0, 0.0
+    y0, y1, y2, y3 = 0.0, 0.0, 0.0, 0.0
     row = left.shape[0] - 1
     for i in range(step.shape[0] - 1, -1, -1):
         if state_read[i] == INCREMENT:
             y1 = 0.0
         if read[i]:
-            e = left[row] - gain[i, 0] * y0 - gain[i, 1] * y1 - gain[i, 2] * y2
-            if state_read[i] == VELOCITY:
-                y0 += e
-            else:
+            e = left[row] - gain[i, 0] * y0 - gain[i, 1] * y1 - gain[i, 2] * y2 - gain[i, 3] * y3
+            if state_read[i] != VELOCITY:
                 y1 += e
+            else:
+                y0 += e
+                if coloured:
+                    y3 += e
             row -= 1
         if step[i] >= 0:
             t = table[step[i]]
             out[i] = (t[7] + t[9]) * y0 + (t[8] + t[10]) * y1
-            y0, y1, y2 = (
+            y0, y1, y2, y3 = (
                 t[0] * y0 + t[3] * y1,
                 t[1] * y0 + t[4] * y1,
-                t[2] * y0 + t[5] * y1 + t[6] * y2,
+                t[2] * y0 + t[5] * y1 + t[6] * y2 + t[22] * y3,
+                t[19] * y0 + t[20] * y1 + t[21] * y2 + t[17] * y3,
             )
+        elif step[i] < NO_STEP:
+            y0, y1, y2, y3 = 0.0, 0.0, 0.0, 0.0
     return out
 
 

@@ -2,18 +2,20 @@
 
 A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
 white as without the force. But one sea moves all axes, with one memory. So each axis's filter is compared with a
-filter whose disturbance forgets as it does in the other axes, with all else fitted again. A sea that is smoother than
+filter whose disturbance forgets as it does in the other axes, as evenly by its two poles, with all else fitted again.
+A sea that is smoother than
 a first-order one is likelier with a longer correlation time, too; only a disturbance that is still correlated with
 itself long after that time counts as slow.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnose.nominal import NEARLY, Nominal
-from identify.estimators.likelihood_axis import TIME_CONSTANT, AxisLikelihood
+from identify.estimators.likelihood_axis import SECOND_POLE, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import alone
 from identify.estimators.scoring import climb
 
@@ -27,7 +29,7 @@ LEAST_CORRELATION, LEAST_SIGMA = 0.3, 4.0
 """Correlation at that lag that no sea has left, and the same in its standard errors."""
 
 FEW, USUAL_S = 2, 4.0
-"""With fewer other axes, their correlation time counts as this one: a slow sea's, s."""
+"""With fewer other axes, the sea counts as one of this correlation time, s: a slow one's."""
 
 HELD = 1e6
 """Precision of a logarithm that is held fixed."""
@@ -42,27 +44,42 @@ class Slow:
     gain: float
 
 
-def slow_axes(now: Nominal) -> dict[int, float]:
-    """Degrees of freedom whose disturbance forgets more slowly than a sea's, with the sea's correlation time, s.
+@dataclass(frozen=True)
+class Sea:
+    """What moves the other axes: its correlation time, and the log odds of its evenness."""
+
+    memory_s: float
+    evenness: float
+
+
+def slow_axes(now: Nominal) -> dict[int, Sea]:
+    """Degrees of freedom whose disturbance forgets more slowly than a sea's, with the sea of the other axes.
 
     Left out are doubted and `untold` ones, and those behind an autopilot's filter, whose correlation time is held.
     """
     left_out = {*now.filtered, *now.doubted, *now.untold}
     # These do not tell the sea's memory either: behind a filter it is held, not found.
-    times_s = {
-        problem.axis.dof: float(np.exp(now.theta[place][TIME_CONSTANT]))
+    seas = {
+        problem.axis.dof: Sea(float(np.exp(now.theta[place][TIME_CONSTANT])), float(now.theta[place][-1]))
         for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
         if problem.axis.dof not in left_out
     }
-    others_s = {dof: [time_s for k, time_s in times_s.items() if k != dof] for dof in times_s}
-    seas_s = {dof: float(np.median(s)) if len(s) >= FEW else USUAL_S for dof, s in others_s.items()}
+    others = {dof: _median([sea for k, sea in seas.items() if k != dof]) for dof in seas}
     return {
-        problem.axis.dof: sea_s
+        problem.axis.dof: sea
         for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
-        if problem.axis.dof in times_s
-        and times_s[problem.axis.dof] > SLOWER * (sea_s := seas_s[problem.axis.dof])
-        and not _forgets(_disturbance(problem, now.theta[place], now), sea_s, now)
+        if problem.axis.dof in seas
+        and seas[problem.axis.dof].memory_s > SLOWER * (sea := others[problem.axis.dof]).memory_s
+        and not _forgets(_disturbance(problem, now.theta[place], now), sea.memory_s, now)
     }
+
+
+def _median(seas: Sequence[Sea]) -> Sea:
+    if len(seas) < FEW:
+        return Sea(USUAL_S, SECOND_POLE)
+    return Sea(
+        float(np.median([sea.memory_s for sea in seas])), float(np.median([sea.evenness for sea in seas]))
+    )
 
 
 def _disturbance(problem: AxisLikelihood, theta: Array, now: Nominal) -> Array:
@@ -84,19 +101,20 @@ def _forgets(force: Array, sea_s: float, now: Nominal) -> bool:
 
 def slow_forces(now: Nominal) -> tuple[Slow, ...]:
     """The slow forces in these degrees of freedom."""
-    seas_s = slow_axes(now)
+    seas = slow_axes(now)
     return tuple(
-        _slow(problem, now.theta[place], now, seas_s[problem.axis.dof])
+        _slow(problem, now.theta[place], now, seas[problem.axis.dof])
         for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
-        if problem.axis.dof in seas_s
+        if problem.axis.dof in seas
     )
 
 
-def _slow(problem: AxisLikelihood, theta: Array, now: Nominal, sea_s: float) -> Slow:
+def _slow(problem: AxisLikelihood, theta: Array, now: Nominal, sea: Sea) -> Slow:
     free = climb(problem, theta, NEARLY, alone).theta
     mean, precision, start = problem.prior_mean.copy(), problem.prior_precision.copy(), theta.copy()
-    mean[TIME_CONSTANT] = start[TIME_CONSTANT] = np.log(SLOWER * sea_s)
-    precision[TIME_CONSTANT] = HELD
+    memory = [TIME_CONSTANT, -1]
+    mean[memory] = start[memory] = np.log(SLOWER * sea.memory_s), sea.evenness
+    precision[memory] = HELD
     held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY, alone).theta
     gain = problem.log_likelihood(free) - problem.log_likelihood(held)
     return Slow(problem.axis.dof, _disturbance(problem, free, now), gain)

@@ -324,13 +324,19 @@ def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
 
 
 def _driven(now: Nominal, dof: int, braking: float) -> float:
-    """Variance of the velocity under the disturbance alone: s^2 / m^2 / (a (a + b))."""
+    """Variance of the velocity under the disturbance alone.
+
+    The integral of its spectrum for a braked body (a = braking over mass) and a disturbance of second order.
+    """
     for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
         if problem.axis.dof == dof and braking > 0:
             theta_axis = now.theta[place]
             a = braking / float(now.course.mass[dof])
-            b = float(np.exp(-theta_axis[TIME_CONSTANT]))
-            return float(np.exp(theta_axis[DISTURBANCE]) / now.course.mass[dof]) ** 2 / (a * (a + b))
+            memory_s, rise_s = float(np.exp(theta_axis[TIME_CONSTANT])), problem.rise_s(theta_axis)
+            driven = (
+                memory_s * (1.0 + a * rise_s) / (a * ((1.0 + a * rise_s) * (1.0 + a * memory_s) - a * rise_s))
+            )
+            return float(np.exp(theta_axis[DISTURBANCE]) / now.course.mass[dof]) ** 2 * driven
     return 0.0
 
 

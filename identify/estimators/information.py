@@ -20,6 +20,7 @@ from identify.estimators.innovations import (
     gains,
     moved_covariance,
     moved_mean,
+    read_of,
     told_covariance,
 )
 
@@ -59,14 +60,15 @@ def gradient_and_information(
     channel: Indices,
     scale: Array,
     sigma_d: Array,
-    sigma_c: Array,
+    sigma_s: Array,
+    coloured: bool,
     initial: Array,
 ) -> tuple[Array, Array]:
     """Return the gradient (p,) of the log likelihood and the information (p, p), p = c - 1 + k: first the curved,
     then the linear parameters.
 
     There are c runs, the first at theta and each other with one parameter STEP larger. For each run: tables (c,
-    steps, COLUMNS) of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_c (c,).
+    steps, COLUMNS) of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_s (c,).
     columns (n, k): the force of a unit of each linear parameter. channel (n,) of each reading, and scale (n,), the
     factor on its noise. The other arguments are those of `innovations`, without a gate, and of a single run: initial
     (4,). c and k are at most LANES.
@@ -82,7 +84,7 @@ def gradient_and_information(
         table[:, :, lane], noise[:, lane] = tables[r], variances[r]
         mean[0, lane], mean[1, lane] = initial[0], initial[1]
         cov[0, lane], cov[3, lane] = initial[2], initial[3]
-        cov[5, lane], cov[9, lane] = sigma_d[r] ** 2, sigma_c[r] ** 2
+        cov[5, lane], cov[9, lane] = sigma_d[r] ** 2, sigma_s[r] ** 2
     push, response = np.zeros(LANES), np.zeros((4, LANES))
     error, spread, answer = np.zeros((BLOCK, LANES)), np.zeros((BLOCK, LANES)), np.zeros((BLOCK, LANES))
     rows = np.zeros((2 * BLOCK, runs + linear))
@@ -97,14 +99,42 @@ def gradient_and_information(
         if np.isfinite(reading[i]):
             variance, share = noise[channel[i]], scale[i] * scale[i]
             # The compiler vectorises only loops without a choice of the state that is read.
-            if state_read[i] == VELOCITY:
-                _, k = gains(_covariance(cov, 0), True, variance[0] * share)
-                _tell(mean, cov, reading[i], variance, share, error[count], spread[count], True, run_lanes)
-                _tell_response(response, k, answer[count], True, linear_lanes)
+            if state_read[i] != VELOCITY:
+                _, k = gains(_covariance(cov, 0), False, False, variance[0] * share)
+                _tell(
+                    mean,
+                    cov,
+                    reading[i],
+                    variance,
+                    share,
+                    error[count],
+                    spread[count],
+                    False,
+                    False,
+                    run_lanes,
+                )
+                _tell_response(response, k, answer[count], False, False, linear_lanes)
+            elif coloured:
+                _, k = gains(_covariance(cov, 0), True, True, variance[0] * share)
+                _tell(
+                    mean, cov, reading[i], variance, share, error[count], spread[count], True, True, run_lanes
+                )
+                _tell_response(response, k, answer[count], True, True, linear_lanes)
             else:
-                _, k = gains(_covariance(cov, 0), False, variance[0] * share)
-                _tell(mean, cov, reading[i], variance, share, error[count], spread[count], False, run_lanes)
-                _tell_response(response, k, answer[count], False, linear_lanes)
+                _, k = gains(_covariance(cov, 0), True, False, variance[0] * share)
+                _tell(
+                    mean,
+                    cov,
+                    reading[i],
+                    variance,
+                    share,
+                    error[count],
+                    spread[count],
+                    True,
+                    False,
+                    run_lanes,
+                )
+                _tell_response(response, k, answer[count], True, False, linear_lanes)
             count += 1
         if state_read[i] == INCREMENT:
             for lane in range(run_lanes):
@@ -163,20 +193,23 @@ def _tell(
     error: Array,
     spread: Array,
     velocity: bool,
+    coloured: bool,
     lanes: int,
 ) -> None:
     """Update means and covariances by a reading of variance `share` times noise (LANES,); fill in the innovations and
     their variances, (LANES,)."""
     for lane in range(lanes):
-        e = reading - (mean[0, lane] + mean[3, lane] if velocity else mean[1, lane])
+        e = reading - read_of(
+            (mean[0, lane], mean[1, lane], mean[2, lane], mean[3, lane]), velocity, coloured
+        )
         p = _covariance(cov, lane)
-        total, k = gains(p, velocity, noise[lane] * share)
+        total, k = gains(p, velocity, coloured, noise[lane] * share)
         error[lane], spread[lane] = e, total
         mean[0, lane] += k[0] * e
         mean[1, lane] += k[1] * e
         mean[2, lane] += k[2] * e
         mean[3, lane] += k[3] * e
-        _keep(cov, lane, told_covariance(p, velocity, k))
+        _keep(cov, lane, told_covariance(p, velocity, coloured, k))
 
 
 @njit(cache=True, inline="always")
@@ -189,10 +222,13 @@ def _move_response(row: Array, response: Array, push: Array, lanes: int) -> None
 
 
 @njit(cache=True, inline="always")
-def _tell_response(response: Array, k: Gain, answer: Array, velocity: bool, lanes: int) -> None:
+def _tell_response(
+    response: Array, k: Gain, answer: Array, velocity: bool, coloured: bool, lanes: int
+) -> None:
     """Update the responses by a reading; fill in those of the innovation, (LANES,)."""
     for lane in range(lanes):
-        e = -(response[0, lane] + response[3, lane]) if velocity else -response[1, lane]
+        x = (response[0, lane], response[1, lane], response[2, lane], response[3, lane])
+        e = -read_of(x, velocity, coloured)
         answer[lane] = e
         response[0, lane] += k[0] * e
         response[1, lane] += k[1] * e

@@ -82,7 +82,7 @@ class Screen:
         """Change of the predicted readings, in standard deviations (m, k), by forces (n, k)."""
         answers = responses(
             self.table, self.problem.step, np.ascontiguousarray(shapes), np.zeros((0, shapes.shape[1])), self.read,
-            self.problem.axis.state_read, self.gain, self.root,
+            self.problem.axis.state_read, self.gain, self.root, self.problem.axis.is_coloured,
         )  # fmt: skip
         return np.asarray(answers)
 

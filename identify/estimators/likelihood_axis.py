@@ -46,6 +46,16 @@ COLOURED_S, COLOURED_SPREAD = 1.0, 0.7
 """Prior middle of the time constant of an autopilot's velocity error, s, and the prior standard deviation of its
 logarithm and of the error's."""
 
+SECOND_POLE, SECOND_POLE_SPREAD = -3.0, 2.5
+"""Prior middle and spread of the log odds of a disturbance's evenness, 4 T1 T2 / (T1 + T2)^2 of its two poles."""
+
+FASTEST_S = 0.01
+"""Least r of a disturbance, s: no recording shows a faster second pole."""
+
+SLOWEST_S = 0.75
+"""Largest r, s: that of a sea of equal poles and 3 s. A slower smooth force is none of a sea's, and would be taken up
+with a larger one."""
+
 QUADRATIC_RATIO, QUADRATIC_SPREAD = 4.0, 1.5
 """Prior middle of quadratic drag, in rigid-body masses per metre or inertias per radian, and prior standard deviation
 of its logarithm."""
@@ -69,7 +79,8 @@ class AxisLikelihood:
 
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor for each column of
     `shapes` (n, k), then the log noise std of each channel; then, if the axis has them, log white force, and log std
-    and log time constant of the velocity readings' coloured error. `masses` (6,) of all axes give the Coriolis
+    and log time constant of the velocity readings' coloured error; without such an error, the log odds of the
+    disturbance's evenness. `masses` (6,) of all axes give the Coriolis
     forces. The first shapes are the trim forces, constant over a run or over all. Then come the Coriolis forces of the
     `unmeasured` masses,
     the drag of a unit of quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust
@@ -103,7 +114,7 @@ class AxisLikelihood:
         axis = self.axis
         value = log_likelihood(
             self.transition_table(theta), self.step, self.mean_force(theta), self.reading, axis.state_read,
-            self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial,
+            self.noise_variance(theta), *self.hidden_levels(theta), axis.initial,
         )  # fmt: skip
         mean, precision = self.word
         return float(value - 0.5 * precision * (np.exp(theta[MASS]) - mean) ** 2)
@@ -157,13 +168,13 @@ class AxisLikelihood:
         axis, step, force, trims = self.axis, self.step, self.mean_force(theta), self.axis.trims
         shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
         noise = np.exp(2 * points[:, self.noise_place : self.white_place])
-        coloured = np.array([self.coloured(point)[0] for point in points])
+        disturbance, fourth = np.array([self.hidden_levels(point)[:2] for point in points]).T
         for k, (run, trim) in enumerate(zip(axis.runs, axis.trim_of_run, strict=True)):
             rows, at = (tables, step[run]) if len(axis.runs) == 1 else _used(tables, step[run])
             own = np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
             yield gradient_and_information(
                 rows, at, force[run], own, self.reading[run], axis.state_read[run], noise, axis.channel[run],
-                axis.scale[run], np.exp(points[:, DISTURBANCE]), coloured, axis.initial[k],
+                axis.scale[run], disturbance, fourth, axis.is_coloured, axis.initial[k],
             )  # fmt: skip
 
     def speed(self, theta: Array) -> Array:
@@ -172,7 +183,7 @@ class AxisLikelihood:
         return np.asarray(
             smoothed_velocity(
                 self.transition_table(theta), self.step, self.mean_force(theta), self.reading, axis.state_read,
-                self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial,
+                self.noise_variance(theta), *self.hidden_levels(theta), axis.initial,
             )
         )  # fmt: skip
 
@@ -251,7 +262,7 @@ class AxisLikelihood:
         return np.asarray(
             transitions(
                 axis.different_s, mass, damping + quadratic * self._brackets.slopes, axis.stiffness,
-                disturbance, time_constant, self.white_force(theta), *coloured, axis.smoothing_s,
+                disturbance, time_constant, self.rise_s(theta), self.white_force(theta), *coloured, axis.smoothing_s,
             )
         )  # fmt: skip
 
@@ -319,6 +330,27 @@ class AxisLikelihood:
         std, time_s = np.exp(theta[-2:]).tolist()
         return std, time_s
 
+    def rise_s(self, theta: Array) -> float:
+        """r of a disturbance of second order, s (`innovations`); 0 for one of first order."""
+        if self.axis.is_coloured:
+            return 0.0
+        evenness = 1.0 / (1.0 + np.exp(-theta[-1]))
+        of_equal_poles = 0.25 * np.exp(theta[TIME_CONSTANT])
+        # The lesser of both, without an edge.
+        return float(FASTEST_S + evenness * (of_equal_poles**-4.0 + SLOWEST_S**-4.0) ** -0.25)
+
+    def hidden_levels(self, theta: Array) -> tuple[float, float, bool]:
+        """Standard deviations of the disturbance and of the filter's fourth state, and whether that is an error of the
+        velocity readings."""
+        disturbance = float(np.exp(theta[DISTURBANCE]))
+        if self.axis.is_coloured:
+            return disturbance, self.coloured(theta)[0], True
+        return (
+            disturbance,
+            disturbance / float(np.sqrt(self.rise_s(theta) * np.exp(theta[TIME_CONSTANT]))),
+            False,
+        )
+
     def run_filter(
         self, theta: Array, table: Array, force: Array, gate_sigma: float
     ) -> tuple[Array, Array, Array]:
@@ -327,7 +359,7 @@ class AxisLikelihood:
         axis = self.axis
         error, variance, gain = innovations(
             table, self.step, force, self.reading, axis.state_read, self.noise_variance(theta),
-            float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial, gate_sigma,
+            *self.hidden_levels(theta), axis.initial, gate_sigma,
         )  # fmt: skip
         return error, variance, gain
 
@@ -386,8 +418,11 @@ def likelihood_of(
     noises = [(channel.noise, channel.noise_spread) for channel in axis.channels]
     if axis.white_force:
         noises.append((axis.white_force, WHITE_SPREAD))
-    if axis.is_coloured:
-        noises += [(axis.channels[0].coloured, COLOURED_SPREAD), (COLOURED_S, COLOURED_SPREAD)]
+    noises += (
+        [(axis.channels[0].coloured, COLOURED_SPREAD), (COLOURED_S, COLOURED_SPREAD)]
+        if axis.is_coloured
+        else [(float(np.exp(SECOND_POLE)), SECOND_POLE_SPREAD)]
+    )
     linear = NO_DAMPING if damped == "quadratic" else DAMPING_RATIO
     motion = [np.log(MASS_RATIO * rigid), np.log(linear * rigid), np.log(disturbance), np.log(TIME_S)]
     start = [*motion, *middle, *(np.log(noise) for noise, _ in noises)]

@@ -87,16 +87,23 @@ def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nomina
 
 
 def test_the_noise_of_a_drawn_step_has_the_covariance_that_the_filters_take_it_to_have():
-    """A unit of each of its three random numbers in turn: the columns of a root of that covariance."""
-    table = transitions(np.array([0.05]), 100.0, np.array([50.0]), 20.0, 3.0, 1.6, 0.5, 0.0, 1.0, 0.0)
+    """A unit of each of its four random numbers in turn: the columns of a root of that covariance."""
+    table = transitions(np.array([0.05]), 100.0, np.array([50.0]), 20.0, 3.0, 1.6, 0.3, 0.5, 0.0, 1.0, 0.0)
     columns = []
-    for k in range(3):
-        normal = np.zeros((2, 4))
+    for k in range(4):
+        normal = np.zeros((2, 5))
         normal[1, k] = 1.0
         true, place, pushed, _ = drift._coloured_motion(
-            table, np.array([-1, 0]), np.full(2, np.nan), np.full(2, VELOCITY), np.ones(2), 3.0, 0.0, normal,
-            np.zeros(2),
-        )  # fmt: skip
+            table,
+            np.array([-1, 0]),
+            np.full(2, np.nan),
+            np.full(2, VELOCITY),
+            np.ones(2),
+            3.0,
+            4.3,
+            False,
+            normal,
+        )
         columns.append((true[1], place[1], pushed[1]))
     root = np.array(columns).T
     nu, nu_x, nu_d, x, x_d, d = table[0, 11:17]

@@ -319,7 +319,8 @@ def test_a_dive_that_is_short_beside_the_sea_shows_no_slow_force(still: Nominal)
     assert slow._forgets(rising, 0.13 * lasting_s, still)
 
 
-def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course(quiet: Case) -> None:
+def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course() -> None:
+    quiet = draw_case(391_520, kind="none", seconds=300.0)
     size = 2.0 * float(quiet.vehicle.disturbance[5])
 
     def apply(site: Site, _: np.random.Generator) -> None:

@@ -18,57 +18,88 @@ from identify.estimators.innovations import (
     smoothed_velocity,
     transitions,
 )
-from identify.estimators.likelihood_axis import MASS, likelihood_of, rigid_mass
+from identify.estimators.likelihood_axis import DISTURBANCE, FASTEST_S, MASS, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.scoring import score, weigh
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
-MODEL = {
+COLOURED = {
     "mass": 5.2,
     "damping": 18.0,
     "stiffness": 35.0,
     "sigma": 0.06,
     "time_constant": 1.5,
+    "rise_s": 0.0,
     "white_force": 0.02,
     "slow_error": 0.015,
     "slow_error_s": 1.2,
     "smoothing_s": 0.12,
 }
+"""A disturbance of first order, and a velocity with a coloured error."""
+
+SECOND = COLOURED | {"rise_s": 0.3, "slow_error": 0.0, "smoothing_s": 0.0}
+"""A disturbance of second order, and a velocity without such an error."""
+
+MODELS = pytest.mark.parametrize("model", [COLOURED, SECOND], ids=["coloured readings", "second order"])
 INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
-def braked(dampings, share=1.0):
-    own = {"damping": np.array(dampings), "sigma": share * MODEL["sigma"]}
-    return transitions(STEPS_S, *(MODEL | own).values())
+def braked(model, dampings, share=1.0):
+    own = {"damping": np.array(dampings), "sigma": share * model["sigma"]}
+    return transitions(STEPS_S, *(model | own).values())
 
 
-def table_of(share=1.0):
+def table_of(model, share=1.0):
     """The transitions, with a disturbance `share` as large."""
-    return braked([MODEL["damping"]], share)
+    return braked(model, [model["damping"]], share)
+
+
+def fourth(model):
+    """Standard deviation of the fourth state, and whether it is an error of the readings."""
+    if model["rise_s"] > 0:
+        return model["sigma"] / np.sqrt(model["rise_s"] * model["time_constant"]), False
+    return model["slow_error"], True
 
 
 def test_each_step_has_a_row_of_its_own_for_each_damping():
     dampings = [18.0, 25.0, 60.0]
-    table = braked(dampings)
+    table = braked(COLOURED, dampings)
     for k, damping in enumerate(dampings):
-        np.testing.assert_array_equal(table[k :: len(dampings)], braked([damping]))
+        np.testing.assert_array_equal(table[k :: len(dampings)], braked(COLOURED, [damping]))
+
+
+@pytest.mark.parametrize("rise_s", [FASTEST_S, 0.05, 0.375])
+def test_a_disturbance_of_second_order_keeps_its_spread_and_has_the_time_scale_that_it_is_given(rise_s):
+    """The transition of d and its slope: the noise of a step makes up for what the step forgets, and the correlation
+    with what came before integrates to the time constant."""
+    model = SECOND | {"rise_s": rise_s}
+    row = table_of(model)[-1]
+    moved = np.array([[row[6], row[21]], [row[22], row[17]]])
+    noise = np.array([[row[16], row[25]], [row[25], row[18]]])
+    spread = np.diag([model["sigma"], fourth(model)[0]]) ** 2
+    size = np.sqrt(np.diag(spread))
+    np.testing.assert_allclose(
+        (moved @ spread @ moved.T + noise) / np.outer(size, size), np.eye(2), atol=0.02
+    )
+    lags = [np.linalg.matrix_power(moved, k)[0, 0] for k in range(1000)]
+    assert STEPS_S[-1] * (sum(lags) - 0.5) == pytest.approx(model["time_constant"], rel=2e-3)
 
 
 class Events:
     """Readings drawn at random: it matters not what a filter is fed to compare two of them."""
 
-    def __init__(self, states, n=300, missing=0.1, seed=1):
+    def __init__(self, states, n=300, missing=0.1, seed=1, model=COLOURED):
+        self.model = model
         rng = np.random.default_rng(seed)
         self.step = rng.integers(-1, len(STEPS_S), n)
         self.force = rng.normal(0, 5, (n, 2))
         self.state = rng.choice(states, n)
         self.reading = np.where(rng.random(n) < missing, np.nan, rng.normal(0, 0.1, n))
         self.variance = np.where(self.state == VELOCITY, 1e-4, 1e-5)
-        self.table = table_of()
+        self.table = table_of(model)
 
-    def run(
-        self, force=None, reading=None, gate_sigma=np.inf, table=None, variance=None, sigma=MODEL["sigma"]
-    ):
+    def run(self, force=None, reading=None, gate_sigma=np.inf, table=None, variance=None, share=1.0):
+        slow, coloured = fourth(self.model)
         return innovations(
             self.table if table is None else table,
             self.step,
@@ -76,29 +107,31 @@ class Events:
             self.reading if reading is None else reading,
             self.state,
             self.variance if variance is None else variance,
-            sigma,
-            MODEL["slow_error"],
+            share * self.model["sigma"],
+            slow if coloured else share * slow,
+            coloured,
             INITIAL[None],
             gate_sigma,
         )
 
 
-def moved(x, p, h, force):
+def moved(model, x, p, h, force):
     """Mean and covariance after half a step and the other, by Van Loan's exponential."""
-    a = np.array(
-        [
-            [-MODEL["damping"] / MODEL["mass"], -MODEL["stiffness"] / MODEL["mass"], 1 / MODEL["mass"], 0],
-            [1, 0, 0, 0],
-            [0, 0, -1 / MODEL["time_constant"], 0],
-            [0, 0, 0, -1 / MODEL["slow_error_s"]],
-        ]
-    )
+    a = np.zeros((4, 4))
+    a[0, :3] = -model["damping"] / model["mass"], -model["stiffness"] / model["mass"], 1 / model["mass"]
+    a[1, 0] = 1
     # The place is that of what the velocity is the filtered one of.
-    a[1] += MODEL["smoothing_s"] * a[0]
-    b = np.array([1.0, MODEL["smoothing_s"], 0.0, 0.0]) / MODEL["mass"]
-    q = MODEL["white_force"] ** 2 * np.outer(b, b)
-    q[2, 2] = 2 * MODEL["sigma"] ** 2 / MODEL["time_constant"]
-    q[3, 3] = 2 * MODEL["slow_error"] ** 2 / MODEL["slow_error_s"]
+    a[1] += model["smoothing_s"] * a[0]
+    b = np.array([1.0, model["smoothing_s"], 0.0, 0.0]) / model["mass"]
+    q = model["white_force"] ** 2 * np.outer(b, b)
+    rise_s, memory_s = model["rise_s"], model["time_constant"]
+    if rise_s > 0:
+        a[2, 3], a[3, 2], a[3, 3] = 1, -1 / (rise_s * memory_s), -1 / rise_s
+        q[3, 3] = 2 * model["sigma"] ** 2 / (rise_s**2 * memory_s)
+    else:
+        a[2, 2], a[3, 3] = -1 / memory_s, -1 / model["slow_error_s"]
+        q[2, 2] = 2 * model["sigma"] ** 2 / memory_s
+        q[3, 3] = 2 * model["slow_error"] ** 2 / model["slow_error_s"]
     whole = np.eye(4)
     for half in force:
         big = expm(np.block([[-a, q], [np.zeros((4, 4)), a.T]]) * h / 2)
@@ -111,16 +144,17 @@ def moved(x, p, h, force):
 def dense(events):
     """Innovations, variances, and the Rauch-Tung-Striebel smoother's velocities, one event after another."""
     x = np.array([INITIAL[0], INITIAL[1], 0.0, 0.0])
-    p = np.diag([INITIAL[2], INITIAL[3], MODEL["sigma"] ** 2, MODEL["slow_error"] ** 2])
+    slow, coloured = fourth(events.model)
+    p = np.diag([INITIAL[2], INITIAL[3], events.model["sigma"] ** 2, slow**2])
     errors, spreads, kept = [], [], []
     reset = np.eye(4)
     for i, step in enumerate(events.step):
         phi = np.eye(4)
         if step >= 0:
-            x, p, phi = moved(x, p, STEPS_S[step], events.force[i])
+            x, p, phi = moved(events.model, x, p, STEPS_S[step], events.force[i])
         before = x, p, phi @ reset
         row = np.eye(4)[min(events.state[i], 1)]
-        row[3] = float(events.state[i] == VELOCITY)
+        row[3] = float(coloured and events.state[i] == VELOCITY)
         s, e = row @ p @ row + events.variance[i], events.reading[i] - row @ x
         if np.isfinite(e):
             gain = p @ row / s
@@ -136,18 +170,20 @@ def dense(events):
     return np.array(errors), np.array(spreads), np.array(smooth)[::-1, 0]
 
 
+@MODELS
 @pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
-def test_the_compiled_filter_equals_a_dense_one(states):
-    events = Events(states)
+def test_the_compiled_filter_equals_a_dense_one(states, model):
+    events = Events(states, model=model)
     e, s, _ = events.run()
     expected_e, expected_s, _ = dense(events)
     np.testing.assert_allclose(s, expected_s, rtol=2e-6)
     np.testing.assert_allclose(e, expected_e, atol=2e-6)
 
 
+@MODELS
 @pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
-def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
-    events = Events(states)
+def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states, model):
+    events = Events(states, model=model)
     found = smoothed_velocity(
         events.table,
         events.step,
@@ -155,22 +191,25 @@ def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
         events.reading,
         events.state,
         events.variance,
-        MODEL["sigma"],
-        MODEL["slow_error"],
+        model["sigma"],
+        *fourth(model),
         INITIAL[None],
     )
     np.testing.assert_allclose(found, dense(events)[2], atol=5e-6)
 
 
+@MODELS
 @pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
 def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance_add_to_the_innovations(
-    states,
+    states, model
 ):
-    events = Events(states)
+    events = Events(states, model=model)
+    slow, coloured = fourth(model)
+    shares = np.array([1.0, 1.0 + STEP, 1.0])
     added = np.random.default_rng(2).normal(0, 1, (len(events.step), 2))
     noise, further = np.sqrt(events.variance), np.array([1.0, 1.0, 1.0 + STEP])
     gradient, information = gradient_and_information(
-        np.array([table_of(scale) for scale in (1.0, 1.0 + STEP, 1.0)]),
+        np.array([table_of(model, share) for share in shares]),
         events.step,
         events.force,
         added,
@@ -179,8 +218,9 @@ def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance
         further[:, None] ** 2,
         np.zeros(len(events.step), np.int64),
         noise,
-        MODEL["sigma"] * np.array([1.0, 1.0 + STEP, 1.0]),
-        np.full(3, MODEL["slow_error"]),
+        model["sigma"] * shares,
+        np.full(3, slow) if coloured else slow * shares,
+        coloured,
         INITIAL,
     )
     e, s, _ = events.run()
@@ -191,7 +231,7 @@ def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance
         return (moved_e - e)[read], (moved_s - s)[read]
 
     apart = [
-        under(table=table_of(1.0 + STEP), sigma=MODEL["sigma"] * (1.0 + STEP)),
+        under(table=table_of(model, 1.0 + STEP), share=1.0 + STEP),
         under(variance=events.variance * (1.0 + STEP) ** 2),
     ]
     pushes = [under(force=events.force + column[:, None]) for column in added.T]
@@ -229,9 +269,13 @@ def problems():
 
 def assert_score_is_the_slope(joint):
     """Masses move the Coriolis forces of the other axes: the differences over all innovations see that as well."""
-    gradient, information = joint.score(joint.prior_mean)
-    slope, curvature = score(joint, joint.prior_mean)
-    size = np.sqrt(np.diag(curvature))
+    theta = joint.prior_mean.copy()
+    # So large a disturbance that innovations are of the size that they are expected to be.
+    theta[[place.start + DISTURBANCE for place in joint.places]] += 3.0
+    gradient, information = joint.score(theta)
+    slope, curvature = score(joint, theta)
+    # What a dive says little of is known by its prior.
+    size = np.sqrt(np.diag(curvature) + joint.prior_precision)
     np.testing.assert_allclose(gradient / size, slope / size, atol=2e-4)
     np.testing.assert_allclose(
         information / np.outer(size, size), curvature / np.outer(size, size), atol=2e-5
