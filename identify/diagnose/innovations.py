@@ -205,11 +205,10 @@ class AxisInnovations:
         out = np.empty((len(self.std), len(forces)))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)
-            smooth = behind_filter(
-                np.column_stack(forces[some]), course.step_s, self.problem.axis.smoothing_s
-            )
-            columns = self.by_force(means_before(course.time_s, smooth, before, time_s))
-            out[:, some] = self.prewhitened(columns)
+            columns = _as_columns(np.array(forces[some]))
+            smooth = behind_filter(columns, course.step_s, self.problem.axis.smoothing_s)
+            means = means_before(course.time_s, smooth, before, time_s)
+            out[:, some] = self.prewhitened(self.by_force(means))
         return out
 
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
@@ -232,6 +231,16 @@ class AxisInnovations:
             self.by_reading(np.column_stack([*offs.values()]))
         )
         return Block(np.array(responding, dtype=np.intp), both)
+
+
+@njit(cache=True, nogil=True)
+def _as_columns(rows: Array) -> Array:
+    """Rows (k, n) as columns (n, k), all at once: one after the other, each would go through all memory again."""
+    out = np.empty((rows.shape[1], rows.shape[0]))
+    for i in range(rows.shape[1]):
+        for c in range(rows.shape[0]):
+            out[i, c] = rows[c, i]
+    return out
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
