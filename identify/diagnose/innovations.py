@@ -139,7 +139,7 @@ def push_of(act: Act, course: Course) -> Push:
     if force is None:
         return NO_PUSH
     rows = np.ascontiguousarray(force.T)
-    return Push(rows, frozenset(np.flatnonzero(rows.any(axis=1)).tolist()))
+    return Push(rows, frozenset(np.flatnonzero((rows != 0.0).any(axis=1)).tolist()))
 
 
 @dataclass(frozen=True)
