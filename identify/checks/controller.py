@@ -89,8 +89,9 @@ def fed_velocity(dive: Dive, dof: int, enough: float = 0.0) -> Fed | None:
     after = _best(dive, dof, np.arange(0.0, LATEST_S, LATE_STEP_S), enough)
     if after is None or after.left <= max(EXPLAINED, enough):
         return after
-    before = _best(dive, dof, -np.arange(LATE_STEP_S, LATEST_S, LATE_STEP_S), enough)
-    return before if before is not None and before.left < EARLIER_SHARE * after.left else after
+    least = EARLIER_SHARE * after.left
+    before = _best(dive, dof, -np.arange(LATE_STEP_S, LATEST_S, LATE_STEP_S), min(enough, least))
+    return before if before is not None and before.left <= least else after
 
 
 def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
