@@ -183,8 +183,9 @@ def diagnose(
             explanation, plain, floors[FIVE_S], rng
         )
 
-    left, ((before, after), (heldout, held)) = both(
-        lambda: unexplained_of(explanation.weighing, explanation.fit), drifted
+    # The folds of `drifted` are shared with the other thread once that is free.
+    ((before, after), (heldout, held)), left = both(
+        drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
     )
     left = above_noise(left, heldout, nominal.filtered)
     forces = unexplained_forces(left)
@@ -270,8 +271,10 @@ def beside(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simu
     """
     now, causes = explanation.now, explanation.causes
     nu, wrong = now.motion.nu, beyond_motion_of(causes, now.course)
-    after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
-    return simulation_of(nominal, nominal.theta, nu + wrong), after
+    return both(
+        lambda: simulation_of(nominal, nominal.theta, nu + wrong),
+        lambda: simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course)),
+    )
 
 
 def _gap(

@@ -324,7 +324,7 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         # Lateness and smoothing of readings exert no force on the vehicle.
         pushing = problem.noise_place - len(axis.timing)
         shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
-        steps = axis.force.mean(axis=1) + shapes - axis.quadratic * axis.squared
+        steps = 0.5 * (axis.force[:, 0] + axis.force[:, 1]) + shapes - axis.quadratic * axis.squared
         force[:, axis.dof] = between(time_s, axis.shown_s, axis.step_s, steps)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
