@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -193,7 +194,7 @@ def held_out_shrink(
     seas, beyond_lasting = wrench_before - wrench_of(lasting, course), beyond_motion_of(lasting, course)
     plainest = baseline_of(course, nu + wrong)
 
-    def held_out(fold: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    def held_out(fold: int) -> tuple[tuple[NDArray[Any], ...], tuple[NDArray[Any], ...]]:
         theta, step = fitted_after.without(fold)
         moved = list(causes)
         for (k, p), by in zip(fit.at, step.tolist(), strict=True):
