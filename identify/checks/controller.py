@@ -76,21 +76,22 @@ class Fed:
     late_s: float
 
 
-def fed_velocity(dive: Dive, dof: int) -> Fed | None:
+def fed_velocity(dive: Dive, dof: int, enough: float = 0.0) -> Fed | None:
     """Return how NU_FB came from the recorded velocity; None if there is too little data.
 
     Rates of turn are regressors together with the velocity: with a lever arm they carry it to the body's origin. A
     reading reaches the controller with a constant delay below LATEST_S; the delay that explains most is taken. Delays
     below zero, for readings whose stamps are late, are tried only if no other delay explains NU_FB. Spreads are
-    medians, which dropouts and wild readings do not affect.
+    medians, which dropouts and wild readings do not affect. No further delay is tried once the residual is `enough`.
     """
     if dive.nu_fb is None or dive.velocity is None or dive.velocity_is_filtered:
         return None
-    after = _best(dive, dof, np.arange(0.0, LATEST_S, LATE_STEP_S))
-    if after is None or after.left <= EXPLAINED:
+    after = _best(dive, dof, np.arange(0.0, LATEST_S, LATE_STEP_S), enough)
+    if after is None or after.left <= max(EXPLAINED, enough):
         return after
-    before = _best(dive, dof, -np.arange(LATE_STEP_S, LATEST_S, LATE_STEP_S))
-    return before if before is not None and before.left < EARLIER_SHARE * after.left else after
+    least = EARLIER_SHARE * after.left
+    before = _best(dive, dof, -np.arange(LATE_STEP_S, LATEST_S, LATE_STEP_S), min(enough, least))
+    return before if before is not None and before.left <= least else after
 
 
 def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
@@ -132,8 +133,9 @@ def frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:
     return dive.frozen.get("velocity", ()) + dive.frozen.get(axis_key("velocity", DOFS[dof]), ())
 
 
-def _best(dive: Dive, dof: int, late_s: Array) -> Fed | None:
-    """The best of the delays (n,) with which readings may be used; None if too little is known."""
+def _best(dive: Dive, dof: int, late_s: Array, enough: float) -> Fed | None:
+    """The best of the delays (n,) with which readings may be used, or the first that is `enough`; None if too little is
+    known."""
     assert dive.nu_fb is not None
     assert dive.velocity is not None
     good = np.isfinite(dive.velocity.value[:, dof])
@@ -158,7 +160,7 @@ def _best(dive: Dive, dof: int, late_s: Array) -> Fed | None:
         left = _left_by(columns[latest[known]], fed[known]) / noise
         if best is None or left < best.left:
             best = Fed(left, by_s)
-        if left == 0.0:
+        if left <= enough:
             break
     return best
 
@@ -236,7 +238,7 @@ def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
 def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
     """Return the axes whose controller used an unrecorded reading."""
     out = []
-    velocities = side_by_side(lambda dof: fed_velocity(dive, dof), range(3))
+    velocities = side_by_side(lambda dof: fed_velocity(dive, dof, LARGEST_FOREIGN), range(3))
     for dof, name in enumerate(DOFS):
         share = unexplained_wrench(dive, dof, water)
         fed = velocities[dof] if dof < 3 else None

@@ -5,7 +5,7 @@ Sentences name the effects that the feed-forward can't compensate. The doubts ar
 intervals by the coefficients' changes if the cause of a doubt were part of the model.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -56,6 +56,40 @@ HELD_BY_PID = QUADRATIC[2:5]
 
 
 @dataclass(frozen=True)
+class Known:
+    """How well a fit with causes tells the hull's coefficients: covariance of the logarithms of the nominal parameters,
+    and the row `at` of each place in theta."""
+
+    now: Nominal
+    covariance: Array
+    at: Mapping[int, int]
+
+    def stds(self) -> list[dict[int, float]]:
+        """Standard errors of the logarithms of each axis's mass and drags, by their places in its part of theta."""
+        std = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        joint = self.now.joint
+        return [
+            {k: float(std[self.at[place.start + k]]) for k in places_of_hull(problem).values()}
+            for problem, place in zip(joint.problems, joint.places, strict=True)
+        ]
+
+    def correlations(self) -> dict[frozenset[str], float]:
+        """Correlations of the logarithms of the hull's coefficients, by pairs of names."""
+        of = {
+            name: self.at[place.start + k]
+            for problem, place in zip(self.now.joint.problems, self.now.joint.places, strict=True)
+            for name, k in places_of_hull(problem).items()
+        }
+        std = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        return {
+            frozenset((first, second)): float(
+                self.covariance[of[first], of[second]] / (std[of[first]] * std[of[second]])
+            )
+            for first, second in combinations(of, 2)
+        }
+
+
+@dataclass(frozen=True)
 class Misfit:
     """doubts: on masses and dampings. off (18,): systematic errors of the logarithms of `OF_HULL`."""
 
@@ -102,16 +136,14 @@ def _not_apart(dof: int, tested: Multiplier) -> Doubt:
     )
 
 
-def accepted_of(findings: Sequence[Finding], now: Nominal, shape: Configuration) -> Accepted:
+def accepted_of(findings: Sequence[Finding], known: Known, shape: Configuration) -> Accepted:
     """The result of accepting these causes.
 
-    `now` is the nominal model fitted together with them, which includes causes absorbed by a refit.
+    `known` is of the nominal model fitted together with them, which includes causes absorbed by a refit.
     """
-    quadratic = _quadratic_dofs(findings)
+    quadratic, now = _quadratic_dofs(findings), known.now
     misfit = misfit_of(now, quadratic)
-    values, sentences = _of_hull(
-        [found_cause.cause for found_cause in findings], now, shape, misfit, quadratic
-    )
+    values, sentences = _of_hull(known, shape, misfit, quadratic)
     of_effects: dict[str, Value] = {}
     for found_cause in findings:
         coefficients = _coefficients(found_cause, now.course)
@@ -133,9 +165,9 @@ def accepted_of(findings: Sequence[Finding], now: Nominal, shape: Configuration)
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
 
-def beside_all(explanation: Explanation, shape: Configuration) -> dict[str, Value]:
-    """The hull's coefficients fitted together with all causes, accepted or not."""
-    return _of_hull(explanation.causes, explanation.now, shape)[0]
+def beside_all(known: Known, shape: Configuration) -> dict[str, Value]:
+    """The hull's coefficients fitted together with all causes, accepted or not, of which `known` is."""
+    return _of_hull(known, shape)[0]
 
 
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
@@ -169,8 +201,7 @@ def _effect(finding: Finding) -> AcceptedEffect:
 
 
 def _of_hull(
-    causes: Sequence[Cause],
-    now: Nominal,
+    known: Known,
     shape: Configuration,
     misfit: Misfit = NO_MISFIT,
     quadratic: Collection[int] = (),
@@ -180,13 +211,13 @@ def _of_hull(
     Coefficients biased by a closed loop through an unrecorded reading are left out. Where drag is linear and quadratic,
     by the vehicle file or by a cause in the degrees of freedom `quadratic`, either may be absent.
     """
-    values, sentences = {}, []
+    values, sentences, now = {}, [], known.now
     mass = now.course.mass
     kept = {c.name: bounds(c, shape) for c in OF_HULL.values()}
     unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
     if unheard:
         sentences.append(_unrecorded_note(unheard))
-    axes = zip(now.joint.problems, now.joint.places, log_stds(causes, now), strict=True)
+    axes = zip(now.joint.problems, now.joint.places, known.stds(), strict=True)
     for problem, place, stds in axes:
         dof = problem.axis.dof
         theta = now.theta[place]
@@ -231,38 +262,8 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
     )
 
 
-def log_stds(causes: Sequence[Cause], now: Nominal) -> list[dict[int, float]]:
-    """Standard errors of the logarithms of each axis's mass and drags, by their places in its part of theta, with the
-    causes fitted too."""
-    covariance, at = _log_covariance(causes, now)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return [
-        {k: float(std[at[place.start + k]]) for k in places_of_hull(problem).values()}
-        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-    ]
-
-
-def correlations_of(explanation: Explanation) -> dict[frozenset[str], float]:
-    """Correlations of the logarithms of the hull's coefficients, by pairs of names, with the causes fitted too."""
-    now = explanation.now
-    covariance, at = _log_covariance(explanation.causes, now)
-    of = {
-        name: at[place.start + k]
-        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-        for name, k in places_of_hull(problem).items()
-    }
-    std = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    return {
-        frozenset((first, second)): float(
-            covariance[of[first], of[second]] / (std[of[first]] * std[of[second]])
-        )
-        for first, second in combinations(of, 2)
-    }
-
-
-def _log_covariance(causes: Sequence[Cause], now: Nominal) -> tuple[Array, dict[int, int]]:
-    """Covariance of the logarithms of the nominal parameters, with the causes fitted too, and the row of each place in
-    theta."""
+def known_beside(causes: Sequence[Cause], now: Nominal) -> Known:
+    """How well the filters of `now` tell the hull's coefficients, with the causes fitted too."""
     rows = regression_of(now.joint, now.theta, now.unheard)
     slopes = [
         cause.slope(now.course, p)
@@ -271,9 +272,10 @@ def _log_covariance(causes: Sequence[Cause], now: Nominal) -> tuple[Array, dict[
         for p in np.flatnonzero(cause.present).tolist()
     ]
     columns = rows.nuisance.beside(rows.blocks(slopes, now.course))
-    known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
+    precision = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
     kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
-    return inverse(columns.square() + np.diag(known)), {place: row for row, place in enumerate(kept)}
+    covariance = inverse(columns.square() + np.diag(precision))
+    return Known(now, covariance, {place: row for row, place in enumerate(kept)})
 
 
 def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:
@@ -327,18 +329,25 @@ def _remarks(finding: Finding) -> list[str]:
 def likely_accepted(
     causes: Sequence[Finding],
     explanation: Explanation,
+    known: Known,
     nominal: Nominal,
     library: Sequence[Effect],
     holds: Sequence[Cause],
     shape: Configuration,
 ) -> Accepted:
-    """The result of accepting the likely causes, in addition to the effects that the model `holds` already."""
+    """The result of accepting the likely causes, in addition to the effects that the model `holds` already.
+
+    `known`: of the explanation's causes.
+    """
     likely = [cause for cause in causes if cause.probability >= LIKELY]
+    whole = all_accepted(likely, holds)
     now = explanation.now
     if len(likely) < len(causes):
         kept = {item.cause.key for item in likely}
         now = explained_by([cause for cause in explanation.causes if cause.key in kept], nominal, library).now
-    made = accepted_of(all_accepted(likely, holds), now, shape)
+    if now is not explanation.now or holds:
+        known = known_beside([item.cause for item in whole], now)
+    made = accepted_of(whole, known, shape)
     left = tuple(
         f"{capital(name_of(cause))} was not accepted: it is {percent_sure(cause.probability)} probable, likelier "
         "absent than present."

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from bridge.vehicle.effect_coefficients import AcceptedEffect
-from identify.diagnose.accepted import beside_all, correlations_of, likely_accepted, log_stds
+from identify.diagnose.accepted import beside_all, known_beside, likely_accepted
 from identify.diagnose.changed import (
     Simulator,
     accepted_causes,
@@ -183,15 +183,16 @@ def diagnose(
             explanation, plain, floors[FIVE_S], rng
         )
 
-    left, ((before, after), (heldout, held)) = both(
-        lambda: unexplained_of(explanation.weighing, explanation.fit), drifted
+    # The folds of `drifted` are shared with the other thread once that is free.
+    ((before, after), (heldout, held)), left = both(
+        drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
     )
     left = above_noise(left, heldout, nominal.filtered)
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left))
-    gap, trials = both(
+    gap, (trials, known) = both(
         lambda: _gap(explanation, missing, left, before, after, causes),
-        lambda: trials_of(explanation, causes),
+        lambda: (trials_of(explanation, causes), known_beside(explanation.causes, explanation.now)),
     )
     if accepted:
         shift = shift_of(explanation, accepted, tried)
@@ -225,9 +226,7 @@ def diagnose(
         measured,
         dive_next,
         (
-            *mass_hints(
-                explanation.now, [std[MASS] for std in log_stds(explanation.causes, explanation.now)], shape
-            ),
+            *mass_hints(explanation.now, [std[MASS] for std in known.stds()], shape),
             *held_sentence(holds),
             *not_held,
             *ran_away(before, after),
@@ -241,8 +240,8 @@ def diagnose(
         ),
         time.perf_counter() - began_s,
         prediction,
-        likely_accepted(causes, explanation, nominal, tried, holds, shape),
-        beside_all(explanation, shape),
+        likely_accepted(causes, explanation, known, nominal, tried, holds, shape),
+        beside_all(known, shape),
         (
             *unjudged_notes(nominal),
             *unjudged_causes(lacks),
@@ -251,7 +250,7 @@ def diagnose(
         ),
         mounted_otherwise(nominal.mirrored, nominal.swapped),
         held,
-        correlations_of(explanation),
+        known.correlations(),
         lateness_of(causes, explanation.now),
     )
 
@@ -272,8 +271,10 @@ def beside(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simu
     """
     now, causes = explanation.now, explanation.causes
     nu, wrong = now.motion.nu, beyond_motion_of(causes, now.course)
-    after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
-    return simulation_of(nominal, nominal.theta, nu + wrong), after
+    return both(
+        lambda: simulation_of(nominal, nominal.theta, nu + wrong),
+        lambda: simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course)),
+    )
 
 
 def _gap(

@@ -252,14 +252,13 @@ def baseline_of(course: Course, nu: Array) -> Baseline:
     moved, kept = nu[::EACH], course.recorded[::EACH]
     rate = np.gradient(moved, course.step_s * EACH, axis=0)
     force, sines = course.wrench_of(course.asked_n), _sines(course)
+    late_forces = [delayed(force, course.step_s, float(by_s))[::EACH] for by_s in DELAYS_S]
     terms, delay_s = np.zeros((6, TERMS)), np.zeros(6)
     for dof in range(6):
         columns = np.stack(
             [moved[:, dof], np.abs(moved[:, dof]) * moved[:, dof], sines[:, dof], np.ones(len(moved))]
         )
-        late = np.stack(
-            [delayed(force[:, [dof]], course.step_s, float(by_s))[::EACH, 0] for by_s in DELAYS_S]
-        )
+        late = np.stack([late_force[:, dof] for late_force in late_forces])
         sizes, left = _least_squares(late[:, kept], columns[:, kept], rate[kept, dof])
         best = int(np.argmin(left))
         terms[dof], delay_s[dof] = sizes[best], DELAYS_S[best]
@@ -285,7 +284,8 @@ def _least_squares(separate: Array, shared: Array, value: Array) -> tuple[Array,
     sizes, left = np.zeros((count, 1 + len(shared))), np.zeros(count)
     for k in range(count):
         of = np.r_[k, count : len(rows)]
-        fitted, *_ = np.linalg.lstsq(square[np.ix_(of, of)], right[of], rcond=1e-9)
+        of_square = square[np.ix_(of, of)]
+        fitted, *_ = np.linalg.lstsq(of_square, right[of], rcond=1e-9)
         sizes[k] = fitted / np.where(length[of] > 0, length[of], 1.0)
-        left[k] = np.mean((value - fitted @ unit[of]) ** 2)
+        left[k] = (value @ value - fitted @ (2.0 * right[of] - of_square @ fitted)) / len(value)
     return sizes, left

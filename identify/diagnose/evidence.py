@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from identify.side_by_side import side_by_side
@@ -199,6 +200,15 @@ def _over_folds(held: Array) -> tuple[Array, Array]:
     return by_fold.sum(axis=0), by_fold
 
 
+@njit(cache=True, nogil=True)
+def _add(out: Array, left: NDArray[np.intp], right: NDArray[np.intp], products: Array) -> None:
+    """Add products (P, a, b) at some rows and columns of `out`, several times as fast as by arrays of indices."""
+    for p in range(len(products)):
+        for i in range(len(left)):
+            for j in range(len(right)):
+                out[p, left[i], right[j]] += products[p, i, j]
+
+
 @dataclass(frozen=True)
 class Block:
     """Consecutive rows. values (rows, k): of the nonzero columns `of` (k,)."""
@@ -314,7 +324,7 @@ class Blocks:
         for left, right, part in zip(
             self.parts, others.parts, side_by_side(products, every, size), strict=True
         ):
-            out[:, left.of[:, None], right.of] += part
+            _add(out, left.of, right.of, part)
         return out
 
     def products_with(self, others: Array, piece: NDArray[np.intp]) -> Array:

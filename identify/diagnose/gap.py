@@ -17,6 +17,7 @@ from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
 from identify.effects.course import Course, in_a_run
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.side_by_side import side_by_side
 from identify.statistics import left_of
 
 Array = NDArray[np.float64]
@@ -336,14 +337,16 @@ def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence
         return ()
     fitted = np.flatnonzero(power > 0.05 * power.sum()).tolist()
     forces = [(v, p, f[::every]) for v, p, f in unit_forces(course, list(range(6)))]
-    out = []
-    for dof in fitted:
+
+    def of_axis(dof: int) -> list[Dependence]:
         force = missing.wrench[:, dof]
         if not force.any():
             force = missing.wrong[:, dof]
         plain = np.column_stack([np.ones(len(force)), course.nu[::every, dof], course.nu_dot[::every, dof]])
         others = of_other_speeds(course, [k for k in range(6) if k != dof])
-        out += _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
+        return _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
+
+    out = [each for found in side_by_side(of_axis, fitted) for each in found]
     return tuple(sorted(out, key=lambda each: -each.strength))
 
 

@@ -44,7 +44,7 @@ LEAST_ROWS = 20 * ORDER
 DIFFERENCE = 1e-4
 """Step of the logarithm of a coefficient for derivatives."""
 
-TOGETHER = 32
+TOGETHER = 16
 """Forces answered together: as many as stay in a processor's cache."""
 
 ROWS = 32
@@ -139,7 +139,7 @@ def push_of(act: Act, course: Course) -> Push:
     if force is None:
         return NO_PUSH
     rows = np.ascontiguousarray(force.T)
-    return Push(rows, frozenset(np.flatnonzero(rows.any(axis=1)).tolist()))
+    return Push(rows, frozenset(np.flatnonzero((rows != 0.0).any(axis=1)).tolist()))
 
 
 @dataclass(frozen=True)
@@ -205,19 +205,18 @@ class AxisInnovations:
         slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), places)
         return np.asarray(slope.T / self.std[:, None])
 
-    def by_course(self, course: Course, forces: Sequence[Array]) -> Array:
+    def by_course(self, course: Course, forces: Sequence[Array], room: int = 0) -> Array:
         """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
-        shows them."""
+        shows them; with room for further columns."""
         time_s = self.problem.axis.time_s
         before = self.problem.axis.before_s
-        out = np.empty((len(self.std), len(forces)))
+        out = np.empty((len(self.std), len(forces) + room))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)
-            smooth = behind_filter(
-                np.column_stack(forces[some]), course.step_s, self.problem.axis.smoothing_s
-            )
-            columns = self.by_force(means_before(course.time_s, smooth, before, time_s))
-            out[:, some] = self.prewhitened(columns)
+            columns = _as_columns(np.array(forces[some]))
+            smooth = behind_filter(columns, course.step_s, self.problem.axis.smoothing_s)
+            means = means_before(course.time_s, smooth, before, time_s)
+            out[:, first : first + means.shape[1]] = self.prewhitened(self.by_force(means))
         return out
 
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
@@ -229,17 +228,23 @@ class AxisInnovations:
             for k, act in enumerate(acts)
             if (off := reading_error(self.problem, act, course)) is not None
         }
-        values = self.by_course(course, [*forces.values()]) if forces else np.zeros((len(self.std), 0))
-        if not offs:
-            return Block(np.array([*forces], dtype=np.intp), values)
-        responding = sorted({*forces, *offs})
-        place = {k: i for i, k in enumerate(responding)}
-        both = np.zeros((len(self.std), len(responding)))
-        both[:, [place[k] for k in forces]] = values
-        both[:, [place[k] for k in offs]] += self.prewhitened(
-            self.by_reading(np.column_stack([*offs.values()]))
-        )
-        return Block(np.array(responding, dtype=np.intp), both)
+        place = {k: i for i, k in enumerate(dict.fromkeys([*forces, *offs]))}
+        values = self.by_course(course, [*forces.values()], len(place) - len(forces))
+        if offs:
+            values[:, len(forces) :] = 0.0
+            errors = self.by_reading(_as_columns(np.array([*offs.values()])))
+            values[:, [place[k] for k in offs]] += self.prewhitened(errors)
+        return Block(np.array([*place], dtype=np.intp), values)
+
+
+@njit(cache=True, nogil=True)
+def _as_columns(rows: Array) -> Array:
+    """Rows (k, n) as columns (n, k), all at once: one after the other, each would go through all memory again."""
+    out = np.empty((rows.shape[1], rows.shape[0]))
+    for i in range(rows.shape[1]):
+        for c in range(rows.shape[0]):
+            out[i, c] = rows[c, i]
+    return out
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:

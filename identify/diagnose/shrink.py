@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from identify.diagnose.regression import Regression, mean_places, pieces_of, reg
 from identify.diagnose.result import AxisShrink, Prediction, Shrink
 from identify.diagnose.search import Explanation
 from identify.diagnose.simulation import (
+    EACH,
     Simulation,
     beyond_motion_of,
     logarithms,
@@ -32,6 +34,7 @@ from identify.diagnose.simulation import (
 from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
+from identify.side_by_side import side_by_side
 from identify.words import fixed, significant
 
 Array = NDArray[np.float64]
@@ -190,9 +193,8 @@ def held_out_shrink(
     lasting = without_seas(causes)
     seas, beyond_lasting = wrench_before - wrench_of(lasting, course), beyond_motion_of(lasting, course)
     plainest = baseline_of(course, nu + wrong)
-    squares: list[tuple[Array, Array, NDArray[np.intp]]] = []
-    flown: list[tuple[NDArray[np.int64], Array, Array]] = []
-    for fold in range(FOLDS):
+
+    def held_out(fold: int) -> tuple[tuple[NDArray[Any], ...], tuple[NDArray[Any], ...]]:
         theta, step = fitted_after.without(fold)
         moved = list(causes)
         for (k, p), by in zip(fit.at, step.tolist(), strict=True):
@@ -202,14 +204,19 @@ def held_out_shrink(
         after = simulation_of(explanation.now, theta, through, more, slope)
         before = simulation_of(nominal, fitted_before.without(fold)[0], nu + beyond_lasting, seas)
         starts, piece = held_windows(after, fold)
-        squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
         apart = stitched_windows(after, fold)
-        flown.append((apart, differences(before, apart), differences(after, apart)))
+        return (
+            (squared(before, starts, floor), squared(after, starts, floor), piece),
+            (apart, differences(before, apart), differences(after, apart)),
+        )
+
+    squares, flown = zip(*side_by_side(held_out, range(FOLDS)), strict=True)
     drift = Windows(*(np.concatenate(parts) for parts in zip(*squares, strict=True)))
     starts, *gone = (np.concatenate(parts) for parts in zip(*flown, strict=True))
     order = np.argsort(starts)
+    along = course.time_s[::EACH], (nu + beyond_lasting)[::EACH]
     prediction = _flown(
-        "pieces held out", before, starts[order], [parts[order] for parts in gone], plainest, course, floor
+        "pieces held out", along, starts[order], [parts[order] for parts in gone], plainest, course, floor
     )
     return replace(drift.shrink(rng), by_axis=by_axis(drift, prediction)), prediction
 
@@ -234,24 +241,25 @@ def differences(model: Simulation, starts: NDArray[np.int64]) -> Array:
 
 def _flown(
     name: str,
-    model: Simulation,
+    along: tuple[Array, Array],
     starts: NDArray[np.int64],
     gone: Sequence[Array],
     plainest: Baseline,
     course: Course,
     floor: Array,
 ) -> Prediction:
-    """The velocities of windows from `starts` (w,): measured, as in `model`, and predicted.
+    """The velocities of windows from `starts` (w,): measured, and predicted.
 
-    gone (w, length, 6): errors of the models before and after.
+    along: times (n,) and measured velocities (n, 6). gone (w, length, 6): errors of the models before and after.
     """
     length = gone[0].shape[1]
     at = (starts[:, None] + np.arange(1, length + 1)).ravel()
-    measured = model.nu[at]
+    time_s, nu = along
+    measured = nu[at]
     before, after = (measured + part.reshape(-1, 6) for part in gone)
-    baseline = plainest.flown(course, model.nu, starts, length).reshape(-1, 6)
+    baseline = plainest.flown(course, nu, starts, length).reshape(-1, 6)
     window = np.repeat(np.arange(len(starts)), length)
-    return Prediction(name, model.time_s[at], measured, before, after, baseline, window, floor)
+    return Prediction(name, time_s[at], measured, before, after, baseline, window, floor)
 
 
 def without_seas(causes: Sequence[Cause]) -> list[Cause]:
@@ -434,7 +442,7 @@ def predict(
         raise LogError(f"{name}: is too short to check a diagnosis on; give a dive of a minute or more")
     gone = [differences(model, starts) for model in (before, after)]
     plainest = baseline_of(nominal.course, nominal.motion.nu)
-    return _flown(name, before, starts, gone, plainest, flight.course, floor)
+    return _flown(name, (before.time_s, before.nu), starts, gone, plainest, flight.course, floor)
 
 
 def checked(prediction: Prediction, rng: np.random.Generator) -> Shrink:

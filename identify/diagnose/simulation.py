@@ -183,13 +183,12 @@ class Simulation:
     def off(self, starts: NDArray[np.int64], steps: Sequence[int], errors: Array) -> Array:
         """Difference (w, h, 6) after some steps from each start; NaN beyond the end of its run and in axes that are not
         fitted. errors (n, 6): of the recorded velocity."""
-        along = (self.lacking, self.nu, self.slope)
-        lacking, nu, slope = (np.ascontiguousarray(series) for series in along)
+        lacking, nu = np.ascontiguousarray(self.lacking), np.ascontiguousarray(self.nu)
         ends = np.arange(len(nu))
         for run in self.runs:
             ends[run] = run.stop
         out = off_by(
-            starts, np.array(sorted(steps), dtype=np.int64), lacking, nu, slope, self.mass, self.damping,
+            starts, np.array(sorted(steps), dtype=np.int64), lacking, nu, self.slope, self.mass, self.damping,
             self.stiffness, np.array(self.dofs), errors, self.step_s, ends,
         )  # fmt: skip
         return np.asarray(out)
@@ -211,27 +210,28 @@ def simulation_of(
     force, stiffness = _pushed(model, theta)
     if wrench is not None:
         force = force + wrench
-    nu_dot = np.zeros_like(nu)
+    rate = np.zeros_like(nu)
     for run in runs_at(course.time_s, course.runs_s):
-        nu_dot[run] = np.gradient(nu[run], course.time_s[run], axis=0)
-    lacking = mass * nu_dot + course.coriolis_of(mass, nu) + damping * nu - force
+        rate[run] = np.gradient(nu[run], course.time_s[run], axis=0)
+    grid = slice(None, None, EACH)
+    nu, nu_dot = np.ascontiguousarray(nu[grid]), rate[grid]
+    lacking = np.ascontiguousarray(mass * nu_dot + course.coriolis_of(mass, nu) + damping * nu - force[grid])
     dofs = tuple(problem.axis.dof for problem in model.joint.problems)
     lacking[:, [dof for dof in range(6) if dof not in dofs]] = 0.0
-    grid = slice(None, None, EACH)
-    total_slope = slope_of(model.accepted, course)[grid]
-    if slope is not None:
-        total_slope = total_slope + slope[grid]
-    total_slope[:, range(6), range(6)] -= 2.0 * quadratic_of(model.joint, theta) * np.abs(nu[grid])
-    lacking[~course.recorded] = 0.0
+    total_slope = np.zeros((len(nu), 6, 6)) if slope is None else slope[grid].copy()
+    if model.accepted:
+        total_slope += slope_of(model.accepted, course)[grid]
+    total_slope[:, range(6), range(6)] -= 2.0 * quadratic_of(model.joint, theta) * np.abs(nu)
+    lacking[~course.recorded[grid]] = 0.0
     return Simulation(
         course.time_s[grid],
         dofs,
         mass,
         damping,
         stiffness,
-        nu[grid],
-        nu_dot[grid],
-        lacking[grid],
+        nu,
+        nu_dot,
+        lacking,
         total_slope,
         course.runs_s,
     )
@@ -324,7 +324,7 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         # Lateness and smoothing of readings exert no force on the vehicle.
         pushing = problem.noise_place - len(axis.timing)
         shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
-        steps = axis.force.mean(axis=1) + shapes - axis.quadratic * axis.squared
+        steps = 0.5 * (axis.force[:, 0] + axis.force[:, 1]) + shapes - axis.quadratic * axis.squared
         force[:, axis.dof] = between(time_s, axis.shown_s, axis.step_s, steps)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():

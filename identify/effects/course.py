@@ -200,10 +200,20 @@ def _followed(asked: Array, share: float) -> Array:
 def delayed(values: Array, step_s: float, delay_s: float) -> Array:
     """Values of `delay_s` earlier, (n, k), linear between the instants; the ends are held. A negative delay looks
     ahead."""
-    at = np.clip(np.arange(len(values)) - delay_s / step_s, 0.0, len(values) - 1.0)
-    low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
-    share = (at - low)[:, None]
-    return np.asarray(values[low] + share * (values[np.minimum(low + 1, len(values) - 1)] - values[low]))
+    return np.asarray(_earlier(np.ascontiguousarray(values, np.float64), delay_s / step_s))
+
+
+@njit(cache=True, nogil=True)
+def _earlier(values: Array, steps: float) -> Array:
+    """Values (n, k) of some `steps` earlier."""
+    out, count = np.empty_like(values), len(values)
+    for i in range(count):
+        at = min(max(i - steps, 0.0), count - 1.0)
+        low = min(int(at), max(count - 2, 0))
+        share, high = at - low, min(low + 1, count - 1)
+        for c in range(values.shape[1]):
+            out[i, c] = values[low, c] + share * (values[high, c] - values[low, c])
+    return out
 
 
 def thrust_by_shaft(curve: ThrustCurve, rpm: Array) -> Array:

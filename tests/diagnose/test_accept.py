@@ -11,7 +11,7 @@ from bridge.vehicle.config import Prior
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
-from identify.diagnose.accepted import accepted_of
+from identify.diagnose.accepted import known_beside
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import (
     accepted_causes,
@@ -46,6 +46,11 @@ def found(effect, *values, width=0.01, also=()):
         if name != "thruster"
     }
     return Finding(cause, also, {}, 0.99, told, 50.0)
+
+
+def accepted_of(causes, now, shape):
+    """The result of accepting causes whose fit is `now`."""
+    return diagnose_accepted.accepted_of(causes, known_beside([one.cause for one in causes], now), shape)
 
 
 def of_effects(accepted):

@@ -13,7 +13,7 @@ from identify.challenge.case import draw_case
 from identify.challenge.nearest import course_of
 from identify.diagnose import confidence as module
 from identify.diagnose import search
-from identify.diagnose.accepted import likely_accepted
+from identify.diagnose.accepted import known_beside, likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
 from identify.diagnose.result import Finding
@@ -174,8 +174,9 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
     drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
     found = explained_by([drag], nominal, library)
     sure = Finding(found.causes[0], (), {}, 0.9, {}, 30.0)
-    whole = likely_accepted([sure], found, nominal, library, (), shape)
-    none = likely_accepted([replace(sure, probability=0.42)], found, nominal, library, (), shape)
+    known = known_beside(found.causes, found.now)
+    whole = likely_accepted([sure], found, known, nominal, library, (), shape)
+    none = likely_accepted([replace(sure, probability=0.42)], found, known, nominal, library, (), shape)
     assert [one.name for one in whole.effects] == ["quadratic_drag"]
     assert none.effects == ()
     assert none.sentences[0] == (

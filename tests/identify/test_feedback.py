@@ -69,6 +69,16 @@ def test_a_causal_filter_of_the_recorded_velocity_is_the_recorded_velocity(weigh
     assert fed_velocity(with_nu_fb(recorded, filtered), 0).left < 0.3
 
 
+def test_no_further_delay_is_tried_once_one_explains_enough():
+    recorded = dive()
+    noisy = recorded.velocity.value[:, 0] + np.random.default_rng(0).normal(
+        0.0, 0.002, len(recorded.velocity.value)
+    )
+    best, first = (fed_velocity(with_nu_fb(recorded, noisy), 0, enough) for enough in (0.0, 10.0))
+    assert first.late_s == 0.0
+    assert best.left <= first.left < 10.0
+
+
 def test_a_velocity_carried_to_the_origin_by_the_gyro_is_the_recorded_one():
     recorded = dive()
     turning = 0.2 * np.sin(0.5 * recorded.velocity.time_s)
