@@ -45,7 +45,9 @@ def identified(dive):
 
 def test_what_the_filter_knows_ends_with_a_run():
     rng = np.random.default_rng(1)
-    table = transitions(np.array([0.02, 0.05]), 40.0, np.array([20.0]), 0.0, 2.0, 3.0, 0.3, 0.0, 0.0, 1.0, 0.0)
+    table = transitions(
+        np.array([0.02, 0.05]), 40.0, np.array([20.0]), 0.0, 2.0, 3.0, 0.3, 0.0, 0.0, 1.0, 0.0
+    )
     step, count = rng.integers(0, 2, 200), 120
     step[0], step[count] = -1, -2
     force, reading = rng.normal(0.0, 5.0, (200, 2)), rng.normal(0.0, 0.1, 200)
@@ -53,7 +55,17 @@ def test_what_the_filter_knows_ends_with_a_run():
     read_of = np.full(200, VELOCITY)
 
     def run_of(part, steps, began):
-        of_each = table, steps, force[part], reading[part], read_of[part], np.full(len(steps), 1e-4), 2.0, 2.1, False
+        of_each = (
+            table,
+            steps,
+            force[part],
+            reading[part],
+            read_of[part],
+            np.full(len(steps), 1e-4),
+            2.0,
+            2.1,
+            False,
+        )
         return (*innovations(*of_each, began, np.inf)[:2], smoothed_velocity(*of_each, began))
 
     both = run_of(slice(None), step, initial)
