@@ -1,8 +1,8 @@
 """The gain of each thruster by which the vehicle's own allocation went during a dive, from its commands.
 
-The allocation asks the thrusters for the wrench TAU_CMD; its pulses say what it asked of each. Of a vehicle that goes
-by the file's gains both agree. One that makes up for a weak thruster asks more of it than the file's gain would: its
-own gain for it is lower, and is found by least squares over the dive.
+The allocation asks the thrusters for the wrench TAU_CMD, and the pulses show the thrust asked of each. Of a vehicle
+that goes by the file's gains both agree. One that makes up for a weak thruster asks more of it than the file's gain
+would: its own gain for it is lower, and is found by least squares over the dive.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
-"""What accepting a diagnosis foretells of the next dive: the tracking error of a twin that flies the same mission.
+"""Foretells the tracking error of the next dive with accepted causes, by a twin that flies the same mission.
 
 The twin is the simulated vehicle without bytes (`bridge.simulator.direct`): the model that was accepted, with its
 effects and the disturbance of the fit, under the vehicle's own controller. It flies the reference that the dive
 recorded, and its error is measured as the dive's is (`identify.validate.WholeError`). First it flies the dive as it
-was, in its mode and by what it was fed: an axis in which it errs otherwise than the dive did by more than a third is
-not foretold. Then it flies with the accepted values, by the feed-forward alone and with both.
+was, in its mode and with the same coefficients: an axis in which it errs otherwise than the dive did by more than a
+third is not foretold. Then it flies with the accepted values, by the feed-forward alone and with both.
 """
 
 import math
@@ -25,7 +25,7 @@ from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import Reference, Six
 from identify.allocated import allocated_gains, is_acting
-from identify.diagnose.result import Accepted, Diagnosis, Hull
+from identify.diagnose.result import Accepted, Hull
 from identify.dive import Array, Dive, Signal
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
@@ -43,7 +43,7 @@ LEAST_SEA = 1e-6
 
 @dataclass(frozen=True)
 class Foresight:
-    """rows: foretold by axis and mode. credits: of the thrusters with an accepted gain. why: what is not foretold."""
+    """rows: by axis and mode. credits: of the thrusters with an accepted gain. why: sentences on what stays unknown."""
 
     rows: tuple[Foretold, ...]
     credits: tuple[Credit, ...]
@@ -100,22 +100,23 @@ def credits_of(accepted: Accepted, dive: Dive, file: VehicleFile, configuration:
     return tuple(out)
 
 
-def foretell(diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> Foresight:
-    """What the accepted causes of a diagnosis foretell. `dive` is the one that was diagnosed."""
-    configuration = diagnosis.configuration
+def foretell(
+    accepted: Accepted, hull: Hull | None, dive: Dive, file: VehicleFile, configuration: str
+) -> Foresight:
+    """Foretell the next dive with the accepted causes; `dive` is the diagnosed dive, `hull` its fit."""
     shape = file.vehicle.configurations[configuration]
-    credits = credits_of(diagnosis.accepted, dive, file, configuration)
+    credits = credits_of(accepted, dive, file, configuration)
 
     def without(why: str) -> Foresight:
         return Foresight((), credits, (f"How the next dive tracks is not foretold: {why}.",))
 
     if any(_made_up_on_board(credit) for credit in credits):
-        return without("the vehicle's own allocation already makes up for a thruster that was found weak")
-    unable = _not_flown(diagnosis.accepted, shape, file)
+        return without("the vehicle makes up for a thruster by itself")
+    unable = _not_flown(accepted, shape, file)
     if unable:
         return without(f"the simulated vehicle has no {listed(unable)}")
     part = in_one_mode(dive)
-    if part.mode is None or dive.runs or diagnosis.hull is None:
+    if part.mode is None or dive.runs or hull is None:
         return without("the dive tells no FF_MODE, or is made of several runs")
     mission = mission_in(part.dive)
     if mission is None:
@@ -123,9 +124,9 @@ def foretell(diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> Foresight:
     dvl = file.vehicle.sensors.dvl
     flown = whole_errors(part.dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
     fed = fed_by(part.dive, file, configuration)
-    values = {name: value.value for name, value in diagnosis.accepted.values.items()}
+    values = {name: value.value for name, value in accepted.values.items()}
     try:
-        truth = twin_of(diagnosis.hull, values)
+        truth = twin_of(hull, values)
         twin = Twin(file, configuration, mission, truth)
         again = twin.errors(part.mode, fed)
         after = {mode: twin.errors(mode, fed | values) for mode in (Mode.ALONE, Mode.BOTH)}
@@ -136,13 +137,28 @@ def foretell(diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> Foresight:
 
 
 def foretold_lines(foresight: Foresight) -> tuple[str, ...]:
-    """What is foretold, a line for each mode, and what is not."""
+    """Lines for a crew: the foretold errors of each mode, and reasons for axes that are not foretold."""
     lines = []
     for mode in dict.fromkeys(row.mode for row in foresight.rows):
         rows = [row for row in foresight.rows if row.mode == mode]
         said = ", ".join(f"{row.axis} {change_words(row)}" for row in rows)
         lines.append(f"foretold for the next dive in {mode}, rms over the whole mission: {said}")
-    return (*lines, *foresight.why)
+    return (*lines, *filter(None, map(_credit_line, foresight.credits)), *foresight.why)
+
+
+def _credit_line(credit: Credit) -> str:
+    """A line on a thruster that was made up for in the dive already, "" for another."""
+    if credit.allocated is None:
+        return ""
+    by = f"thruster {credit.thruster}: in this dive the vehicle asked it as if it gave {100 * credit.allocated:.0f} %"
+    if _made_up_on_board(credit):
+        return (
+            f"{by} of its curve already, by itself; with what was found it would be made up for twice, so an upload "
+            "is refused unless it is asked for by name"
+        )
+    if credit.acting and abs(credit.allocated / credit.true - 1) <= TWICE and credit.found != 1.0:
+        return f"{by} of its curve already: it was accepted before, and accepting it again changes nothing"
+    return ""
 
 
 def _compared(

@@ -9,8 +9,8 @@ A sensor's noise is not a tracking error. So measured less reference velocity go
 is not subtracted: a PID that follows its sensor turns noise into true error of the opposite sign, so the two are not
 independent. How the source paper treated its noise is not known.
 
-The paper's errors are of an axis that is asked to move. `WholeError` measures every axis over the whole mission, so
-that what moves without being asked to counts as well.
+The paper's errors are of an axis that is asked to move. `WholeError` measures every axis over the whole mission,
+including motion that was not asked for.
 """
 
 import math

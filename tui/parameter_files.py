@@ -47,7 +47,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> tuple[dict[st
 
 
 def foretelling_of(sidecar: Sidecar) -> Foretelling | None:
-    """What a sidecar foretells of the next dive; None if it foretells nothing."""
+    """The parts of a sidecar about the next dive; None if it has none."""
     if not sidecar.foretold and not sidecar.credits:
         return None
     return Foretelling(

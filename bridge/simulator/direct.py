@@ -23,7 +23,7 @@ TICK_S = 1 / RATE_HZ
 
 
 class Itinerary(Protocol):
-    """What is flown: a `Mission`, or the reference of a dive that was recorded."""
+    """A `Mission`, or the reference of a recorded dive."""
 
     @property
     def start_depth_m(self) -> float: ...

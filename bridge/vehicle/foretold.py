@@ -1,6 +1,6 @@
-"""What accepting a diagnosis foretells of the next dive, and the thrust that a vehicle credits its thrusters with.
+"""The tracking error foretold with an accepted diagnosis, and the thrust that a vehicle credits its thrusters with.
 
-Both lie in the sidecar of a parameter file: the next dive is held against the first, an upload against the second.
+Both are kept in the sidecar of a parameter file: the next dive is compared with the first, an upload with the second.
 """
 
 from dataclasses import dataclass

@@ -249,8 +249,8 @@ class Sidecar:
     `thrust_shift` is the relative change of the thrust by a weighed prior, already contained in the values; `dived` is
     the beginning of the dive, at least its date; `prior_dives` are the earlier dives that entered the values through
     priors; `effects` are the model's effects beyond its coefficients, including effects that no parameter holds;
-    `doubted` gives reasons to doubt a value, by coefficient. `foretold` is what a diagnosis foretells of the next dive
-    with these values; `credits` says of the thrusters whose gain is among them how the vehicle's own allocation went by
+    `doubted` gives reasons to doubt a value, by coefficient. `foretold` is the tracking error of the next dive with
+    these values; `credits` says of the thrusters whose gain is among them how the vehicle's own allocation went by
     them in the dive.
     """
 

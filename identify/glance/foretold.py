@@ -1,4 +1,4 @@
-"""A dive held against what the acceptance of a diagnosis foretold of it, and against the gains that were accepted."""
+"""Comparison of a dive with the errors foretold for it and with the gains accepted before it."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -21,8 +21,11 @@ SMALL: Final = {"m/s": 0.005, "rad/s": 0.0026}
 
 @dataclass(frozen=True)
 class Foretelling:
-    """What a sidecar foretells, and of what: the dive that was diagnosed, by its name, its SHA-256 and its beginning
-    (UTC text, "" if unknown), and the labels of the accepted effects. credits: of thrusters with an accepted gain."""
+    """The contents of a sidecar about the next dive.
+
+    dive, sha256, dived: name, SHA-256 and beginning (UTC text, "" if unknown) of the diagnosed dive. effects: labels of
+    the accepted effects. rows: foretold errors. credits: of thrusters with an accepted gain.
+    """
 
     vehicle: str
     configuration: str
@@ -46,7 +49,7 @@ class Held:
 
     @property
     def what(self) -> str:
-        """`surge as foretold`, `surge not as foretold` or what keeps it from being said."""
+        """`surge as foretold`, `surge not as foretold`."""
         if not self.comparable:
             return f"{self.foretold.axis} in another mission than foretold"
         how = "nearly as" if self.kept is None else "as" if self.kept else "not as"
@@ -118,7 +121,7 @@ def _held(row: Foretold, error: WholeError) -> Held:
 @dataclass(frozen=True)
 class MadeUp:
     """How a dive made up for a weak thruster. went_by: gain over its curve that the allocation went by, accepted
-    effects included; `credit.true` is what it gives."""
+    effects included; `credit.true` is its thrust as diagnosed."""
 
     credit: Credit
     went_by: float
@@ -134,7 +137,7 @@ class MadeUp:
 
     @property
     def unmended(self) -> bool:
-        """Whether it went by less than what was accepted, which then was not in force."""
+        """Whether the accepted gain was not in force."""
         return not self.once and not self.twice
 
     @property

@@ -279,7 +279,7 @@ def go_no_go(
 ) -> Raising | None:
     """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference.
 
-    `held`: axes of that part beside what was foretold of them; `made_up`: thrusters with an accepted gain.
+    `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain.
     """
     part = in_one_mode(dive)
     mode, dive = part.mode, part.dive
@@ -314,7 +314,7 @@ def _unasked(errors: Sequence[WholeError]) -> list[Criterion]:
     still = [error for error in errors if error.unasked <= MOST_UNASKED[error.unit]]
     said = ", ".join(f"{error.axis} {speed(error.unasked, error.unit)}" for error in still)
     most = " and ".join(speed(limit, unit) for unit, limit in MOST_UNASKED.items())
-    together = [Criterion("what is not asked to move", True, f"{said} rms, at most {most}")] if still else []
+    together = [Criterion("not asked to move", True, f"{said} rms, at most {most}")] if still else []
     return [*together, *(_moving(error) for error in errors if error not in still)]
 
 

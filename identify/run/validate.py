@@ -31,7 +31,7 @@ MODES: Final = ("PID", "shadow", "FF", "both")
 @dataclass(frozen=True)
 class Run:
     """A dive in one mode (a label of MODES, "" if unknown); `label` names it in tables, `raising` is None if that can't
-    be judged. `held`: axes beside what was foretold of them before the dive."""
+    be judged. `held`: axes with the errors foretold for them."""
 
     label: str
     dive: Dive
@@ -80,8 +80,8 @@ class Validation:
 def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None = None) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
-    `told`: what was foretold when a diagnosis was accepted; dives made after the one that was diagnosed are held
-    against it.
+    `told`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared with
+    it.
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
@@ -108,8 +108,8 @@ def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
 
 
 def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, told: Foretelling | None) -> Run:
-    """The run with what was foretold of it, and whether the feed-forward may be raised: None if the dive or the vehicle
-    file can't decide that."""
+    """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
+    vehicle file can't decide that."""
     try:
         configuration = file.configuration_of(whole.configuration_index())
     except ConfigError:

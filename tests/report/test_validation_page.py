@@ -100,8 +100,8 @@ def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much(
 
 def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_table_5():
     report = made({"PID": moving("pid", 1.5), "both": moving("both", 0.2)})
-    assert [section.heading for section in report.sections] == ["Surge"]
-    (surge,) = report.sections
+    assert [section.heading for section in report.sections] == ["Every axis, over the whole mission", "Surge"]
+    surge = report.sections[1]
     assert [figure.name for figure in surge.figures] == [
         "errors in surge by phase",
         "errors in surge of all dives",
@@ -119,7 +119,7 @@ def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_t
 
 def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_first_moves():
     dives = {"PID": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
-    (box,) = made(dives).sections[0].figures[1].draw(10.0).axes
+    (box,) = made(dives).sections[1].figures[1].draw(10.0).axes
     early, late = (line.get_data() for line in box.get_lines()[:2])
     assert early[0][0] == pytest.approx(0.0, abs=0.1)
     assert np.interp(early[0], *late) == pytest.approx(early[1], abs=0.01)
@@ -149,6 +149,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     report = made({"PID": moving("pid", 1.5)}, {"PID": judged})
     assert [section.heading for section in report.sections] == [
         "May the feed-forward be raised?",
+        "Every axis, over the whole mission",
         "Surge",
         "What go and no-go rest on",
     ]
@@ -158,7 +159,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     html = render_report(report)
     assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(sentence)}</p>' in html
     assert 'class="judged yes"' not in html
-    assert report.sections[2].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+    assert report.sections[3].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
 
 
 def test_a_dive_without_a_reference_makes_a_page_that_says_so():

@@ -40,6 +40,7 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
     assert vehicle.endswith("ruvifist.yaml:hovering")
     assert words == (
         "validate", str(tmp_path / DIVE), str(tmp_path / CHECK), "--vehicle", vehicle,
+        "--receipts", "receipts",
         "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
     )  # fmt: skip
 

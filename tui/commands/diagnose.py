@@ -182,7 +182,7 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
         name: why for name, why in clauses(doubts, OF_HULL).items() if name in diagnosis.accepted.values
     }
     outcome = worst(doubt.outcome for doubt in doubts)
-    foresight = foretell(diagnosis, dive, file)
+    foresight = foretell(diagnosis.accepted, diagnosis.hull, dive, file, diagnosis.configuration)
     write_accepted(path, diagnosis, dive, file, doubted, outcome, foresight)
     shape = file.vehicle.configurations[diagnosis.configuration]
     how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"
@@ -341,8 +341,8 @@ def write_accepted(
     """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 
     `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
-    a gap is left that no cause explains, the outcome is that data and model disagree. `foresight` is what the next dive
-    is held against. Raises ParamRejected.
+    a gap is left that no cause explains, the outcome is that data and model disagree. `foresight` is kept for
+    comparison with the next dive. Raises ParamRejected.
     """
     accepted, configuration = diagnosis.accepted, diagnosis.configuration
     outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 def foretelling(
     given: str | None, receipts: Path, dives: Sequence[Dive], file: VehicleFile
 ) -> Foretelling | None:
-    """What was foretold of the dives: by the file that is named, or by the newest upload in `receipts` that stands.
+    """The foretelling in the named file, or else in the newest upload in `receipts` that stands.
 
     Raises UsageError for a named file that foretells nothing.
     """

@@ -63,7 +63,7 @@ class Verdict:
 @dataclass(frozen=True)
 class Run:
     """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur. `whole` by axis, then by
-    WHOLE; `foretold` says how it came beside what was foretold, "" if nothing was."""
+    WHOLE; `foretold` is the sentence on the foretold errors, "" if nothing was foretold."""
 
     label: str
     dive: str
