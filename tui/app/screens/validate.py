@@ -36,7 +36,7 @@ EFFORTS: Final = {
     "pid_minus_ff": "steady |PID - FF|",
 }
 
-WHOLE: Final = {"rms": "", "unasked": "while others move"}
+WHOLE: Final = ("rms", "unasked")
 
 MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
     True: ("● ok ", "quiet"),
@@ -159,18 +159,19 @@ def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
 
 
 def whole_lines(runs: Sequence[Run], chosen: str, width: int) -> Lines:
-    """Every axis over the whole mission, rms, asked to move or not; no lines if no dive tells it."""
-    axes = dict.fromkeys(axis for run in runs for axis in run.whole)
+    """Every axis, rms over the whole mission and while it was not asked to move; no lines if no dive tells it."""
     lines: list[Line] = []
-    for axis in axes:
-        factor, shown = (1e3, "mm/s") if DOFS.index(axis) < 3 else (math.degrees(1.0), "deg/s")
-        for key, words in WHOLE.items():
-            values = [run.whole.get(axis, {}).get(key, math.nan) * factor for run in runs]
-            what = words or f"{axis}, {shown}"
-            lines.append(_row(what, values, 1 if shown == "mm/s" else 2, width, mark=not words))
+    for axis in dict.fromkeys(axis for run in runs for axis in run.whole):
+        factor, shown, digits = (1e3, "mm/s", 1) if DOFS.index(axis) < 3 else (math.degrees(1.0), "deg/s", 2)
+        line: Line = ((f"{f'  {axis}, {shown}':<{PHASE_CELLS}}", "quiet"),)
+        for run in runs:
+            parts = (run.whole.get(axis, {}).get(key, math.nan) for key in WHOLE)
+            said = " / ".join(number(factor * value, digits) for value in parts)
+            line = (*line, (f"{cut(said, width - 1):>{width}}", "plain"))
+        lines.append(line)
     if not lines:
         return ()
-    head: Line = ((f"{'whole mission, rms':<{PHASE_CELLS}}", "strong"),)
+    head: Line = ((f"{'rms: whole / unasked':<{PHASE_CELLS}}", "strong"),)
     for run in runs:
         role: Role = "strong" if run.dive == chosen else "quiet"
         head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
