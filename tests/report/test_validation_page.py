@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.foretold import Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
+from identify.glance.foretold import Held
 from identify.glance.raising import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
@@ -160,6 +162,27 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(sentence)}</p>' in html
     assert 'class="judged yes"' not in html
     assert report.sections[3].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+
+
+def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
+    row = Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
+    dive = moving("both", 0.2)
+    run = Run("both", dive, tracking_errors(dive), None, "both", (Held(row, 0.0061, 0.18, True),))
+    report = validation_report(Validation(FILE, (run,), AT_ORIGIN))
+    assert report.verdict.startswith(
+        "both: As foretold: surge 13 (ff) -> 6.0 mm/s, flown 6.1. 'both' errs: in surge"
+    )
+
+
+def test_every_axis_has_its_rows_whether_it_was_asked_to_move_or_not():
+    dive = moving("pid", 1.5)
+    swayed = dive.velocity.value + np.array([0.0, 0.05, 0.0])
+    section = made({"PID": replace(dive, velocity=Signal(dive.velocity.time_s, swayed))}).sections[0]
+    assert section.heading == "Every axis, over the whole mission"
+    rows = dict(section.tables[0].rows)
+    assert rows["Sway, whole mission"] == rows["Sway, while others move"] == "50 mm/s"
+    assert rows["Surge, while others move"] == "—"
+    assert rows["Yaw, whole mission"] == "0 deg/s"
 
 
 def test_a_dive_without_a_reference_makes_a_page_that_says_so():
