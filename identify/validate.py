@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
+from bridge.vehicle.mode import Mode
 from identify.dive import Array, Dive, Signal
 from identify.filters import ORDER, low_pass
 from identify.statistics import bulk_std
@@ -112,8 +114,9 @@ class WholeError:
     """Error of an axis over the whole mission, whether it was asked to move or not; m/s or rad/s, NaN if unknown.
 
     The mission lasts from the first motion of any reference to SETTLED_S after the last. rms: of the whole. asked: rms
-    of this axis's reference. unasked: rms while this axis has rested for SETTLED_S and another has not. rest: rms while
-    no reference has moved for SETTLED_S. noise: of the sensor, as it remains in all of these; white noise alone.
+    of this axis's reference. unasked: rms while the controller has held this axis at rest for SETTLED_S and another has
+    moved; NaN for an axis that nothing holds. rest: rms while no reference has moved for SETTLED_S. noise: of the
+    sensor, as it remains in all of these; white noise alone.
     """
 
     axis: str
@@ -247,7 +250,7 @@ def _whole_error(dive: Dive, dof: int, lever_m: Vector3, moves: Mask) -> WholeEr
     time_s = response.time_s
     smooth, noise = _low(time_s, (response.value - reference.at(time_s))[:, 0])
     any_moves = np.asarray(moves.any(axis=1))
-    since_s = _since_s(reference.time_s, moves[:, dof], time_s)
+    since_s = _since_s(reference.time_s, moves[:, dof] | ~_holds(dive, dof, reference.time_s), time_s)
     since_any_s = _since_s(reference.time_s, any_moves, time_s)
     first_s = reference.time_s[np.argmax(any_moves)]
     under_way = (time_s >= first_s) & (since_any_s <= SETTLED_S)
@@ -261,6 +264,17 @@ def _whole_error(dive: Dive, dof: int, lever_m: Vector3, moves: Mask) -> WholeEr
         _rms(smooth, since_any_s > SETTLED_S),
         noise,
     )
+
+
+def _holds(dive: Dive, dof: int, time_s: Array) -> Mask:
+    """Where the controller acts on an axis (n,): a PID that is exactly zero does not, as where a mission pushes by
+    itself or the gains are zero. By the feed-forward alone, surge, sway and yaw are held by that."""
+    if dive.tau_pid is None or not len(dive.tau_pid):
+        return np.ones(len(time_s), dtype=bool)
+    acts = np.nan_to_num(dive.tau_pid.held_at(time_s)[:, dof]) != 0.0
+    if dof in FEEDFORWARD_DOFS and dive.ff_mode is not None and len(dive.ff_mode):
+        acts |= dive.ff_mode.held_at(time_s)[:, 0] == float(Mode.ALONE)
+    return np.asarray(acts)
 
 
 def _since_s(reference_s: Array, moving: Mask, time_s: Array) -> Array:

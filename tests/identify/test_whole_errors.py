@@ -94,7 +94,11 @@ def disturbed(mode: Mode, dof: int, size: float, at_rest: float = 0.0) -> Dive:
     extra = np.where(under_way, size, at_rest) * math.sqrt(2) * np.sin(2 * np.pi * 0.2 * time_s)
     velocity, gyro = dive.velocity.value.copy(), dive.gyro.value.copy()
     (velocity if dof < 3 else gyro)[:, dof % 3] += extra
-    return replace(dive, velocity=Signal(time_s, velocity), gyro=Signal(time_s, gyro))
+    pid = dive.tau_pid.value.copy()
+    pid[:, dof] = 0.01
+    return replace(
+        dive, velocity=Signal(time_s, velocity), gyro=Signal(time_s, gyro), tau_pid=Signal(time_s, pid)
+    )
 
 
 @pytest.mark.parametrize("mode", [Mode.SHADOW, Mode.ALONE])
@@ -128,10 +132,24 @@ def test_two_degrees_a_second_of_yaw_are_told_in_degrees():
 
 
 def test_axes_that_keep_still_share_a_line():
-    (line,) = [c for c in judged(flown(Mode.SHADOW)).criteria if c.what == "not asked to move"]
+    (line,) = [c for c in judged(disturbed(Mode.SHADOW, 1, 0.0)).criteria if c.what == "not asked to move"]
     assert line.passed
     assert line.words.endswith("rms, at most 10 mm/s and 0.30 deg/s")
     assert MOST_UNASKED["m/s"] == 0.010
+
+
+def test_an_axis_that_nothing_holds_is_measured_and_not_judged():
+    """A mission that pushes sway by itself, or a vehicle that has no thrust there."""
+    dive = disturbed(Mode.SHADOW, 1, 0.2)
+    pid = dive.tau_pid.value.copy()
+    pid[:, 1] = 0.0
+    pushed = replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pid))
+    found = {error.axis: error for error in whole_errors(pushed)}["sway"]
+    assert found.rms == pytest.approx(0.2, rel=0.05)
+    assert math.isnan(found.unasked)
+    assert judged(pushed).go
+    alone = replace(pushed, ff_mode=Signal(dive.ff_mode.time_s, np.full_like(dive.ff_mode.value, 2.0)))
+    assert not judged(alone).go
 
 
 def test_what_moves_as_much_at_rest_is_the_sea_s_and_not_judged():
