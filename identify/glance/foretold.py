@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Array, Dive
-from identify.validate import WholeError
 from identify.words import fixed, speed
+
+if TYPE_CHECKING:
+    from identify.validate import WholeError  # loads scipy.optimize
 
 THIRD: Final = 4 / 3
 """An error up to this multiple of the foretold one is as foretold: another sea does as much."""
@@ -103,7 +105,7 @@ def is_alike(one: float, other: float) -> bool:
     return high < 1e-3 or low * THIRD >= high
 
 
-def held_against(errors: Sequence[WholeError], rows: Sequence[Foretold], mode: Mode) -> tuple[Held, ...]:
+def held_against(errors: Sequence["WholeError"], rows: Sequence[Foretold], mode: Mode) -> tuple[Held, ...]:
     """The errors of a dive flown in one mode beside those foretold for that mode."""
     by_axis = {error.axis: error for error in errors}
     return tuple(
@@ -111,7 +113,7 @@ def held_against(errors: Sequence[WholeError], rows: Sequence[Foretold], mode: M
     )
 
 
-def _held(row: Foretold, error: WholeError) -> Held:
+def _held(row: Foretold, error: "WholeError") -> Held:
     within = error.rms <= THIRD * row.after
     far = error.rms > TWOFOLD * row.after and error.rms > SMALL[row.unit]
     kept = None if not is_alike(error.asked, row.asked) else True if within else False if far else None

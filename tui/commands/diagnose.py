@@ -28,7 +28,6 @@ from identify.diagnose.result import Diagnosis
 from identify.diagnose.shrink import csv_of
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
-from identify.foretell import Foresight, foretell, foretold_lines
 from identify.glance.foretold import began
 from identify.identification import Outcome, worst
 from identify.ingest.open import read_dive
@@ -45,6 +44,7 @@ from tui.parameter_files import Leave, check_outcome, read_identification
 from tui.recordings import column_map_for, read_together, ruled_out
 
 if TYPE_CHECKING:
+    from identify.foretell import Foresight
     from identify.report.page import Report
 
 
@@ -182,6 +182,8 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
         name: why for name, why in clauses(doubts, OF_HULL).items() if name in diagnosis.accepted.values
     }
     outcome = worst(doubt.outcome for doubt in doubts)
+    from identify.foretell import foretell, foretold_lines  # loads scipy.optimize
+
     foresight = foretell(diagnosis.accepted, diagnosis.hull, dive, file, diagnosis.configuration)
     write_accepted(path, diagnosis, dive, file, doubted, outcome, foresight)
     shape = file.vehicle.configurations[diagnosis.configuration]
@@ -336,7 +338,7 @@ def write_accepted(
     file: VehicleFile,
     doubted: Mapping[str, str],
     by_recording: Outcome,
-    foresight: Foresight,
+    foresight: "Foresight",
 ) -> None:
     """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 
