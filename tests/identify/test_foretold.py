@@ -117,6 +117,7 @@ def test_the_next_dives_are_those_after_the_one_that_was_diagnosed():
     told = Foretelling("v", "c", "d", "a", began(first), ())
     assert told.dived == "2026-09-21T14:14:20Z"
     assert not is_next(first, told)
+    assert not is_next(dive("a", None), told)
     assert not is_next(dive("b", 1_789_999_990.0), told)
     assert is_next(dive("b", 1_790_000_010.0), told)
     assert is_next(dive("b", None, "2026-09-22T0900Z-x"), told)
