@@ -5,6 +5,8 @@ Both are kept in the sidecar of a parameter file: the next dive is compared with
 
 from dataclasses import dataclass
 
+from bridge.vehicle.coefficients import DOFS
+
 
 @dataclass(frozen=True)
 class Foretold:
@@ -23,6 +25,10 @@ class Foretold:
     after: float
     asked: float
 
+    def __post_init__(self) -> None:
+        if self.axis not in DOFS or self.unit not in ("m/s", "rad/s"):
+            raise ValueError(f"foretold: '{self.axis}' in {self.unit} is no speed of an axis")
+
 
 @dataclass(frozen=True)
 class Credit:
@@ -38,6 +44,10 @@ class Credit:
     found: float
     allocated: float | None
     acting: bool
+
+    def __post_init__(self) -> None:
+        if self.thruster < 1 or not (self.assumed > 0 and self.found > 0):
+            raise ValueError("credits: thrusters are numbered from 1, and gains are above 0")
 
     @property
     def true(self) -> float:

@@ -260,3 +260,21 @@ def test_a_model_of_which_a_part_alone_was_sent_foretells_nothing(tmp_path):
     kept = read_sidecar(keep_accepted(receipt, FORETOLD, False))
     assert kept.foretold == ()
     assert kept.credits == FORETOLD.credits
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        ("foretold", "unit", "furlongs"),
+        ("foretold", "axis", "x"),
+        ("credits", "found", 0.0),
+        ("credits", "thruster", 0),
+    ],
+)
+def test_a_sidecar_that_foretells_of_no_axis_or_of_no_thruster_is_refused(tmp_path, part, key, value):
+    path = tmp_path / "mended.param"
+    data = dataclasses.asdict(FORETOLD)
+    data[part][0][key] = value
+    path.with_name("mended.param.json").write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(ParamRejected, match=f"{part}: "):
+        read_sidecar(path)

@@ -141,6 +141,13 @@ def test_every_axis_stands_first_over_the_whole_mission_and_while_it_was_not_ask
     ]
 
 
+@pytest.mark.parametrize("change", [{"axis": "x"}, {"axis": []}, {"rms": "much"}], ids=str)
+def test_a_whole_mission_of_no_axis_is_no_validation(change):
+    data = validation()
+    data[0]["whole"][0] |= change
+    assert runs(data) is None
+
+
 def test_what_was_foretold_stands_in_the_verdict_before_its_sentence():
     shown = runs(validation())
     lines = plain(validate.verdict_lines(shown[1], 90))

@@ -93,7 +93,10 @@ def _run(data: Mapping[str, Any]) -> Run:
         {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
         {entry["axis"]: {key: real(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
         tuple(Followed.from_json(entry) for entry in data["curves"]),
-        {entry["axis"]: {key: real(entry[key]) for key in WHOLE} for entry in data.get("whole", ())},
+        {
+            DOFS[DOFS.index(entry["axis"])]: {key: real(entry[key]) for key in WHOLE}
+            for entry in data.get("whole", ())
+        },
         str(data.get("as_foretold", "")),
     )
 
