@@ -8,6 +8,9 @@ A sensor's noise is not a tracking error. So measured less reference velocity go
 `identify.filters`, the same in every mode. The white noise that passes below the cut-off is reported, but its power
 is not subtracted: a PID that follows its sensor turns noise into true error of the opposite sign, so the two are not
 independent. How the source paper treated its noise is not known.
+
+The paper's errors are of an axis that is asked to move. `WholeError` measures every axis over the whole mission,
+including motion that was not asked for.
 """
 
 import math
@@ -19,11 +22,16 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
+from bridge.vehicle.mode import Mode
 from identify.dive import Array, Dive, Signal
 from identify.filters import ORDER, low_pass
 from identify.statistics import bulk_std
 
 AXES = (0, 1, 5)
+EVERY = tuple(range(6))
+SETTLED_S = 5.0
+"""A vehicle may still move for so long after a reference has come to rest: its PID is late."""
 PHASES = ("Acceleration", "Steady state", "Deceleration", "Overall")
 STEADY_SHARE = 0.05
 LEAST_SLOPE = 1e-4
@@ -36,6 +44,8 @@ METHOD = (
     "tracking; what the source paper did with its noise is not known."
 )
 SHORTEST_RUN_S = 2.0
+LEAST_SAMPLES = 10
+"""Of an rms: two seconds of a slow DVL."""
 SPEED_STEP = 0.01
 
 Mask = NDArray[np.bool_]
@@ -100,11 +110,31 @@ class AxisErrors:
 
 
 @dataclass(frozen=True)
+class WholeError:
+    """Error of an axis over the whole mission, whether it was asked to move or not; m/s or rad/s, NaN if unknown.
+
+    The mission lasts from the first motion of any reference to SETTLED_S after the last. rms: of the whole. asked: rms
+    of this axis's reference. unasked: rms while the controller has held this axis at rest for SETTLED_S and another has
+    moved; NaN for an axis that nothing holds. rest: rms while no reference has moved for SETTLED_S. noise: of the
+    sensor, as it remains in all of these; white noise alone.
+    """
+
+    axis: str
+    unit: str
+    rms: float
+    asked: float
+    unasked: float
+    rest: float
+    noise: float
+
+
+@dataclass(frozen=True)
 class TrackingErrors:
-    """The axes whose reference moved during the dive."""
+    """The axes whose reference moved during the dive, and every axis over the whole of it."""
 
     dive: str
     axes: tuple[AxisErrors, ...]
+    whole: tuple[WholeError, ...] = ()
 
     def axis(self, name: str) -> AxisErrors | None:
         return next((a for a in self.axes if a.axis == name), None)
@@ -123,7 +153,21 @@ class Row:
 def tracking_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> TrackingErrors:
     """Return the errors of a dive; no axes if it has no NU_REF. `lever_m`: the DVL's transducer in body axes."""
     axes = (_axis_errors(dive, dof, lever_m) for dof in AXES)
-    return TrackingErrors(dive.name, tuple(axis for axis in axes if axis is not None))
+    return TrackingErrors(
+        dive.name, tuple(axis for axis in axes if axis is not None), whole_errors(dive, lever_m)
+    )
+
+
+def whole_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tuple[WholeError, ...]:
+    """Errors of every axis that is measured, over the whole mission; none if no reference moves."""
+    reference = dive.nu_ref
+    if reference is None or len(reference) < 2:
+        return ()
+    moves = np.abs(np.nan_to_num(reference.value[:, :6])) > LEAST_SPEED
+    if not moves.any():
+        return ()
+    errors = (_whole_error(dive, dof, lever_m, moves) for dof in EVERY)
+    return tuple(error for error in errors if error is not None)
 
 
 def compare(runs: Mapping[str, Dive], lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tuple[Row, ...]:
@@ -171,9 +215,11 @@ def delay(reference: Signal, response: Signal) -> float:
 
 
 def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """Measured speed of an axis of AXES, (n, 1), unknown samples included: the DVL's at the origin, or the yaw rate."""
+    """Measured speed of an axis, (n, 1), unknown samples included: the DVL's at the origin, or the gyro's rate."""
     if dof == 5:
         return dive.yaw_rate
+    if dof >= 3:
+        return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, dof - 3 : dof - 2])
     if dive.velocity is None or not len(dive.velocity):
         return None
     time_s, value = dive.velocity.time_s, dive.velocity.value
@@ -182,7 +228,8 @@ def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
     return Signal(time_s, value[:, dof : dof + 1])
 
 
-def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
+def _followed(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] | None:
+    """Reference and response of an axis, (n, 1) each, the response within the time of the reference."""
     measured = measured_speed(dive, dof, lever_m)
     if dive.nu_ref is None or len(dive.nu_ref) < 2 or measured is None:
         return None
@@ -190,10 +237,58 @@ def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
     if len(response) < 2:
         return None
     reference = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, dof : dof + 1])
-    slope = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, 6 + dof : 7 + dof])
+    inside = (response.time_s >= reference.time_s[0]) & (response.time_s <= reference.time_s[-1])
+    return reference, Signal(response.time_s[inside], response.value[inside])
+
+
+def _whole_error(dive: Dive, dof: int, lever_m: Vector3, moves: Mask) -> WholeError | None:
+    """moves (m, 6): where each axis's reference moves, at the times of NU_REF."""
+    followed = _followed(dive, dof, lever_m)
+    if followed is None or len(followed[1]) < LEAST_SAMPLES:
+        return None
+    reference, response = followed
     time_s = response.time_s
-    inside = (time_s >= reference.time_s[0]) & (time_s <= reference.time_s[-1])
-    response = Signal(time_s[inside], response.value[inside])
+    smooth, noise = _low(time_s, (response.value - reference.at(time_s))[:, 0])
+    any_moves = np.asarray(moves.any(axis=1))
+    since_s = _since_s(reference.time_s, moves[:, dof] | ~_holds(dive, dof, reference.time_s), time_s)
+    since_any_s = _since_s(reference.time_s, any_moves, time_s)
+    first_s = reference.time_s[np.argmax(any_moves)]
+    under_way = (time_s >= first_s) & (since_any_s <= SETTLED_S)
+    asked = reference.at(time_s)[under_way, 0]
+    return WholeError(
+        DOFS[dof],
+        _unit(dof),
+        _rms(smooth, under_way),
+        float(np.sqrt(np.mean(asked**2))) if len(asked) else math.nan,
+        _rms(smooth, under_way & (since_s > SETTLED_S)),
+        _rms(smooth, since_any_s > SETTLED_S),
+        noise,
+    )
+
+
+def _holds(dive: Dive, dof: int, time_s: Array) -> Mask:
+    """Where the controller acts on an axis (n,): a PID that is exactly zero does not, as where a mission pushes by
+    itself or the gains are zero. By the feed-forward alone, surge, sway and yaw are held by that."""
+    if dive.tau_pid is None or not len(dive.tau_pid):
+        return np.ones(len(time_s), dtype=bool)
+    acts = np.nan_to_num(dive.tau_pid.held_at(time_s)[:, dof]) != 0.0
+    if dof in FEEDFORWARD_DOFS and dive.ff_mode is not None and len(dive.ff_mode):
+        acts |= dive.ff_mode.held_at(time_s)[:, 0] == float(Mode.ALONE)
+    return np.asarray(acts)
+
+
+def _since_s(reference_s: Array, moving: Mask, time_s: Array) -> Array:
+    """Time (n,) since the reference last moved, infinite before it first did."""
+    last_s = np.maximum.accumulate(np.where(moving, reference_s, -np.inf))
+    return np.asarray(time_s - last_s[np.searchsorted(reference_s, time_s, side="right") - 1])
+
+
+def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
+    followed = _followed(dive, dof, lever_m)
+    if followed is None or dive.nu_ref is None:
+        return None
+    reference, response = followed
+    slope = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, 6 + dof : 7 + dof])
     time_s = response.time_s
     masks = phases(reference.at(time_s)[:, 0], slope.at(time_s)[:, 0])
     if not masks.any.any():
@@ -279,6 +374,11 @@ def _correlation(a: Array, b: Array) -> float:
 
 def _mean(value: Array, mask: Mask) -> float:
     return float(value[mask].mean()) if mask.any() else math.nan
+
+
+def _rms(value: Array, mask: Mask) -> float:
+    """NaN for fewer than LEAST_SAMPLES."""
+    return float(np.sqrt(np.mean(value[mask] ** 2))) if np.count_nonzero(mask) >= LEAST_SAMPLES else math.nan
 
 
 def _unit(dof: int) -> str:

@@ -49,6 +49,14 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
     return fixed(value, decimals), f"{fixed(low, decimals)} to {fixed(high, decimals)}"
 
 
+def speed(value: float, per: str) -> str:
+    """A speed or an error of it, from m/s or rad/s (`per`): `6.1 mm/s`, `0.17 deg/s`."""
+    if not math.isfinite(value):
+        return MISSING
+    scale, shown = (math.degrees(1.0), "deg/s") if per == "rad/s" else (1e3, "mm/s")
+    return f"{significant(scale * value, 2)} {shown}"
+
+
 def count(number: int) -> str:
     """A whole number in groups of three digits."""
     return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")

@@ -13,6 +13,7 @@ from bridge.schema import why_unread
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.params.files import Sidecar, read_parameters, read_sidecar
 from gcs_plugin.params.plan import coefficient_of
+from identify.glance.foretold import Foretelling
 from identify.identification import Outcome
 
 
@@ -43,6 +44,22 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> tuple[dict[st
     check_vehicle(path, sidecar.vehicle, sidecar.configuration, file)
     named = {name: coefficient for name in values if (coefficient := coefficient_of(name)) is not None}
     return {coefficient.name: values[name] for name, coefficient in named.items() if values[name]}, sidecar
+
+
+def foretelling_of(sidecar: Sidecar) -> Foretelling | None:
+    """The parts of a sidecar about the next dive; None if it has none."""
+    if not sidecar.foretold and not sidecar.credits:
+        return None
+    return Foretelling(
+        sidecar.vehicle,
+        sidecar.configuration,
+        sidecar.dive,
+        sidecar.dive_sha256,
+        sidecar.dived,
+        tuple(effect.label for effect in sidecar.effects),
+        sidecar.foretold,
+        sidecar.credits,
+    )
 
 
 def sidecar_beside(path: Path) -> Sidecar | None:

@@ -556,6 +556,13 @@ def _validate(options: Options) -> None:
     options.value("dives", "DIVE", "a dive folder or a recording; one a mode", nargs="+")
     options.vehicle_file("the vehicle file: where its DVL sits", required=True)
     options.columns()
+    options.value(
+        "--foretold",
+        "PARAM",
+        "what diagnose --accept wrote: hold the dives after it against what it foretold "
+        "(default: what was uploaded last, by the receipts)",
+    )
+    options.value("--receipts", "FOLDER", "where what was uploaded lies", default="receipts")
     options.json("the errors")
     options.report("write a page with the errors and the curves")
 

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.simulator.missions import Mission
 from bridge.simulator.plant import Plant, Stretch
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
@@ -15,10 +15,28 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import GAINS
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation, unwrapped, yaw_of
+from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
 Array = NDArray[np.float64]
 TICK_S = 1 / RATE_HZ
+
+
+class Itinerary(Protocol):
+    """A `Mission`, or the reference of a recorded dive."""
+
+    @property
+    def start_depth_m(self) -> float: ...
+
+    @property
+    def start_heading_rad(self) -> float: ...
+
+    @property
+    def duration_s(self) -> float: ...
+
+    def reference(self, time_s: float) -> Reference:
+        """The reference so long after the start."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -67,7 +85,7 @@ class TruthRun:
 def simulate_truth(
     file: VehicleFile,
     configuration: str,
-    mission: Mission,
+    mission: Itinerary,
     *,
     seed: int,
     parameters: Mapping[str, float] | None = None,

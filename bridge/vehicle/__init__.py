@@ -4,5 +4,6 @@
 effects beyond it · `parameters` the table of both, and its checksum · `dynamics` Fossen's equations · `thrusters` PWM
 to thrust and back · `navigation` the state from samples · `references` speed profiles · `controller` the PID · `mode`
 of the feed-forward · `feedforward` the model's part of the thrust · `accepted_effects` losses of thrusters, a falling
-supply · `shadow` judges the feed-forward before it acts · `autopilot` one control tick.
+supply · `shadow` judges the feed-forward before it acts · `autopilot` one control tick ·
+`foretold` errors foretold for the next dive, gains credited to thrusters.
 """

@@ -54,7 +54,8 @@ class Wanted:
     longer hold; `sidecar` has intervals and origin, if the file has one; `system` is the only MAVLink system that may
     have the values, None for any; `left_out` are the lines of the file that were not chosen. If a vehicle file was
     given, `rigid` is mass or inertia of the rigid body and its standard deviation, by the id of the total, and `kept`
-    the least and the greatest value that such a vehicle takes, by id.
+    the least and the greatest value that such a vehicle takes, by id, and `gains` its own gain of each thruster, by the
+    id of the accepted one.
     """
 
     values: dict[str, float]
@@ -65,6 +66,7 @@ class Wanted:
     left_out: frozenset[str] = frozenset()
     rigid: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     kept: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    gains: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def intervals(self) -> Mapping[str, Interval]:
@@ -420,7 +422,8 @@ def planned(
     if missing:
         raise ParamUnknown(f"{file}: nothing of {', '.join(sorted(missing))} is to be changed; leave it out")
     accepted = last_accepted(receipts, system)
-    doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept)
+    credits = () if wanted.sidecar is None else wanted.sidecar.credits
+    doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept, credits, wanted.gains)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
     lines = compared(plan, wanted.sidecar, accepted)
     return Planned(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))

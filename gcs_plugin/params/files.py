@@ -18,6 +18,7 @@ from bridge.plain import from_json
 from bridge.schema import why_unread
 from bridge.text import printable
 from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params import float32
 
 LARGEST_FILE_BYTES: Final = 4_000_000
@@ -246,9 +247,11 @@ class Sidecar:
     """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by parameter id, outcome.
 
     `thrust_shift` is the relative change of the thrust by a weighed prior, already contained in the values; `dived` is
-    the date of the dive; `prior_dives` are the earlier dives that entered the values through priors; `effects` are the
-    model's effects beyond its coefficients, including effects that no parameter holds; `doubted` gives reasons to doubt
-    a value, by coefficient.
+    the beginning of the dive, at least its date; `prior_dives` are the earlier dives that entered the values through
+    priors; `effects` are the model's effects beyond its coefficients, including effects that no parameter holds;
+    `doubted` gives reasons to doubt a value, by coefficient. `foretold` is the tracking error of the next dive with
+    these values; `credits` says of the thrusters whose gain is among them how the vehicle's own allocation went by
+    them in the dive.
     """
 
     dive_sha256: str
@@ -267,6 +270,8 @@ class Sidecar:
     dive_opening: str = ""
     effects: tuple[AcceptedEffect, ...] = ()
     doubted: dict[str, str] = field(default_factory=dict)
+    foretold: tuple[Foretold, ...] = ()
+    credits: tuple[Credit, ...] = ()
 
 
 def sidecar_path(path: Path) -> Path:

@@ -67,6 +67,7 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, complete: bool) -> 
                 intervals={name: known for name, known in sidecar.intervals.items() if name in values},
                 doubted={name: why for name, why in sidecar.doubted.items() if name in coefficients},
                 effects=sidecar.effects if complete else (),
+                foretold=sidecar.foretold if complete else (),
             ),
         )
     return path
@@ -89,6 +90,18 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
             name: AcceptedValue(value, intervals.get(name), kept.time) for name, value in values.items()
         }
     return accepted
+
+
+def last_sidecar(receipts: Path, configuration: str) -> Sidecar | None:
+    """Sidecar of the newest upload of a configuration's model that stands; None if its files can't be read."""
+    for kept in reversed(_standing(receipts, None)):
+        try:
+            sidecar = read_sidecar(path_of(kept.preimage, ACCEPTED))
+        except ParamError:
+            return None
+        if sidecar is not None and sidecar.configuration == configuration:
+            return sidecar
+    return None
 
 
 def newest_before(receipts: Path, system: int) -> Path:

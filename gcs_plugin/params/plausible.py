@@ -1,14 +1,18 @@
 """Plausibility checks of parameter values before an upload. Pure.
 
 A value is checked against its 95 % interval, the rigid body, the range possible for the vehicle, and the value accepted
-last; an upload must not leave half a model of an axis, nor raise the feed-forward's mode.
+last; an upload must not leave half a model of an axis, raise the feed-forward's mode, nor make up for a weak thruster
+that the vehicle makes up for by itself.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import Final
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS, MASSES, QUADRATICS, Coefficient
+from bridge.vehicle.effect_coefficients import gain_name
 from bridge.vehicle.feedforward import AXES
+from bridge.vehicle.foretold import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
 from gcs_plugin.params.files import Interval
@@ -25,6 +29,8 @@ LARGE: Final = 0.3
 RATIO: Final = 3.0
 """A value without intervals may be at most this many times the accepted value, and at least its inverse."""
 
+NO_GAINS: Final[Mapping[str, float]] = MappingProxyType({})
+
 _OTHER: Final = {a: b for _, mass, damping in AXES for a, b in ((mass, damping), (damping, mass))}
 """Mass to damping and damping to mass of each axis: the model of an axis needs both."""
 
@@ -35,14 +41,17 @@ def implausible(
     accepted: Mapping[str, AcceptedValue],
     rigid: Mapping[str, tuple[float, float]],
     kept: Mapping[str, tuple[float, float]],
+    credits: Collection[Credit] = (),
+    gains: Mapping[str, float] = NO_GAINS,
 ) -> dict[str, str]:
     """Reasons against the lines that change or are put in force, by id; only implausible lines are in it.
 
     `rigid`: mass or inertia of the rigid body and its standard deviation, by the id of the total. `kept`: least and
-    greatest value possible for the vehicle, by id. Both come from the vehicle file, if it gives them. An effect of 0 is
-    a withdrawal and is not checked; a mass or damping of 0 is checked like any value. A value that would leave an axis
-    of the feed-forward with half a model, given the values on the vehicle, is objected to, and so is a mode that gives
-    the feed-forward more authority: no file raises it in passing.
+    greatest value possible for the vehicle, by id. `gains`: gain that the vehicle file gives a thruster, by the id of
+    its accepted gain. All come from the vehicle file, if it gives them. `credits`: of the file's sidecar. An effect of
+    0 is a withdrawal and is not checked; a mass or damping of 0 is checked like any value. A value that would leave an
+    axis of the feed-forward with half a model, given the values on the vehicle, is objected to, and so are a mode that
+    gives the feed-forward more authority, which no file raises in passing, and a gain that would act twice.
     """
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     objections = {}
@@ -59,10 +68,39 @@ def implausible(
             _against_coasting(row, values),
             half_a_model(row.name, row.target, values),
             _against_raising(row),
+            _against_twice(row, credits, gains, plan.present),
         )
         if reason := next(filter(None, reasons), ""):
             objections[row.name] = reason
     return objections
+
+
+def _against_twice(
+    row: Row, credits: Collection[Credit], gains: Mapping[str, float], present: Mapping[str, float]
+) -> str:
+    """Why an accepted gain would act beside one of the vehicle's own, "" if it would not.
+
+    The vehicle's own gain is that of its file, and that which its allocation went by in the dive that was diagnosed. If
+    accepted effects acted then, the one that it still holds is taken out.
+    """
+    part = part_of_set(row.name)
+    of = {gain_name(credit.thruster): credit for credit in credits}
+    credit = of.get(part[1].name) if part is not None else None
+    if credit is None:
+        return ""
+    held = (present.get(row.name, 0.0) or 1.0) if credit.acting else 1.0
+    allocated = None if credit.allocated is None else credit.allocated / held
+    for own, whose in (
+        (gains.get(row.name), "the vehicle's file gives it"),
+        (allocated, "the vehicle's own allocation went by"),
+    ):
+        if own is not None and abs(own / credit.assumed - 1) > TWICE:
+            return (
+                f"thruster {credit.thruster} is made up for already: {whose} {100 * own:.0f} % of its curve where the "
+                f"diagnosis went by {100 * credit.assumed:.0f} %; with this it would be asked as if it gave "
+                f"{100 * own * row.target:.0f} %, and it gives {100 * credit.true:.0f} %"
+            )
+    return ""
 
 
 def other_half(name: str) -> str:

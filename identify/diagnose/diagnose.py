@@ -29,6 +29,7 @@ from identify.diagnose.gap import (
     character_of,
     depends_on,
     disturbance_of,
+    hull_of,
     missing_of,
     phases_of,
     power_of_drift,
@@ -252,6 +253,7 @@ def diagnose(
         held,
         known.correlations(),
         lateness_of(causes, explanation.now),
+        hull_of(explanation.now),
     )
 
 

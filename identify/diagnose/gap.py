@@ -1,5 +1,6 @@
 """The gap: missing forces and reading errors at every instant, their location, dependence and character."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +13,7 @@ from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import LEVELLED
-from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Phase, Share, Slice
+from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Hull, Phase, Share, Slice
 from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
 from identify.effects.course import Course, in_a_run
@@ -296,6 +297,19 @@ def _nearest(drift: Drift, time_s: Array) -> NDArray[np.intp]:
     """Window with the middle nearest to each time."""
     middle = drift.starts_s + 0.5 * drift.horizon_s
     return np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
+
+
+def hull_of(now: Nominal) -> Hull:
+    """The fit as a vehicle that can be flown; the time constant is the geometric mean of surge's, sway's and yaw's."""
+    force, _ = _levels(now)
+    times_s = _time_constants_s(now)
+    told = [math.log(times_s[dof]) for dof in (0, 1, 5) if dof in times_s]
+    return Hull(
+        tuple(now.course.mass.tolist()),
+        tuple(now.course.damping.tolist()),
+        tuple(np.where(np.isfinite(force), force, 0.0).tolist()),
+        math.exp(sum(told) / len(told)) if told else 1.0,
+    )
 
 
 def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:

@@ -252,6 +252,17 @@ NOTHING = Accepted({}, (), ())
 
 
 @dataclass(frozen=True)
+class Hull:
+    """All masses and dampings (6 each) of the fit with the causes, SI, 0 for a damping that was not fitted; its
+    disturbance's standard deviations (6, N and N m, 0 if not fitted) and time constant."""
+
+    mass: tuple[float, ...]
+    damping: tuple[float, ...]
+    disturbance: tuple[float, ...]
+    disturbance_time_s: float
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The complete answer.
 
@@ -259,7 +270,8 @@ class Diagnosis:
     strongest first. prediction: on the check dive; held: on held-out pieces. numbers: masses and dampings fitted
     together with all causes, accepted or not; correlation: of their logarithms, by pairs of names. late: how late the
     thrust acts beyond the vehicle file, s, causes included; None if the dive doesn't tell. provisos: sentences after
-    the verdict that limit it. first: sentences before it that invalidate all.
+    the verdict that limit it. first: sentences before it that invalidate all. hull: the fit with the causes as a
+    vehicle that can be flown.
     """
 
     dive: str
@@ -283,6 +295,7 @@ class Diagnosis:
     held: Prediction | None = None
     correlation: Mapping[frozenset[str], float] = field(default_factory=dict)
     late: Value | None = None
+    hull: Hull | None = None
 
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -1,5 +1,5 @@
 """Quick looks at a recording, without a fit.
 
 `loss` share of messages missing · `excitation` which coefficients it could identify · `following` curves against the
-reference · `raising` whether the feed-forward may be raised.
+reference · `raising` whether the feed-forward may be raised · `foretold` a dive against the errors foretold for it.
 """

@@ -21,6 +21,15 @@ Feed-forward alone (FF_MODE 2) has no PID to compare with and is judged by its t
 twice the paper's share of the speed (Figs 12, 13: 0.0212 m/s of 0.5 while accelerating, 0.0336 m/s at constant
 speed). With both (3) there is nothing to raise: the PID's force at a held speed must be at most half of the
 feed-forward's.
+
+In every mode, every axis is watched over the whole mission:
+
+- An axis that is not asked to move stays within 10 mm/s, or 0.3 deg/s, rms while another moves. The simulated vehicle
+  stays within half of that in every mode; with a thruster a fifth too weak it does not. Where the vehicle moves half as
+  much while nothing is asked of it, that is the sea's doing, and not judged.
+- Where a diagnosis was accepted before the dive, the errors are at most a third above those that it foretold. The
+  criterion fails at twice as much.
+- A thruster with an accepted gain is made up for once: the allocation goes by its accepted gain to 5 %.
 """
 
 from collections.abc import Sequence
@@ -38,8 +47,18 @@ from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.dive import Array, Dive
 from identify.filters import AlignedDive, aligned, low_pass
-from identify.validate import CUTOFF_HZ, LEAST_SLOPE, SHORTEST_RUN_S, Phases, phases, tracking_errors
-from identify.words import capital
+from identify.glance.foretold import Held, MadeUp
+from identify.validate import (
+    CUTOFF_HZ,
+    LEAST_SLOPE,
+    SHORTEST_RUN_S,
+    Phases,
+    WholeError,
+    phases,
+    tracking_errors,
+    whole_errors,
+)
+from identify.words import capital, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
 ANEW: Final = "identify from this dive, upload, and dive in shadow again"
@@ -66,6 +85,9 @@ OF_THE_TIME: Final = 0.99
 PAPER_STEADY, PAPER_SPEEDING_UP = 0.0336 / 0.5, 0.0212 / 0.5
 MOST_OF_PAPER: Final = 2.0
 MOST_LEFT: Final = 0.5
+MOST_UNASKED: Final = {"m/s": 0.010, "rad/s": 0.3 * np.pi / 180}
+MOST_OF_REST: Final = 2.0
+LOOK_CLOSER: Final = "see what moves it: diagnose this dive"
 NO_REACH: Final = 1e-6
 
 
@@ -248,8 +270,17 @@ def _likeness(a: Array, b: Array) -> float:
     return float(a @ b) / size if size > 0 else 0.0
 
 
-def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | None:
-    """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference."""
+def go_no_go(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    held: Sequence[Held] = (),
+    made_up: Sequence[MadeUp] = (),
+) -> Raising | None:
+    """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference.
+
+    `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain.
+    """
     part = in_one_mode(dive)
     mode, dive = part.mode, part.dive
     if mode is None or dive.nu_ref is None or not len(dive.nu_ref):
@@ -269,7 +300,31 @@ def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | Non
     if all(criterion.passed is None for criterion in criteria):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
     changed = () if part.changed is None else (part.changed,)
-    return Raising(mode, Mode.BOTH, (*changed, *criteria, _thrust(dive, mode, thrusters)))
+    dvl = file.vehicle.sensors.dvl
+    whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
+    unasked = _unasked([error for error in whole if np.isfinite(error.unasked)])
+    foretold = [Criterion(one.what, one.kept, f"foretold {one.figures}", LOOK_CLOSER) for one in held]
+    credited = [Criterion(one.what, one.once, one.words, one.mend) for one in made_up]
+    thrust = _thrust(dive, mode, thrusters)
+    return Raising(mode, Mode.BOTH, (*changed, *criteria, *unasked, *foretold, *credited, thrust))
+
+
+def _unasked(errors: Sequence[WholeError]) -> list[Criterion]:
+    """How much each axis moves that is not asked to: one criterion for those within their limits."""
+    still = [error for error in errors if error.unasked <= MOST_UNASKED[error.unit]]
+    said = ", ".join(f"{error.axis} {speed(error.unasked, error.unit)}" for error in still)
+    most = " and ".join(speed(limit, unit) for unit, limit in MOST_UNASKED.items())
+    together = [Criterion("not asked to move", True, f"{said} rms, at most {most}")] if still else []
+    return [*together, *(_moving(error) for error in errors if error not in still)]
+
+
+def _moving(error: WholeError) -> Criterion:
+    """An axis that moves beyond its limit while others are asked to."""
+    what, most = f"{error.axis} not asked to move", speed(MOST_UNASKED[error.unit], error.unit)
+    words = f"{speed(error.unasked, error.unit)} rms while others move, at most {most}"
+    if error.unasked <= MOST_OF_REST * error.rest:
+        return Criterion(what, None, f"{words}; but {speed(error.rest, error.unit)} at rest: the sea")
+    return Criterion(what, False, words, LOOK_CLOSER)
 
 
 def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:

@@ -14,6 +14,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from identify.dive import Dive, Signal
 from identify.filters import low_pass
+from identify.glance.foretold import verdict_of
 from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
@@ -25,12 +26,13 @@ from identify.validate import (
     LEAST_SPEED,
     METHOD,
     PHASES,
+    SETTLED_S,
     AxisErrors,
     SteadyError,
     TrackingErrors,
     measured_speed,
 )
-from identify.words import MISSING, fixed
+from identify.words import MISSING, fixed, speed
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),
@@ -66,9 +68,11 @@ def validation_report(validation: Validation) -> Report:
     file, lever_m = validation.file, validation.lever_m
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
+    foretold = [f"{run.label}: {verdict_of(run.held)}" for run in runs if run.held]
     notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
     sections = (
         Section("May the feed-forward be raised?", judged=judgements) if judgements else None,
+        _whole(errors),
         *axes,
         _criteria(judged),
         Section("Notes of the recordings", notes) if notes else None,
@@ -76,9 +80,27 @@ def validation_report(validation: Validation) -> Report:
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
         "; ".join(f"{label}: {dive.name}" for label, dive in dives.items()),
-        verdict(errors),
+        " ".join((*foretold, verdict(errors))),
         tuple(section for section in sections if section is not None),
     )
+
+
+def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
+    """Every axis over the whole mission, asked to move or not."""
+    rows = []
+    for axis in DOFS:
+        of_axis = [next((e for e in run.whole if e.axis == axis), None) for run in errors.values()]
+        parts = (("whole mission", "rms"), ("while others move", "unasked"), ("at rest", "rest"))
+        for words, part in parts if any(of_axis) else ():
+            cells = [math.nan if error is None else getattr(error, part) for error in of_axis]
+            unit = "m/s" if DOFS.index(axis) < 3 else "rad/s"
+            rows.append((f"{axis.capitalize()}, {words}", *(speed(value, unit) for value in cells)))
+    caption = (
+        "Measured less wanted velocity, rms, of every axis, asked to move or not; 'while others move' is "
+        f"of an axis that has rested for {SETTLED_S:g} s. {METHOD}"
+    )
+    table = Table(("Axis", *errors), tuple(rows), caption)
+    return Section("Every axis, over the whole mission", "", (table,)) if rows else None
 
 
 def _moved(errors: Mapping[str, TrackingErrors]) -> list[int]:

@@ -7,9 +7,20 @@ from typing import Any, Final
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Vector3, VehicleFile
+from bridge.vehicle.mode import Mode
 from identify import validate as tracking
+from identify.allocated import allocated_gains
 from identify.dive import Dive
 from identify.glance.following import followed
+from identify.glance.foretold import (
+    Foretelling,
+    Held,
+    MadeUp,
+    held_against,
+    is_next,
+    made_up,
+    verdict_of,
+)
 from identify.glance.raising import Raising, go_no_go, in_one_mode
 from identify.validate import Row, TrackingErrors, tracking_errors
 
@@ -20,13 +31,14 @@ MODES: Final = ("PID", "shadow", "FF", "both")
 @dataclass(frozen=True)
 class Run:
     """A dive in one mode (a label of MODES, "" if unknown); `label` names it in tables, `raising` is None if that can't
-    be judged."""
+    be judged. `held`: axes with the errors foretold for them."""
 
     label: str
     dive: Dive
     errors: TrackingErrors
     raising: Raising | None
     mode: str = ""
+    held: tuple[Held, ...] = ()
 
     @property
     def compared(self) -> bool:
@@ -55,6 +67,9 @@ class Validation:
                 "mode": run.mode,
                 "dive": run.errors.dive,
                 "axes": [asdict(axis) for axis in run.errors.axes],
+                "whole": [asdict(error) for error in run.errors.whole],
+                "foretold": [held.to_json() for held in run.held],
+                "as_foretold": verdict_of(run.held),
                 "raising": None if run.raising is None else run.raising.to_json(),
                 "curves": [curve.to_json() for curve in followed(run.dive, self.lever_m)],
             }
@@ -62,8 +77,12 @@ class Validation:
         ]
 
 
-def validate(dives: Sequence[Dive], file: VehicleFile) -> Validation:
-    """Compare each dive with its reference; of a dive in several modes the part in one of them counts."""
+def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None = None) -> Validation:
+    """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
+
+    `told`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared with
+    it.
+    """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
     parts.sort(key=lambda pair: len(MODES) if pair[0].mode is None else int(pair[0].mode))
@@ -75,7 +94,7 @@ def validate(dives: Sequence[Dive], file: VehicleFile) -> Validation:
         _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True
     ):
         run = Run(label, part.dive, tracking_errors(part.dive, lever_m), None, mode)
-        runs.append(replace(run, raising=_raising(whole, file)) if run.compared else run)
+        runs.append(_judged(run, whole, part.mode, file, told) if run.compared else run)
     return Validation(file, tuple(runs), lever_m)
 
 
@@ -88,10 +107,25 @@ def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 
 
-def _raising(dive: Dive, file: VehicleFile) -> Raising | None:
-    """Judge whether the feed-forward may be raised; None if the dive or the vehicle file can't decide that."""
+def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, told: Foretelling | None) -> Run:
+    """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
+    vehicle file can't decide that."""
     try:
-        configuration = file.configuration_of(dive.configuration_index())
+        configuration = file.configuration_of(whole.configuration_index())
     except ConfigError:
-        return None
-    return go_no_go(dive, file, configuration)
+        return run
+    held: tuple[Held, ...] = ()
+    gains: tuple[MadeUp, ...] = ()
+    is_of_it = told is not None and (file.vehicle.name, configuration) == (told.vehicle, told.configuration)
+    if (
+        told is not None
+        and is_of_it
+        and mode is not None
+        and mode.applies_feedforward
+        and is_next(whole, told)
+    ):
+        gains = made_up(allocated_gains(run.dive, file, configuration), told.credits)
+        # A dive in which the accepted values were not in force is not the one that was foretold.
+        in_force = not any(gain.unmended for gain in gains)
+        held = held_against(run.errors.whole, told.rows, mode) if in_force else ()
+    return replace(run, held=held, raising=go_no_go(whole, file, configuration, held, gains))

@@ -9,6 +9,7 @@ from params_line import DESPITE_HALF, run
 
 from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.foretold import Credit
 from gcs_plugin.params.files import Interval, Sidecar, write_parameters, write_sidecar
 
 vehicle = params_line.vehicle
@@ -173,3 +174,80 @@ def test_with_a_vehicle_file_a_total_mass_below_its_dry_mass_stops_all(tmp_path,
     assert "2 changed" in capsys.readouterr().out
     assert run("upload", str(light), "--vehicle", VEHICLE, "--yes") == exit_codes.NO
     assert "below the rigid body's own" in " ".join(capsys.readouterr().err.split())
+
+
+def weak(path, credit):
+    """A file with an accepted gain of the first thruster, and how the vehicle's own allocation went by it."""
+    write_parameters(path, {"FF1_M_U": 111.5, "FF1_D_U": 56.25, "FF1_T1_GAIN": 0.8})
+    about = Sidecar("d", "v", "hovering", "diagnose", "1", {}, "hovering", "lake", credits=(credit,))
+    write_sidecar(path, about)
+    return str(path)
+
+
+BY_ITSELF = Credit(1, 1.0, 0.8, 0.8, acting=False)
+
+
+@pytest.mark.parametrize(
+    ("credit", "held", "given", "why"),
+    [
+        (
+            BY_ITSELF,
+            0.0,
+            1.0,
+            "thruster 1 is made up for already: the vehicle's own allocation went by 80 % of its curve where the "
+            "diagnosis went by 100 %; with this it would be asked as if it gave 64 %, and it gives 80 %",
+        ),
+        (
+            Credit(1, 1.0, 0.8, 1.0, acting=False),
+            0.0,
+            0.8,
+            "the vehicle's file gives it 80 % of its curve where",
+        ),
+        (Credit(1, 1.0, 0.8, 0.8, acting=True), 0.0, 1.0, "the vehicle's own allocation went by 80 %"),
+        (Credit(1, 0.8, 0.8, 0.8, acting=False), 0.0, 0.8, ""),
+        (Credit(1, 1.0, 0.8, None, acting=False), 0.0, 1.0, ""),
+        (Credit(1, 1.0, 0.8, 0.79, acting=True), 0.79, 1.0, ""),
+        (Credit(2, 1.0, 0.8, 0.8, acting=False), 0.0, 1.0, ""),
+    ],
+    ids=[
+        "by itself",
+        "by its file",
+        "when it flew",
+        "on top of its own",
+        "not recorded",
+        "as held",
+        "another",
+    ],
+)
+def test_a_gain_that_would_act_beside_the_vehicle_s_own_is_refused_and_taken_by_name_alone(
+    vehicle, tmp_path, capsys, credit, held, given, why
+):
+    if held:
+        for name, value in (("FF1_M_U", 111.0), ("FF1_D_U", 56.0), ("FF1_T1_GAIN", held)):
+            vehicle.server.write(name, value, armed=False)
+    shipped = load_vehicle(VEHICLE)
+    own = tmp_path / "own.yaml"
+    text = shipped.path.read_text(encoding="utf-8")
+    own.write_text(
+        text.replace("[0.42, -0.32, 0.0]}", f"[0.42, -0.32, 0.0], gain: {given}}}"), encoding="utf-8"
+    )
+    path = weak(tmp_path / "weak.param", credit)
+    line = ("upload", path, "--yes", "--vehicle", str(own))
+    if why:
+        assert run(*line) == exit_codes.NO
+        said = " ".join(capsys.readouterr().err.split())
+        assert why in said
+        assert "--accept-implausible FF1_T1_GAIN" in said
+        assert vehicle.server.value("FF1_T1_GAIN") == held
+        line = (*line, "--accept-implausible", "FF1_T1_GAIN")
+    assert run(*line) == exit_codes.DONE
+    assert vehicle.server.active(1)["T1_gain"] == pytest.approx(0.8)
+
+
+def test_an_effect_that_is_taken_back_is_no_gain_beside_another(vehicle, tmp_path):
+    path = tmp_path / "none.param"
+    weak(path, BY_ITSELF)
+    write_parameters(path, {"FF1_M_U": 111.5, "FF1_D_U": 56.25, "FF1_T1_GAIN": 0.0})
+    vehicle.server.write("FF1_T1_GAIN", 0.8, armed=False)
+    assert run("upload", str(path), "--yes") == exit_codes.DONE
+    assert "T1_gain" not in vehicle.server.active(1)

@@ -7,12 +7,14 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import ParamRejected
+from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.files import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     keep_accepted,
     last_accepted,
+    last_sidecar,
     newest_before,
     unfinished,
 )
@@ -227,3 +229,52 @@ def test_a_change_is_told_in_halves_of_the_interval():
     assert [line.change for line in lines] == [1.5, 0.0, None]
     assert lines[0].cells() == ("FF1_M_U", "kg", "85", "100", "96.5", "+1.5", "changed")
     assert lines[2].cells()[2:6] == ("-", "5", "-", "-")
+
+
+FORETOLD = dataclasses.replace(
+    SIDECAR,
+    dived="2026-11-21T06:00:00Z",
+    foretold=(Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18),),
+    credits=(Credit(1, 1.0, 0.8, None, acting=False),),
+)
+
+
+def test_what_was_foretold_stays_beside_the_upload_that_stands_until_another_takes_its_place(tmp_path):
+    receipts = Receipts(tmp_path / "receipts")
+    assert last_sidecar(receipts.path, "hovering") is None
+    receipts.keep(FF1_M_U=100.0)
+    before = receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
+    found = last_sidecar(receipts.path, "hovering")
+    assert (found.foretold, found.credits, found.dived) == (
+        FORETOLD.foretold, FORETOLD.credits, FORETOLD.dived,
+    )  # fmt: skip
+    assert last_sidecar(receipts.path, "survey") is None
+    receipts.keep(restores=str(before), FF1_M_U=100.0)
+    assert last_sidecar(receipts.path, "hovering").foretold == ()
+
+
+def test_a_model_of_which_a_part_alone_was_sent_foretells_nothing(tmp_path):
+    before = tmp_path / "2026-11-21T063000Z-before.param"
+    line = Line("FF1_M_U", 1.0, 101.0, 101.0, Outcome.APPLIED, "")
+    receipt = Receipt(Outcome.APPLIED, "", 1, 1, (line,), before, None, "2026", 1.0, "", 1)
+    kept = read_sidecar(keep_accepted(receipt, FORETOLD, False))
+    assert kept.foretold == ()
+    assert kept.credits == FORETOLD.credits
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        ("foretold", "unit", "furlongs"),
+        ("foretold", "axis", "x"),
+        ("credits", "found", 0.0),
+        ("credits", "thruster", 0),
+    ],
+)
+def test_a_sidecar_that_foretells_of_no_axis_or_of_no_thruster_is_refused(tmp_path, part, key, value):
+    path = tmp_path / "mended.param"
+    data = dataclasses.asdict(FORETOLD)
+    data[part][0][key] = value
+    path.with_name("mended.param.json").write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(ParamRejected, match=f"{part}: "):
+        read_sidecar(path)

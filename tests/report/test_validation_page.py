@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.foretold import Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
+from identify.glance.foretold import Held
 from identify.glance.raising import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
@@ -100,8 +102,8 @@ def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much(
 
 def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_table_5():
     report = made({"PID": moving("pid", 1.5), "both": moving("both", 0.2)})
-    assert [section.heading for section in report.sections] == ["Surge"]
-    (surge,) = report.sections
+    assert [section.heading for section in report.sections] == ["Every axis, over the whole mission", "Surge"]
+    surge = report.sections[1]
     assert [figure.name for figure in surge.figures] == [
         "errors in surge by phase",
         "errors in surge of all dives",
@@ -119,7 +121,7 @@ def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_t
 
 def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_first_moves():
     dives = {"PID": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
-    (box,) = made(dives).sections[0].figures[1].draw(10.0).axes
+    (box,) = made(dives).sections[1].figures[1].draw(10.0).axes
     early, late = (line.get_data() for line in box.get_lines()[:2])
     assert early[0][0] == pytest.approx(0.0, abs=0.1)
     assert np.interp(early[0], *late) == pytest.approx(early[1], abs=0.01)
@@ -149,6 +151,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     report = made({"PID": moving("pid", 1.5)}, {"PID": judged})
     assert [section.heading for section in report.sections] == [
         "May the feed-forward be raised?",
+        "Every axis, over the whole mission",
         "Surge",
         "What go and no-go rest on",
     ]
@@ -158,7 +161,28 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     html = render_report(report)
     assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(sentence)}</p>' in html
     assert 'class="judged yes"' not in html
-    assert report.sections[2].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+    assert report.sections[3].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+
+
+def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
+    row = Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
+    dive = moving("both", 0.2)
+    run = Run("both", dive, tracking_errors(dive), None, "both", (Held(row, 0.0061, 0.18, True),))
+    report = validation_report(Validation(FILE, (run,), AT_ORIGIN))
+    assert report.verdict.startswith(
+        "both: As foretold: surge 13 (ff) -> 6.0 mm/s, flown 6.1. 'both' errs: in surge"
+    )
+
+
+def test_every_axis_has_its_rows_whether_it_was_asked_to_move_or_not():
+    dive = moving("pid", 1.5)
+    swayed = dive.velocity.value + np.array([0.0, 0.05, 0.0])
+    section = made({"PID": replace(dive, velocity=Signal(dive.velocity.time_s, swayed))}).sections[0]
+    assert section.heading == "Every axis, over the whole mission"
+    rows = dict(section.tables[0].rows)
+    assert rows["Sway, whole mission"] == rows["Sway, while others move"] == "50 mm/s"
+    assert rows["Surge, while others move"] == "—"
+    assert rows["Yaw, whole mission"] == "0 deg/s"
 
 
 def test_a_dive_without_a_reference_makes_a_page_that_says_so():

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER
+from made_validation import FORETOLD, validated_desk, validation
 from made_validation import run as run_of
-from made_validation import validated_desk, validation
 from screen_text import WIDE, Sees, plain, played
 
 from tui.app.curves import Curve, plot, seconds
@@ -40,6 +40,7 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
     assert vehicle.endswith("ruvifist.yaml:hovering")
     assert words == (
         "validate", str(tmp_path / DIVE), str(tmp_path / CHECK), "--vehicle", vehicle,
+        "--receipts", "receipts",
         "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
     )  # fmt: skip
 
@@ -112,7 +113,7 @@ def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
 
 
 def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
-    lines = validate.error_lines(runs(validation()), DIVE, 80)
+    lines = validate.error_lines(runs(validation()), DIVE, 80)[6:]
     head, acceleration = plain(lines)[:2]
     assert head.split() == ["surge,", "m/s", "shadow", "FF", "both"]
     assert acceleration.split() == ["Acceleration", "0.0928", "0.0093", "0.0019"]
@@ -126,6 +127,42 @@ def test_a_yaw_rate_is_told_in_degrees():
     assert lines[head].split()[:2] == ["yaw,", "deg/s"]
     assert lines[head + 1].split()[1] == "5.32"
     assert lines[head + 6].split()[:3] == ["steady", "|PID|,", "N"]
+
+
+def test_every_axis_stands_first_over_the_whole_mission_and_while_it_was_not_asked_to_move():
+    lines = plain(validate.error_lines(runs(validation()), DIVE, 80))
+    assert [line.split() for line in lines[:6]] == [
+        ["rms:", "whole", "/", "unasked", "shadow", "FF", "both"],
+        ["surge,", "mm/s", "46.6", "/", "--", "4.7", "/", "--", "0.9", "/", "--"],
+        ["sway,", "mm/s", "34.5", "/", "3.7", "3.5", "/", "0.4", "0.7", "/", "0.1"],
+        ["heave,", "mm/s", "1.7", "/", "1.7", "0.2", "/", "0.2", "0.0", "/", "0.0"],
+        ["yaw,", "deg/s", "2.64", "/", "0.72", "0.26", "/", "0.07", "0.05", "/", "0.01"],
+        [],
+    ]
+
+
+@pytest.mark.parametrize("change", [{"axis": "x"}, {"axis": []}, {"rms": "much"}], ids=str)
+def test_a_whole_mission_of_no_axis_is_no_validation(change):
+    data = validation()
+    data[0]["whole"][0] |= change
+    assert runs(data) is None
+
+
+def test_what_was_foretold_stands_in_the_verdict_before_its_sentence():
+    shown = runs(validation())
+    lines = plain(validate.verdict_lines(shown[1], 90))
+    assert lines[1] == FORETOLD
+    assert lines[2].startswith("GO: ")
+    assert plain(validate.verdict_lines(shown[0], 90))[1].startswith("GO: ")
+
+
+def test_a_validation_from_before_has_no_word_of_the_whole_mission():
+    data = validation()
+    for run in data:
+        del run["whole"], run["as_foretold"]
+    (shown, *_) = runs(data)
+    assert (shown.whole, shown.foretold) == ({}, "")
+    assert plain(validate.error_lines(runs(data), DIVE, 80))[0].startswith("surge, m/s")
 
 
 def test_two_dives_of_one_mode_are_told_apart_by_their_hours():

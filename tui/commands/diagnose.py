@@ -28,6 +28,7 @@ from identify.diagnose.result import Diagnosis
 from identify.diagnose.shrink import csv_of
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
+from identify.glance.foretold import began
 from identify.identification import Outcome, worst
 from identify.ingest.open import read_dive
 from identify.repeats.answer import plain, sentences
@@ -43,6 +44,7 @@ from tui.parameter_files import Leave, check_outcome, read_identification
 from tui.recordings import column_map_for, read_together, ruled_out
 
 if TYPE_CHECKING:
+    from identify.foretell import Foresight
     from identify.report.page import Report
 
 
@@ -180,7 +182,10 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
         name: why for name, why in clauses(doubts, OF_HULL).items() if name in diagnosis.accepted.values
     }
     outcome = worst(doubt.outcome for doubt in doubts)
-    write_accepted(path, diagnosis, dive, file, doubted, outcome)
+    from identify.foretell import foretell, foretold_lines  # loads scipy.optimize
+
+    foresight = foretell(diagnosis.accepted, diagnosis.hull, dive, file, diagnosis.configuration)
+    write_accepted(path, diagnosis, dive, file, doubted, outcome, foresight)
     shape = file.vehicle.configurations[diagnosis.configuration]
     how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"
     if diagnosis.verdict in ("partly", "unknown"):
@@ -189,7 +194,12 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
         contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
         why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
         how += f" with --despite-doubts, because {why}"
-    return (*diagnosis.accepted.sentences, *doubt_lines(doubted, tuple(doubted)), how)
+    return (
+        *diagnosis.accepted.sentences,
+        *doubt_lines(doubted, tuple(doubted)),
+        *foretold_lines(foresight),
+        how,
+    )
 
 
 def _sends(path: Path, diagnosis: Diagnosis, shape: Configuration) -> str:
@@ -328,11 +338,13 @@ def write_accepted(
     file: VehicleFile,
     doubted: Mapping[str, str],
     by_recording: Outcome,
+    foresight: "Foresight",
 ) -> None:
     """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 
     `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
-    a gap is left that no cause explains, the outcome is that data and model disagree. Raises ParamRejected.
+    a gap is left that no cause explains, the outcome is that data and model disagree. `foresight` is kept for
+    comparison with the next dive. Raises ParamRejected.
     """
     accepted, configuration = diagnosis.accepted, diagnosis.configuration
     outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
@@ -372,8 +384,11 @@ def write_accepted(
             file.vehicle.name,
             dive.name,
             outcome.value,
+            dived=began(dive),
             dive_opening=dive.opening,
             effects=accepted.effects,
             doubted=dict(doubted),
+            foretold=foresight.rows,
+            credits=foresight.credits,
         ),
     )

@@ -16,7 +16,7 @@ from bridge.exit_codes import UsageError
 from bridge.links import secured
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.effect_coefficients import effect_coefficients, gain_name
 from bridge.vehicle.parameters import bounds, to_float32
 from bridge.wire.framing import Encoder
 from gcs_plugin.params.client import ParameterClient
@@ -262,7 +262,11 @@ def _chosen(
                 sha256 = None if sidecar is None else sidecar.vehicle_sha256
                 warnings = _check_vehicle(path, *owner, sha256, file, leave.any_vehicle)
             wanted = replace(
-                wanted, notes=(*warnings, *wanted.notes), rigid=_rigid_bodies(file), kept=_kept_by(file)
+                wanted,
+                notes=(*warnings, *wanted.notes),
+                rigid=_rigid_bodies(file),
+                kept=_kept_by(file),
+                gains=_gains_of(file),
             )
         return wanted.narrowed(path, only)
     except ParamError as error:
@@ -287,6 +291,19 @@ def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
         of_effects = effect_coefficients(shape)
         limits |= {c.parameter_id(veh_cfg): (to_float32(c.low), to_float32(c.high)) for c in of_effects}
     return limits
+
+
+def _gains_of(file: VehicleFile) -> dict[str, float]:
+    """The file's own gain of each thruster, by the id of its accepted gain."""
+    ids = {
+        (name, number): f"FF{file.vehicle.veh_cfg(name)}_{gain_name(number).upper()}"
+        for name, shape in file.vehicle.configurations.items()
+        for number in range(1, len(shape.thrusters) + 1)
+    }
+    return {
+        parameter: file.vehicle.configurations[name].thrusters[number - 1].gain
+        for (name, number), parameter in ids.items()
+    }
 
 
 def _check_vehicle(

@@ -2,19 +2,26 @@
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge import exit_codes
-from bridge.vehicle.config import load_vehicle
+from bridge.errors import ConfigError
+from bridge.exit_codes import UsageError
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.params.last_accepted import last_sidecar
 from identify.dive import Dive, Kind
+from identify.glance.foretold import Foretelling, verdict_of
 from identify.glance.raising import MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate
 from identify.validate import METHOD, Row, TrackingErrors
+from identify.words import speed
 from tui import pages, show
 from tui.files import Files
+from tui.parameter_files import foretelling_of, sidecar_beside
 from tui.recordings import column_map_for
 from tui.show import Table
 
@@ -25,9 +32,13 @@ if TYPE_CHECKING:
 def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    done = validate([read_dive(Path(path), columns, file) for path in arguments.dives], file)
+    dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
+    told = foretelling(arguments.foretold, Path(arguments.receipts), dives, file)
+    done = validate(dives, file, told)
     console = show.results(arguments.json)
     errors = {run.label: run.errors for run in done.runs}
+    if whole := whole_table(errors):
+        show.put(console, whole)
     if rows := done.rows():
         show.put(console, error_table(list(errors), rows))
         show.say(console, f"{METHOD}\n")
@@ -43,12 +54,63 @@ def run(arguments: argparse.Namespace) -> int:
                 if run.dive.frozen or getattr(note, "kind", None) in (Kind.LACKING, Kind.UNHEARD):
                     show.say(console, f"note: {run.label}: {note}")
         for run in done.runs:
+            if run.held:
+                show.say(console, f"{run.label}: {verdict_of(run.held)}")
             if run.raising is not None:
                 show.say(console, *raising_lines(run.label, run.raising))
         show.say(console, *files.written)
         nothing = [run.dive for run in done.runs if not run.compared]
         show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
+
+
+def foretelling(
+    given: str | None, receipts: Path, dives: Sequence[Dive], file: VehicleFile
+) -> Foretelling | None:
+    """The foretelling in the named file, or else in the newest upload in `receipts` that stands.
+
+    Raises UsageError for a named file that foretells nothing.
+    """
+    if given is not None:
+        sidecar = sidecar_beside(Path(given))
+        told = None if sidecar is None else foretelling_of(sidecar)
+        if told is None:
+            raise UsageError(
+                f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
+            )
+        return told
+    for dive in dives:
+        try:
+            configuration = file.configuration_of(dive.configuration_index())
+        except ConfigError:
+            continue
+        sidecar = last_sidecar(receipts, configuration)
+        return None if sidecar is None else foretelling_of(sidecar)
+    return None
+
+
+def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:
+    """Every axis over the whole mission, in mm/s and deg/s, one column per run; None without any."""
+    rows = []
+    for axis in DOFS:
+        of = {label: {e.axis: e for e in run.whole}.get(axis) for label, run in errors.items()}
+        if not any(of.values()):
+            continue
+        for part, words in (("rms", "the whole"), ("unasked", "while others move")):
+            values = [None if error is None else getattr(error, part) for error in of.values()]
+            rows.append((axis, words, *("-" if v is None else _speed(v, axis) for v in values)))
+    if not rows:
+        return None
+    return show.Table(
+        "every axis over the whole mission: measured less wanted, rms",
+        ("axis", "part", *errors),
+        rows,
+        numbers=tuple(errors),
+    )
+
+
+def _speed(value: float, axis: str) -> str:
+    return speed(value, "m/s" if DOFS.index(axis) < 3 else "rad/s") if math.isfinite(value) else "-"
 
 
 def page_of(done: Validation) -> "Report":

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from bridge.errors import ConfigError
 from bridge.schema import build
+from bridge.vehicle.coefficients import DOFS
 from identify.glance.following import CURVES, Followed
 from identify.glance.raising import Criterion
 from tui.app.curves import Curve, plot, seconds
@@ -35,6 +36,8 @@ EFFORTS: Final = {
     "pid_minus_ff": "steady |PID - FF|",
 }
 
+WHOLE: Final = ("rms", "unasked")
+
 MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
     True: ("● ok ", "quiet"),
     False: ("▲ no ", "bad"),
@@ -59,7 +62,8 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Run:
-    """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur."""
+    """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur. `whole` by axis, then by
+    WHOLE; `foretold` is the sentence on the foretold errors, "" if nothing was foretold."""
 
     label: str
     dive: str
@@ -67,6 +71,8 @@ class Run:
     units: Mapping[str, str]
     errors: Mapping[str, Mapping[str, float]]
     curves: tuple[Followed, ...]
+    whole: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    foretold: str = ""
 
 
 def runs(data: Any) -> tuple[Run, ...] | None:
@@ -87,6 +93,11 @@ def _run(data: Mapping[str, Any]) -> Run:
         {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
         {entry["axis"]: {key: real(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
         tuple(Followed.from_json(entry) for entry in data["curves"]),
+        {
+            DOFS[DOFS.index(entry["axis"])]: {key: real(entry[key]) for key in WHOLE}
+            for entry in data.get("whole", ())
+        },
+        str(data.get("as_foretold", "")),
     )
 
 
@@ -103,7 +114,8 @@ def verdict_lines(run: Run, cells: int) -> Lines:
         return wrapped(NO_VERDICT, "warn", cells)
     mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
-    return (head, *wrapped(judgement.sentence, "strong", cells))
+    foretold = wrapped(run.foretold, "strong", cells) if run.foretold else ()
+    return (head, *foretold, *wrapped(judgement.sentence, "strong", cells))
 
 
 def criteria_lines(run: Run, cells: int) -> Lines:
@@ -146,7 +158,27 @@ def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
                 force = "N m" if unit == "rad/s" else "N"
                 lines.append(_row(f"{words}, {force}", values, EFFORT_DIGITS, width, mark=False))
         lines.append(())
-    return tuple(lines[:-1])
+    return (*whole_lines(runs, chosen, width), *lines[:-1])
+
+
+def whole_lines(runs: Sequence[Run], chosen: str, width: int) -> Lines:
+    """Every axis, rms over the whole mission and while it was not asked to move; no lines if no dive tells it."""
+    lines: list[Line] = []
+    for axis in dict.fromkeys(axis for run in runs for axis in run.whole):
+        factor, shown, digits = (1e3, "mm/s", 1) if DOFS.index(axis) < 3 else (math.degrees(1.0), "deg/s", 2)
+        line: Line = ((f"{f'  {axis}, {shown}':<{PHASE_CELLS}}", "quiet"),)
+        for run in runs:
+            parts = (run.whole.get(axis, {}).get(key, math.nan) for key in WHOLE)
+            said = " / ".join(number(factor * value, digits) for value in parts)
+            line = (*line, (f"{cut(said, width - 1):>{width}}", "plain"))
+        lines.append(line)
+    if not lines:
+        return ()
+    head: Line = ((f"{'rms: whole / unasked':<{PHASE_CELLS}}", "strong"),)
+    for run in runs:
+        role: Role = "strong" if run.dive == chosen else "quiet"
+        head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
+    return (head, *lines, ())
 
 
 def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: bool) -> Line:
@@ -307,7 +339,7 @@ class ValidateScreen(SectionScreen):
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         dives = map(str, (dive, *self._compared()))
         leaves = ("--json", str(dive / JSON), "--report", str(dive / REPORT))
-        return (self.VERB, *dives, "--vehicle", vehicle, *leaves)
+        return (self.VERB, *dives, "--vehicle", vehicle, "--receipts", str(self.desk.receipts), *leaves)
 
     def _compared(self) -> tuple[Path, ...]:
         return self.others[: self._count]

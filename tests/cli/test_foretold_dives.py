@@ -1,0 +1,70 @@
+"""`validate --foretold`: where what was foretold is found, and the table of every axis."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.exit_codes import UsageError
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.foretold import Foretold
+from gcs_plugin.params.files import Sidecar, write_parameters, write_sidecar
+from identify.dive import Dive, Signal
+from identify.validate import TrackingErrors, WholeError
+from tui.commands.validate import foretelling, whole_table
+
+FILE = load_vehicle("ruvifist")
+ROW = Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
+ABOUT = Sidecar(
+    "ab", "cd", "hovering", "diagnose", "1", {}, "ruvifist", "lake", "converged", dived="2026-09-21T14:13:20Z",
+    effects=(AcceptedEffect("weak_thruster", "weak thruster 1", {"gain": 0.8}, 1),), foretold=(ROW,),
+)  # fmt: skip
+FLAT = Signal(np.array([0.0, 1.0]), np.ones((2, 1)))
+DIVE = Dive("d", Path("d"), "x", veh_cfg=FLAT)
+
+
+def kept(path: Path, about: Sidecar | None) -> str:
+    write_parameters(path, {"FF1_M_U": 111.0})
+    if about is not None:
+        write_sidecar(path, about)
+    return str(path)
+
+
+def test_a_named_file_says_what_was_foretold_and_of_what(tmp_path):
+    told = foretelling(kept(tmp_path / "mended.param", ABOUT), tmp_path, [DIVE], FILE)
+    assert (told.vehicle, told.configuration, told.dive, told.sha256) == (
+        "ruvifist",
+        "hovering",
+        "lake",
+        "ab",
+    )
+    assert (told.dived, told.effects, told.rows) == (ABOUT.dived, ("weak thruster 1",), (ROW,))
+
+
+@pytest.mark.parametrize("about", [None, replace(ABOUT, foretold=())], ids=["no sidecar", "nothing foretold"])
+def test_a_named_file_that_foretells_nothing_is_refused(tmp_path, about):
+    path = kept(tmp_path / "plain.param", about)
+    with pytest.raises(UsageError, match=r"foretells nothing; give the \.param that diagnose --accept wrote"):
+        foretelling(path, tmp_path, [DIVE], FILE)
+
+
+def test_without_a_name_and_without_receipts_nothing_was_foretold(tmp_path):
+    assert foretelling(None, tmp_path / "receipts", [DIVE], FILE) is None
+    assert foretelling(None, tmp_path / "receipts", [replace(DIVE, veh_cfg=None)], FILE) is None
+
+
+def test_every_axis_is_a_row_for_the_whole_and_one_for_what_it_was_not_asked_to_do():
+    surge = WholeError("surge", "m/s", 0.0133, 0.18, 0.0161, 0.004, 0.001)
+    yaw = WholeError("yaw", "rad/s", 0.0189, 0.07, float("nan"), 0.001, 0.0001)
+    table = whole_table(
+        {"FF": TrackingErrors("a", (), (surge, yaw)), "both": TrackingErrors("b", (), (surge,))}
+    )
+    assert table.rows == [
+        ("surge", "the whole", "13 mm/s", "13 mm/s"),
+        ("surge", "while others move", "16 mm/s", "16 mm/s"),
+        ("yaw", "the whole", "1.1 deg/s", "-"),
+        ("yaw", "while others move", "-", "-"),
+    ]
+    assert whole_table({"FF": TrackingErrors("a", ())}) is None

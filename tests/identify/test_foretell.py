@@ -1,0 +1,148 @@
+"""An accepted diagnosis foretells the tracking error of the next dive, which then comes as foretold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flown_again import BEGAN_S, FED, FILE, SHORT, TRUTH, accepted, dived, fitted, weak
+
+from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.mode import Mode
+from identify.dive import Dive, Signal
+from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in
+from identify.glance.foretold import Foretelling
+from identify.run.validate import validate
+
+MENDED = {**FED, "T1_gain": 0.8}
+
+
+@pytest.fixture(scope="module")
+def before() -> Dive:
+    """The feed-forward alone, which knows nothing of a weak thruster."""
+    return dived(weak(0.8), FED, Mode.ALONE, seed=101)
+
+
+@pytest.fixture(scope="module")
+def foresight(before: Dive) -> Foresight:
+    return foretell(accepted(MENDED), fitted(), before, FILE, "hovering")
+
+
+def told(foresight: Foresight, dive: Dive) -> Foretelling:
+    return Foretelling(
+        "ruvifist", "hovering", dive.name, dive.sha256, "2026-09-21T14:13:20Z", ("weak thruster",),
+        foresight.rows, foresight.credits,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
+def test_the_next_dive_comes_as_foretold_within_a_third_and_is_a_go(before, foresight, mode):
+    after = dived(weak(0.8), MENDED, mode, seed=202, began_s=BEGAN_S + 600)
+    (run,) = validate([after], FILE, told(foresight, before)).runs
+    assert [held.foretold.axis for held in run.held] == ["surge", "sway", "yaw"]
+    for held in run.held:
+        assert held.flown == pytest.approx(held.foretold.after, rel=1 / 3)
+        assert held.kept
+    assert run.raising.go
+    assert "thruster 1 made up for" in [criterion.what for criterion in run.raising.criteria]
+
+
+def test_it_is_told_from_how_much_the_error_falls_in_words_and_figures(foresight):
+    alone = {row.axis: row for row in foresight.rows if row.mode == "ff"}
+    assert alone["surge"].before > 2 * alone["surge"].after
+    assert alone["yaw"].before > 4 * alone["yaw"].after
+    assert {row.flown for row in foresight.rows} == {"ff"}
+    both, ff = foretold_lines(foresight)
+    assert both.startswith("foretold for the next dive in both, rms over the whole mission: surge 1")
+    assert " (ff) -> " in both
+    assert " mm/s, yaw " in ff
+    assert ff.endswith(" deg/s")
+    assert foresight.why == ()
+
+
+def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
+    unmended = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S + 600)
+    shape = FILE.vehicle.configurations["hovering"]
+    thrusters = (replace(shape.thrusters[0], gain=0.8), *shape.thrusters[1:])
+    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
+    by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
+    twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=by_itself, began_s=BEGAN_S + 600)
+    first, second = validate([unmended, twice], FILE, told(foresight, before)).runs
+    assert first.held == ()  # the accepted values were not in force
+    assert not first.raising.go
+    assert "thruster 1 made up for too little" in first.raising.sentence
+    assert not second.raising.go
+    assert "yaw not as foretold, thruster 1 made up for twice" in second.raising.sentence
+    assert [held.kept for held in second.held if held.foretold.axis == "yaw"] == [False]
+
+
+def test_a_dive_before_the_diagnosed_one_and_that_one_itself_are_not_held_against_it(before, foresight):
+    earlier = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S - 600)
+    runs = validate([earlier, before], FILE, told(foresight, before)).runs
+    assert [run.held for run in runs] == [(), ()]
+    assert not any("thruster 1" in c.what for run in runs for c in run.raising.criteria)
+
+
+def test_a_model_that_does_not_fly_as_the_dive_did_foretells_nothing(before):
+    heavy = {**MENDED, "M_u": 200.0, "D_u": 20.0}
+    found = foretell(accepted(heavy), replace(fitted(), disturbance=(9.0,) * 6), before, FILE, "hovering")
+    assert "surge" not in {row.axis for row in found.rows}
+    assert any(
+        why.startswith("How the next dive tracks in surge is not foretold: the model errs by")
+        for why in found.why
+    )
+
+
+def test_an_effect_that_can_t_be_flown_is_named_and_nothing_foretold(before):
+    coupled = replace(
+        accepted(MENDED), effects=(AcceptedEffect("coupled_damping", "coupled damping", {"Y_r": 2.0}),)
+    )
+    found = foretell(coupled, fitted(), before, FILE, "hovering")
+    assert found.rows == ()
+    assert found.why == (
+        "How the next dive tracks is not foretold: the simulated vehicle has no coupled damping.",
+    )
+
+
+def test_a_vehicle_that_makes_up_for_it_by_itself_is_told_and_nothing_foretold():
+    shape = FILE.vehicle.configurations["hovering"]
+    thrusters = (replace(shape.thrusters[0], gain=0.8), *shape.thrusters[1:])
+    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
+    by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
+    dive = dived(TRUTH, {}, Mode.OFF, seed=7, file=by_itself)
+    found = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
+    assert found.rows == ()
+    (credit,) = found.credits
+    assert (credit.assumed, credit.found, credit.acting) == (1.0, 0.8, False)
+    assert credit.allocated == pytest.approx(0.8, abs=1e-3)
+    assert "as if it gave 80 % of its curve already, by itself" in foretold_lines(found)[0]
+
+
+def test_a_dive_that_flew_with_the_accepted_gain_says_that_it_was_accepted_before():
+    dive = dived(weak(0.8), MENDED, Mode.BOTH, seed=8)
+    assert fed_by(dive, FILE, "hovering") == pytest.approx(MENDED, rel=2e-3)
+    found = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
+    assert [row.before for row in found.rows if row.mode == "both"] == pytest.approx(
+        [row.after for row in found.rows if row.mode == "both"], rel=1 / 3
+    )
+    assert any("it was accepted before" in line for line in foretold_lines(found))
+
+
+def test_the_reference_is_flown_as_it_was_recorded(before):
+    mission = mission_in(before)
+    at_s = float(mission.time_s[0])
+    for since_s in (0.0, 7.3, 20.0, 31.12):
+        wanted, again = SHORT.reference(at_s + since_s), mission.reference(since_s)
+        assert again.nu == pytest.approx(wanted.nu, abs=2e-4)
+        assert again.heading_rad == pytest.approx(wanted.heading_rad, abs=1e-3)
+        assert again.depth_m == pytest.approx(wanted.depth_m)
+    turned = before.nu_ref.value.copy()
+    turned[:, 12] = np.remainder(turned[:, 12] + 3.0 + np.pi, 2 * np.pi) - np.pi
+    wrapped = mission_in(replace(before, nu_ref=Signal(before.nu_ref.time_s, turned)))
+    assert np.ptp(wrapped.value[:, 12]) == pytest.approx(1.2, abs=0.01)
+
+
+def test_a_dive_without_a_mission_or_a_mode_foretells_nothing_and_says_why(before):
+    for lacking, why in (("nu_ref", "has no reference"), ("ff_mode", "tells no FF_MODE")):
+        found = foretell(accepted(MENDED), fitted(), replace(before, **{lacking: None}), FILE, "hovering")
+        assert found.rows == ()
+        assert why in found.why[0]

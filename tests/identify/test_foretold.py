@@ -1,0 +1,125 @@
+"""A dive held against what was foretold of it: limits, words, and which dives it is of."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.vehicle.foretold import Credit, Foretold
+from bridge.vehicle.mode import Mode
+from identify.dive import Dive, Signal
+from identify.glance.foretold import (
+    Foretelling,
+    MadeUp,
+    began,
+    change_words,
+    held_against,
+    is_next,
+    made_up,
+    verdict_of,
+)
+from identify.validate import WholeError
+
+SURGE = Foretold("surge", "m/s", "both", "both", 0.0133, 0.0060, 0.18)
+YAW = Foretold("yaw", "rad/s", "both", "ff", math.radians(1.08), math.radians(0.17), 0.07)
+
+
+def error(rms: float, asked: float = 0.18, axis: str = "surge", unit: str = "m/s") -> WholeError:
+    return WholeError(axis, unit, rms, asked, math.nan, math.nan, 0.001)
+
+
+def test_it_is_told_in_mm_s_and_deg_s_with_the_mode_of_before_if_that_was_another():
+    assert change_words(SURGE) == "13 -> 6.0 mm/s"
+    assert change_words(YAW) == "1.1 (ff) -> 0.17 deg/s"
+    (held,) = held_against([error(0.0061)], [SURGE], Mode.BOTH)
+    assert (held.what, held.figures) == ("surge as foretold", "13 -> 6.0 mm/s, flown 6.1")
+    assert verdict_of([held]) == "As foretold: surge 13 -> 6.0 mm/s, flown 6.1."
+
+
+@pytest.mark.parametrize(
+    ("flown", "kept", "what"),
+    [
+        (0.0010, True, "surge as foretold"),
+        (0.0079, True, "surge as foretold"),
+        (0.0081, None, "surge nearly as foretold"),
+        (0.0119, None, "surge nearly as foretold"),
+        (0.0121, False, "surge not as foretold"),
+    ],
+)
+def test_a_third_more_is_as_foretold_and_twice_is_not(flown, kept, what):
+    (held,) = held_against([error(flown)], [SURGE], Mode.BOTH)
+    assert (held.kept, held.what) == (kept, what)
+    assert verdict_of([held]).startswith(
+        {True: "As foretold", None: "Nearly as foretold", False: "Not as foretold"}[kept]
+    )
+
+
+def test_errors_that_are_small_in_any_sea_contradict_nothing():
+    small = replace(SURGE, after=0.0015)
+    assert held_against([error(0.0049)], [small], Mode.BOTH)[0].kept is None
+    assert held_against([error(0.0051)], [small], Mode.BOTH)[0].kept is False
+
+
+@pytest.mark.parametrize(("asked", "alike"), [(0.136, True), (0.134, False), (0.239, True), (0.241, False)])
+def test_another_mission_is_told_and_not_held_against_it(asked, alike):
+    (held,) = held_against([error(0.05, asked=asked)], [SURGE], Mode.BOTH)
+    assert held.comparable is alike
+    assert held.kept is (False if alike else None)
+    if not alike:
+        assert held.what == "surge in another mission than foretold"
+        assert verdict_of([held]).startswith("Another mission than the one that was diagnosed")
+
+
+def test_each_mode_has_its_own_and_nothing_foretold_is_no_word():
+    assert held_against([error(0.006)], [SURGE], Mode.ALONE) == ()
+    assert held_against([error(0.006, axis="sway")], [SURGE], Mode.BOTH) == ()
+    assert verdict_of([]) == ""
+
+
+@pytest.mark.parametrize(
+    ("went_by", "what"),
+    [
+        (0.80, "thruster 3 made up for"),
+        (0.83, "thruster 3 made up for"),
+        (0.64, "thruster 3 made up for twice"),
+        (1.00, "thruster 3 made up for too little"),
+    ],
+)
+def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, what):
+    found = MadeUp(Credit(3, 1.0, 0.8, 1.0, acting=False), went_by)
+    assert found.what == what
+    assert found.words.startswith(f"asked as if it gave {100 * went_by:.0f} % of its curve; it gives 80 %")
+    assert ("rollback" in found.mend) is (went_by == 0.64)
+
+
+def test_a_strong_thruster_is_made_up_for_twice_above_its_gain():
+    strong = Credit(1, 1.0, 1.2, 1.0, acting=False)
+    assert MadeUp(strong, 1.44).twice
+    assert MadeUp(strong, 1.0).unmended
+
+
+def test_thrusters_of_which_a_dive_tells_nothing_are_left_out():
+    credits = (Credit(1, 1.0, 0.8, None, acting=False), Credit(2, 0.9, 0.8, None, acting=False))
+    (second,) = made_up(np.array([math.nan, 0.72]), credits)
+    assert second.once
+    assert made_up(None, credits) == ()
+
+
+def dive(sha256: str, unix_s: float | None, name: str = "d") -> Dive:
+    time_s = np.array([60.0, 61.0])
+    return Dive(name, Path("d"), sha256, depth=Signal(time_s, np.zeros((2, 1))), unix_at_boot_s=unix_s)
+
+
+def test_the_next_dives_are_those_after_the_one_that_was_diagnosed():
+    first = dive("a", 1_790_000_000.0)
+    told = Foretelling("v", "c", "d", "a", began(first), ())
+    assert told.dived == "2026-09-21T14:14:20Z"
+    assert not is_next(first, told)
+    assert not is_next(dive("a", None), told)
+    assert not is_next(dive("b", 1_789_999_990.0), told)
+    assert is_next(dive("b", 1_790_000_010.0), told)
+    assert is_next(dive("b", None, "2026-09-22T0900Z-x"), told)
+    assert not is_next(dive("b", None, "2026-09-20T0900Z-x"), told)
+    assert is_next(dive("b", None), told)

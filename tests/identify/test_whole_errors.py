@@ -1,0 +1,160 @@
+"""Every axis over the whole mission: exact figures of a drawn dive, and go or no-go on what moves unasked."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from test_raising import failed, flown, judged
+
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.mode import Mode
+from identify.dive import Dive, Signal
+from identify.glance.raising import MOST_UNASKED
+from identify.validate import WholeError, tracking_errors, whole_errors
+
+RATE_HZ = 20.0
+STILL: Mapping[int, float] = MappingProxyType({})
+
+
+def held(errors: Mapping[int, float], rest: Mapping[int, float] = STILL, seconds: float = 200.0) -> Dive:
+    """Surge is asked for from 50 s to 130 s and followed exactly; each axis errs by a constant while it is, and by
+    another constant before and after."""
+    time_s = np.arange(0.0, seconds, 1 / RATE_HZ)
+    moves = (time_s >= 50.0) & (time_s < 130.0)
+    reference, nu = np.zeros((len(time_s), 14)), np.zeros((len(time_s), 6))
+    reference[moves, 0] = nu[moves, 0] = 0.4
+    under_way = (time_s >= 50.0) & (time_s <= 135.0)
+    for dof in range(6):
+        nu[:, dof] += np.where(under_way, errors.get(dof, 0.0), rest.get(dof, 0.0))
+    return Dive(
+        "d",
+        Path("d.tlog"),
+        "0",
+        velocity=Signal(time_s, nu[:, :3]),
+        gyro=Signal(time_s, nu[:, 3:]),
+        nu_ref=Signal(time_s, reference),
+    )
+
+
+def of(dive: Dive) -> dict[str, WholeError]:
+    return {error.axis: error for error in whole_errors(dive)}
+
+
+def test_every_axis_is_measured_all_the_time_and_also_where_it_is_not_asked_to_move():
+    given = {0: 0.010, 1: -0.050, 2: 0.020, 3: 0.002, 4: 0.003, 5: math.radians(2.3)}
+    found = of(held(given, rest={1: 0.004}))
+    assert list(found) == list(DOFS)
+    for dof, axis in enumerate(DOFS):
+        # The filter rounds the two corners of each step.
+        assert found[axis].rms == pytest.approx(abs(given[dof]), rel=0.02)
+        assert found[axis].noise == pytest.approx(0.0, abs=1e-3)
+    assert found["sway"].unasked == pytest.approx(0.050, rel=0.02)
+    assert found["sway"].rest == pytest.approx(0.004, rel=0.15)
+    assert found["surge"].asked == pytest.approx(0.4 * math.sqrt(80 / 85), rel=1e-3)
+    assert math.isnan(found["surge"].unasked)
+    assert (found["surge"].unit, found["yaw"].unit) == ("m/s", "rad/s")
+
+
+def test_an_axis_that_was_asked_to_move_a_moment_ago_still_comes_to_rest():
+    dive = held({})
+    reference = dive.nu_ref.value.copy()
+    reference[:, 1] = np.where((dive.nu_ref.time_s >= 50) & (dive.nu_ref.time_s < 100), 0.2, 0.0)
+    nu = dive.velocity.value.copy()
+    nu[:, 1] = reference[:, 1]
+    nu[(dive.nu_ref.time_s >= 100) & (dive.nu_ref.time_s < 104), 1] = 0.1
+    late = replace(
+        dive, nu_ref=Signal(dive.nu_ref.time_s, reference), velocity=Signal(dive.velocity.time_s, nu)
+    )
+    assert of(late)["sway"].unasked < 0.002
+    assert of(late)["sway"].rms == pytest.approx(0.1 * math.sqrt(4 / 85), rel=0.1)
+
+
+@pytest.mark.parametrize("lacking", [{"nu_ref": None}, {"velocity": None, "gyro": None}])
+def test_without_a_reference_or_readings_there_is_nothing_to_measure(lacking):
+    assert whole_errors(replace(held({}), **lacking)) == ()
+    assert tracking_errors(held({})).whole == whole_errors(held({}))
+
+
+def test_a_reference_that_never_moves_is_no_mission():
+    dive = held({})
+    still = replace(dive, nu_ref=Signal(dive.nu_ref.time_s, 0.0 * dive.nu_ref.value))
+    assert whole_errors(still) == ()
+
+
+def disturbed(mode: Mode, dof: int, size: float, at_rest: float = 0.0) -> Dive:
+    """A sound dive of `test_raising` in which an axis also sways at 0.2 Hz, while the vehicle is under way."""
+    dive = flown(mode, axes=(0,))
+    time_s = dive.nu_ref.time_s
+    moving = np.abs(dive.nu_ref.value[:, 0]) > 1e-3
+    under_way = (time_s >= time_s[moving][0]) & (time_s <= time_s[moving][-1] + 5)
+    extra = np.where(under_way, size, at_rest) * math.sqrt(2) * np.sin(2 * np.pi * 0.2 * time_s)
+    velocity, gyro = dive.velocity.value.copy(), dive.gyro.value.copy()
+    (velocity if dof < 3 else gyro)[:, dof % 3] += extra
+    pid = dive.tau_pid.value.copy()
+    pid[:, dof] = 0.01
+    return replace(
+        dive, velocity=Signal(time_s, velocity), gyro=Signal(time_s, gyro), tau_pid=Signal(time_s, pid)
+    )
+
+
+@pytest.mark.parametrize("mode", [Mode.SHADOW, Mode.ALONE])
+@pytest.mark.parametrize(
+    ("dof", "size", "go"),
+    [
+        (1, 0.009, True),
+        (1, 0.011, False),
+        (2, 0.011, False),
+        (5, math.radians(0.27), True),
+        (5, math.radians(0.33), False),
+        (3, math.radians(0.33), False),
+    ],
+)
+def test_an_axis_that_moves_unasked_is_no_go_beyond_10_mm_s_or_0_3_deg_s(mode, dof, size, go):
+    found = judged(disturbed(mode, dof, size))
+    wanted = [] if go else [f"{DOFS[dof]} not asked to move"]
+    assert [what for what in failed(found) if "asked" in what] == wanted
+    if not go:
+        assert not found.go
+        assert "See what moves it: diagnose this dive" in found.sentence
+
+
+def test_two_degrees_a_second_of_yaw_are_told_in_degrees():
+    (yaw,) = [
+        c
+        for c in judged(disturbed(Mode.SHADOW, 5, math.radians(2.0))).criteria
+        if c.what.startswith("yaw not")
+    ]
+    assert yaw.words == "2.0 deg/s rms while others move, at most 0.30 deg/s"
+
+
+def test_axes_that_keep_still_share_a_line():
+    (line,) = [c for c in judged(disturbed(Mode.SHADOW, 1, 0.0)).criteria if c.what == "not asked to move"]
+    assert line.passed
+    assert line.words.endswith("rms, at most 10 mm/s and 0.30 deg/s")
+    assert MOST_UNASKED["m/s"] == 0.010
+
+
+def test_an_axis_that_nothing_holds_is_measured_and_not_judged():
+    """A mission that pushes sway by itself, or a vehicle that has no thrust there."""
+    dive = disturbed(Mode.SHADOW, 1, 0.2)
+    pid = dive.tau_pid.value.copy()
+    pid[:, 1] = 0.0
+    pushed = replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pid))
+    found = {error.axis: error for error in whole_errors(pushed)}["sway"]
+    assert found.rms == pytest.approx(0.2, rel=0.05)
+    assert math.isnan(found.unasked)
+    assert judged(pushed).go
+    alone = replace(pushed, ff_mode=Signal(dive.ff_mode.time_s, np.full_like(dive.ff_mode.value, 2.0)))
+    assert not judged(alone).go
+
+
+def test_what_moves_as_much_at_rest_is_the_sea_s_and_not_judged():
+    found = judged(disturbed(Mode.SHADOW, 1, 0.03, at_rest=0.02))
+    (sway,) = [c for c in found.criteria if c.what == "sway not asked to move"]
+    assert sway.passed is None
+    assert sway.words.endswith("at rest: the sea")
+    assert found.go
