@@ -533,8 +533,8 @@ def _diagnose(options: Options) -> None:
     options.value(
         "--accepted",
         "FILE",
-        "the JSON of identify, or a .param with its sidecar, that was accepted earlier: what has "
-        "changed since is told, too",
+        "the JSON of identify, or a .param with its sidecar, that was accepted earlier; or a vehicle file's published "
+        "model, as our.yaml:open: what differs from it is told, too",
     )
     options.despite_doubts("take, of --accepted, values that are doubted, too")
     options.value(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from bridge import exit_codes
-from bridge.errors import LogError, SeatrialError
+from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
@@ -32,7 +32,7 @@ from identify.identification import Outcome, worst
 from identify.ingest.open import read_dive
 from identify.repeats.answer import plain, sentences
 from identify.repeats.usual import Usual, usual_from
-from identify.run.diagnose import Before, diagnose
+from identify.run.diagnose import Before, diagnose, published
 from identify.run.identify import compiles_first, runs_told
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_of
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
         usual = usual_accepted(Path(arguments.accepted))
         if usual is not None and repeats(reading.dive, reading.file, configuration):
             return run_repeats(arguments, reading, usual)
-        before = accepted_before(Path(arguments.accepted), file, configuration, leave)
+        before = before_of(arguments.accepted, file, configuration, leave)
     impossible, why = ruled_out(runs)
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
@@ -288,6 +288,24 @@ def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
         return ()
     lines = (f"Where: {line}." for line in wording.where_lines(diagnosis))
     return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
+
+
+def before_of(accepted: str, file: VehicleFile, configuration: str, leave: Leave) -> Before:
+    """The model that --accepted names: that of a vehicle file, or else of an identification or a diagnosis.
+
+    Raises UsageError as `accepted_before` and `published` do.
+    """
+    name, _, _ = accepted.rpartition(":")
+    if not any(part.endswith((".yaml", ".yml")) for part in (accepted, name)):
+        return accepted_before(Path(accepted), file, configuration, leave)
+    try:
+        given = load_vehicle(accepted)
+        shape = given.vehicle.configurations[
+            given.vehicle.configuration_named(given.configuration or configuration)
+        ]
+        return published(shape, file.vehicle.configurations[configuration].damping)
+    except ConfigError as error:
+        raise UsageError(f"--accepted {accepted}: {error}") from None
 
 
 def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Leave) -> Before:
