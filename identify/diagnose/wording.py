@@ -389,11 +389,12 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
-    doubt = "".join(
-        f", but this dive can't tell {effect_words(cause.cause.effect)} from {' or '.join(map(words, cause.also))}"
+    alike = [
+        f"{effect_words(cause.cause.effect)} from {' or '.join(map(words, cause.also))}"
         for cause in likely
         if cause.also
-    )
+    ]
+    doubt = f", but this dive can't tell {listed(alike)}" if alike else ""
     partly = diagnosis.verdict == "partly"
     no_gap = not partly and _opens_no_gap(diagnosis)
     if not likely:

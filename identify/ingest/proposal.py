@@ -372,6 +372,11 @@ def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:
     notes = []
     if not names & {"pwm", "rpm", "tau_cmd"}:
         notes.append("No thruster command was recognised; name its columns under pwm, rpm or tau_cmd.")
-    if not names & {"velocity", "gyro", "fog"}:
+    if not names & {"velocity", "gyro", "fog"} and names & {"euler", "quaternion"}:
+        notes.append(
+            "No velocity and no rate of turn was recognised, so that attitude and depth alone tell the motion; if the "
+            "log has them, name their columns in the map."
+        )
+    elif not names & {"velocity", "gyro", "fog"}:
         notes.append("No velocity and no rate of turn was recognised; name their columns in the map.")
     return tuple(notes)

@@ -334,6 +334,13 @@ def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
     assert beside.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
 
 
+def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion() -> None:
+    angles = {name: READ["euler"][:, k] for k, name in enumerate(("roll", "pitch", "yaw"))}
+    assert "attitude and depth alone tell the motion" in proposed({"t": READ["t"], **angles}).notes[-1]
+    assert "name their columns in the map" in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
+    assert "attitude" not in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
+
+
 def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> None:
     text = map_text(
         proposed({"t": READ["t"], "u": READ["velocity"][:, 0], "depth": READ["depth"]}), "log.csv"
