@@ -342,6 +342,16 @@ def test_a_cut_is_said(tmp_path: Path, form: str) -> None:
     assert f"{file.name} is cut off or damaged: what is before was read." in notes
 
 
+@pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
+def test_a_cut_before_the_first_message_says_that_nothing_can_be_read(tmp_path: Path, form: str) -> None:
+    file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
+    file.write_bytes(file.read_bytes()[:120])
+    _, said = read_or_refused(file)
+    assert said.startswith(
+        f"{file}: is cut off or damaged before its first message with numbers, so nothing can be"
+    )
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_damage_anywhere_is_never_more_than_a_sentence(tmp_path: Path, form: str) -> None:
     file = write_bag(tmp_path, form, swim(store_of(form), 20))
