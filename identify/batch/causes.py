@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from identify.statistics import Z95
-from identify.words import MISSING, unit, with_interval
+from identify.words import MISSING, unit_after, with_interval
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,7 @@ class Size:
         nan = float("nan")
         ends = (nan if end is None else end for end in (self.low95, self.high95))
         number, interval = with_interval(self.value, *ends)
-        return f"{number}{unit_words(self.unit)}{'' if interval == MISSING else f' ({interval})'}"
-
-
-def unit_words(text: str) -> str:
-    """A unit after a number; empty for a bare number."""
-    return "" if text in ("", "1") else f" {unit(text)}"
+        return f"{number}{unit_after(self.unit)}{'' if interval == MISSING else f' ({interval})'}"
 
 
 @dataclass(frozen=True)

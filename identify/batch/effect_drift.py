@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from identify.batch.causes import Causes, Size, unit_words
+from identify.batch.causes import Causes, Size
 from identify.batch.trend import LEVEL, Trend, fit_trend, holm
 from identify.ingest.open import utc
-from identify.words import capital, decimals_for, fixed, significant, with_interval
+from identify.words import capital, decimals_for, fixed, significant, unit_after, with_interval
 
 DAY_S = 86400.0
 
@@ -46,7 +46,7 @@ class EffectDrift:
         """The drift in words, with its slope, interval, ends, and how sure it is."""
         begin, end = self.trend.at(self.trend.first_s), self.trend.at(self.trend.last_s)
         decimals = decimals_for(abs(end - begin) or abs(begin) or 1.0)
-        of = unit_words(self.unit)
+        of = unit_after(self.unit)
         slope, interval = with_interval(self.slope, self.low95, self.high95)
         its = f"its {self.parameter}" if self.is_real else f"no drift shows; its {self.parameter}"
         return (
@@ -90,14 +90,15 @@ def effect_drifts(dives: Sequence[Causes]) -> tuple[EffectDrift, ...]:
     drifts = []
     for (label, name), (trend, points) in fits.items():
         days = (trend.last_s - trend.first_s) / DAY_S
-        each, per = (days, "day") if days >= 1.0 else (trend.count - 1, "dive")
+        by_day = days >= 1.0
+        each = days if by_day else trend.count - 1
         drifts.append(
             EffectDrift(
                 label,
                 points[0][2].words,
                 name,
                 points[0][1].unit,
-                "day" if per == "day" else "dive",
+                "day" if by_day else "dive",
                 trend.change / each,
                 trend.low95 / each,
                 trend.high95 / each,

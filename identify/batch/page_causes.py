@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from identify.batch.causes import EffectSize, unit_words
+from identify.batch.causes import EffectSize
 from identify.batch.effect_drift import EffectDrift, chance_words
 from identify.batch.panels import Point, panel
 from identify.batch.rows import Row
 from identify.ingest.open import utc
 from identify.report.page import Figure, Section, Table
 from identify.report.plot import Panel, side_by_side
-from identify.words import MISSING, fixed, with_interval
+from identify.words import MISSING, fixed, unit_after, with_interval
 
 HOW = (
     "Each dive is diagnosed by itself. A size drifts where a straight line through the sizes of all dives has a slope "
@@ -61,7 +61,7 @@ def _drifts(drifts: Sequence[EffectDrift]) -> Table:
         slope, interval = with_interval(drift.slope, drift.low95, drift.high95)
         word = ("up" if drift.slope > 0 else "down") if drift.is_real else "none shown"
         lines.append((
-            drift.words, f"{drift.parameter}{unit_words(drift.unit)}", str(drift.trend.count), str(drift.named),
+            drift.words, f"{drift.parameter}{unit_after(drift.unit)}", str(drift.trend.count), str(drift.named),
             f"{slope} per {drift.per}", interval, chance_words(drift.chance), word,
         ))  # fmt: skip
     columns = ("Effect", "Parameter", "Dives", "Named in", "Slope", "95 % interval", "By chance", "Drift")
@@ -83,5 +83,5 @@ def _panel(drift: EffectDrift) -> Panel:
         for unix_s, size, named in drift.points
     ]  # fmt: skip
     span = drift.trend.first_s, drift.trend.last_s
-    title = f"{drift.words}: {drift.parameter}{unit_words(drift.unit)}"
+    title = f"{drift.words}: {drift.parameter}{unit_after(drift.unit)}"
     return panel(title, points, ("named", "not named"), drift.trend, drift.is_real, span)
