@@ -165,6 +165,14 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         likeliest = Signal(from_pwm.time_s, _unrounded(from_pwm, variance, breaks_s))
         history = _history(likeliest, curve, "pwm", notes, breaks_s)
         return replace(history, hidden=np.sqrt(rounded))
+    told = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
+    count = len(vehicle.configurations[configuration_name].thrusters)
+    if commanded is None and 0 < told < count:
+        raise FitError(
+            f"has commands of {told} thrusters, and the vehicle file has {count} in configuration "
+            f"'{configuration_name}'; give the file of this vehicle, with its thrusters in the order of these commands",
+            of=dive.source,
+        )
     if commanded is None:
         raise FitError(
             "neither thruster commands that fit the vehicle nor wrenches are recorded; "

@@ -67,6 +67,11 @@ def unit(text: str) -> str:
     return re.sub(r"(?<=[a-z])[23]", lambda power: {"2": "²", "3": "³"}[power[0]], text)
 
 
+def unit_after(text: str) -> str:
+    """A unit after a number; empty for a bare number."""
+    return "" if text in ("", "1") else f" {unit(text)}"
+
+
 def seconds(duration_s: float) -> str:
     """A duration with its unit: `0.34 s`, `41.2 s`, `16 min 40 s`."""
     if duration_s < 100:

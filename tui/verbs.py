@@ -360,6 +360,9 @@ def _batch(options: Options) -> None:
         "--scheduler", "ADDRESS", "of a Dask cluster, as tcp://10.0.0.5:8786 (default: this computer's cores)"
     )
     options.value("--processes", "N", "on this computer (default: one a core)", type=size)
+    options.switch(
+        "--diagnose", "diagnose each dive, too: verdict and causes by dive, and which effects grow or shrink"
+    )
     options.out(
         "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on", "batch"
     )
@@ -530,8 +533,8 @@ def _diagnose(options: Options) -> None:
     options.value(
         "--accepted",
         "FILE",
-        "the JSON of identify, or a .param with its sidecar, that was accepted earlier: what has "
-        "changed since is told, too",
+        "the JSON of identify, or a .param with its sidecar, that was accepted earlier; or a vehicle file's published "
+        "model, as our.yaml:open: what differs from it is told, too",
     )
     options.despite_doubts("take, of --accepted, values that are doubted, too")
     options.value(

@@ -92,7 +92,9 @@ def load_truth(file: VehicleFile, configuration: str) -> Truth:
         return schema.build(Truth, data[configuration], f"{path}: {configuration}")
     force = DISTURBANCE_N_PER_KG * shape.dry_mass_kg
     try:
-        return Truth(dict(shape.model), force, force / 6)
+        linear = {name: value for name, value in shape.model.items() if name in BY_NAME}
+        effects = {name: value for name, value in shape.model.items() if name not in linear}
+        return Truth(linear, force, force / 6, effects=effects)
     except ValueError as error:
         raise ConfigError(
             f"{file.path}: '{configuration}' can't be simulated: there is no {path.name}, and its own {error}"

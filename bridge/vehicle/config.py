@@ -144,11 +144,12 @@ class Configuration:
     """One physical setup of the vehicle. `veh_cfg` is its VEH_CFG value (its place in the list if left out).
 
     `inertia_kgm2`: rigid body, about x y z. `model` holds coefficients by name (`M_u` ... `D_r`) from which the
-    feed-forward starts; `priors` holds values with standard deviations, known before a dive is identified.
+    feed-forward starts, each known to the share `model_std`; `priors` holds values with standard deviations, known
+    before a dive is identified.
     `dry_mass_std_kg`, `inertia_std_kgm2`: uncertainty of the rigid body; 1 % and 5 % by default, the accuracy of a
     hanging scale and a drawing. `gains` names the controller's gain table. `damping`: the drag terms of the hull's
     own model; drag that this model lacks but a dive shows is diagnosed as a cause. Quadratic damping (`X_uu` ...
-    `N_rr`) may have priors only if the hull's model has it.
+    `N_rr`) may be in `model` and have priors only if the hull's model has it.
     """
 
     dry_mass_kg: float
@@ -160,6 +161,7 @@ class Configuration:
     veh_cfg: int | None = None
     damping: Damping = "linear"
     model: dict[str, float] = field(default_factory=dict)
+    model_std: float = 0.1
     gains: str = "conservative"
     priors: dict[str, Prior] = field(default_factory=dict)
     dry_mass_std_kg: float | None = None
@@ -174,11 +176,17 @@ class Configuration:
             raise ValueError(
                 f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
             )
-        of_priors = BY_NAME if self.damping == "linear" else OF_HULL
-        for key, names, known in (("model", self.model, BY_NAME), ("priors", self.priors, of_priors)):
+        _above_zero(model_std=self.model_std)
+        known = BY_NAME if self.damping == "linear" else OF_HULL
+        for key, names in (("model", self.model), ("priors", self.priors)):
             for name in names:
-                if name not in known:
+                if name not in OF_HULL:
                     raise ValueError(f"{key}: unknown coefficient '{name}'; known: {', '.join(known)}")
+                if name not in known:
+                    raise ValueError(
+                        f"{key}: {name} is quadratic drag, which a hull with damping: linear does not have; write "
+                        "damping: both, or quadratic"
+                    )
 
     def rigid_body(self, dof: int) -> tuple[float, float]:
         """Dry mass (kg) or rigid-body inertia (kg m2) of a degree of freedom, and its standard deviation."""

@@ -68,7 +68,7 @@ def set_crc(values: Mapping[str, float]) -> int:
 def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
     """Parameter table of a vehicle: the model coefficients of every configuration, then those of the effects.
 
-    The default of a model coefficient is its value in the vehicle file's model, that of an effect is 0 (absent). The
+    The default of a coefficient is its value in the vehicle file's model; 0, absent, if that has none. The
     bounds of a model coefficient are narrowed to values that a vehicle of this mass and thrust can have. Raises
     ConfigError if the vehicle file's model is out of bounds.
     """
@@ -77,7 +77,7 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
     effects = [
         _row(effect, veh_cfg, shape) for veh_cfg, shape in shapes for effect in effect_coefficients(shape)
     ]
-    for row in model:
+    for row in (*model, *effects):
         if not row.admits(row.default):
             raise ConfigError(
                 f"vehicle '{vehicle.name}': model: {row.coefficient} is {row.default:g}; "

@@ -1,6 +1,9 @@
-"""Identification of many dives: a job per recording, on this computer or on a Dask cluster, and trends over all.
+"""Identification, and on demand diagnosis, of many dives: jobs per recording, on this computer or on a Dask cluster,
+and trends over all.
 
-`recordings` the recordings that the command line means · `jobs` jobs, results, the version that made them · `work` the
-function that jobs name · `run` the batch on this computer, and results kept on disk · `cluster` on Dask · `rows` the
-table · `trend` lines through values over dates · `drift` trends in words · `page` the HTML report.
+`recordings` the recordings that the command line means · `jobs` jobs, results, the version that made them · `work` and
+`diagnose` the functions that jobs name · `run` the batch on this computer, and results kept on disk · `cluster` on
+Dask · `rows` the table · `causes` what a diagnosis tells · `trend` lines through values over dates · `drift` trends of
+the hull in words · `effect_drift` those of effects · `page` the HTML report, `page_causes` its causes, `panels` its
+plots over the dates.
 """

@@ -46,15 +46,20 @@ ANSWERING = (
     "configs/columns/*.yaml",
     "configs/thrusters/*.csv",
     "identify/*.py",
+    "identify/batch/causes.py",
+    "identify/batch/diagnose.py",
     "identify/batch/jobs.py",
     "identify/batch/work.py",
     "identify/checks/*.py",
+    "identify/diagnose/*.py",
+    "identify/effects/*.py",
     "identify/estimators/**/*.py",
     "identify/ingest/**/*.py",
     "identify/run/__init__.py",
+    "identify/run/diagnose.py",
     "identify/run/identify.py",
 )
-"""Files that an identification runs through: if their code changes, the answer may change."""
+"""Files that an identification or a diagnosis runs through: if their code changes, the answer may change."""
 
 
 def our_version() -> str:
@@ -77,8 +82,8 @@ def code_stamp(place: Path) -> str:
     return digest.hexdigest()[:10]
 
 
-IDENTIFY = "identify.batch.work:identify"
-"""The only kind of job so far. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""
+IDENTIFY, DIAGNOSE = "identify.batch.work:identify", "identify.batch.diagnose:diagnose"
+"""The kinds of job. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""
 
 DEFECTS = (
     ArithmeticError,

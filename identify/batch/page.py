@@ -1,35 +1,19 @@
 """HTML page of a batch: the story of each configuration, each parameter over the dates, and tables of the dives."""
 
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
-from typing import TYPE_CHECKING
-
-import numpy as np
-from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
 from bridge.vehicle.coefficients import BY_NAME, Kind
 from identify.batch.drift import Drift, Story
-from identify.batch.rows import Row, Value, by_configuration, names_in
+from identify.batch.effect_drift import EffectDrift
+from identify.batch.page_causes import causes_section
+from identify.batch.panels import Point, panel, voltage_panel
+from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
-from identify.dive import Array
 from identify.ingest.open import utc
 from identify.report.page import Figure, Report, Section, Table
-from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
+from identify.report.plot import Panel, side_by_side
 from identify.report.tables import meaning
 from identify.words import MISSING, decimals_for, fixed, significant, unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-PANEL_IN = 1.9
-AIR, LEAST_AIR_S = 0.05, 1800.0
-"""Margin of the time axis on either side of the dives: this share of the time that they span, at least half an hour."""
-
-WIDEST = 6.0
-"""How much of an interval far wider than the others still stretches the plot, in median half widths."""
-
-REAL, NOT_REAL = 1, 2
-"""Line styles of a significant and of an insignificant trend."""
 
 MARKS = "?: doubted; ?*: doubted, and in no trend"
 
@@ -42,27 +26,35 @@ HOW = (
 )
 
 
+NO_EFFECTS: Mapping[str, Sequence[EffectDrift]] = {}
+
+
 def batch_report(
     vehicle: str,
     method: str,
     rows: Sequence[Row],
     twins: Sequence[tuple[str, str, str]],
     drifts: Mapping[str, Drift],
+    effects: Mapping[str, Sequence[EffectDrift]] = NO_EFFECTS,
 ) -> Report:
     """Build the page.
 
     `twins` are the recordings that do not count: each with the reason, and the recording of the same dive that
-    counts.
+    counts. `effects`: the drifts of effects by configuration, where the dives were diagnosed.
     """
     groups = by_configuration(rows)
     failed = [row for row in rows if not row.values]
     sections = [_configuration(name, group, drifts[name]) for name, group in groups.items()]
+    sections += [
+        causes_section(name, group, effects.get(name, ())) for name, group in diagnosed(rows).items()
+    ]
     sections += [_dives(name, group, drifts[name]) for name, group in groups.items()]
     if failed:
         sections.append(_failures(failed))
     if twins:
         sections.append(_twins(twins))
     stories = [f"{name}: {drifts[name].story.value}." for name in groups] or ["No dive gave a parameter."]
+    stories += [drift.sentence for found in effects.values() for drift in found if drift.is_real]
     counted = f"{len(rows) - len(failed)} of {len(rows)} dives identified by {method}"
     return Report(f"{vehicle}: parameters over dives", counted, " ".join(stories), tuple(sections))
 
@@ -184,68 +176,21 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
     times = [row.unix_s or 0.0 for row in dated]
     span = min(times), max(times)
     panels = [_panel(name, dated, drift, span) for name in names_in(dated)]
-    if any(row.voltage_v is not None for row in dated):
-        panels.append(_voltage_panel(dated, drift.voltage, span))
+    readings = [(row.unix_s or 0.0, row.voltage_v) for row in dated if row.voltage_v is not None]
+    if readings:
+        panels.append(voltage_panel(readings, drift.voltage, span))
     return Figure("parameters over dives", "Each parameter over the date of the dive.", side_by_side(panels))
 
 
 def _panel(name: str, rows: Sequence[Row], drift: Drift, span: tuple[float, float]) -> Panel:
-    entries = [
-        (row.unix_s or 0.0, row.values[name], drift.takes(row, name)) for row in rows if name in row.values
+    points = [
+        Point(row.unix_s or 0.0, v.value, v.low95, v.high95, drift.takes(row, name))
+        for row in rows
+        if (v := row.values.get(name)) is not None
     ]
-    values = [v for _, v, _ in entries]
-
-    def draw(box: "Axes") -> None:
-        for k, (unix_s, v, counts) in enumerate(entries):
-            first = {"label": "95 % interval"} if k == 0 else {}
-            box.plot([utc_time(unix_s)] * 2, [v.low95, v.high95], **STYLES[0], **first)
-            box.plot([utc_time(unix_s)], [v.value], **(DISC if counts else DIAMOND))
-        box.plot([], [], label="in the trend", **DISC)
-        box.plot([], [], label="another outcome, or doubted: in no trend", **DIAMOND)
-        reach = _reach(values)
-        low, high = float(reach.min()), float(reach.max())
-        air = 0.06 * (high - low) or 0.05 * abs(low) or 1.0
-        box.set_ylim(low - air, high + air)
-        _dress(box, drift.trends.get(name), name in drift.real, span)
-        entitle(box, f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}", "")
-
-    return Panel(draw, PANEL_IN)
-
-
-def _reach(values: Sequence[Value]) -> Array:
-    """Values that the y axis must include: every value, and each interval unless it is far wider than the others."""
-    value, low, high = np.array([(v.value, v.low95, v.high95) for v in values]).T
-    most = WIDEST * float(np.median(high - low)) / 2
-    return np.concatenate([np.maximum(low, value - most), np.minimum(high, value + most)])
-
-
-def _voltage_panel(rows: Sequence[Row], trend: Trend | None, span: tuple[float, float]) -> Panel:
-    readings = [(utc_time(row.unix_s or 0.0), row.voltage_v) for row in rows if row.voltage_v is not None]
-
-    def draw(box: "Axes") -> None:
-        box.plot([when for when, _ in readings], [volts for _, volts in readings], **SQUARE)
-        _dress(box, trend, trend is not None and trend.is_real, span)
-        entitle(box, "mean pack voltage, V", "")
-
-    return Panel(draw, PANEL_IN)
-
-
-def _dress(box: "Axes", trend: Trend | None, is_real: bool, span: tuple[float, float]) -> None:
-    """Draw the trend and set an axis of dates that spans all dives."""
-    if trend is not None:
-        ends = (trend.first_s, trend.last_s)
-        word = "significant trend" if is_real else "no significant trend"
-        style = STYLES[REAL if is_real else NOT_REAL]
-        box.plot([utc_time(t) for t in ends], [trend.at(t) for t in ends], label=word, **style)
-    air_s = max(AIR * (span[1] - span[0]), LEAST_AIR_S)
-    box.set_xlim(utc_time(span[0] - air_s), utc_time(span[1] + air_s))
-    locator = AutoDateLocator(maxticks=5)
-    box.xaxis.set_major_locator(locator)
-    box.xaxis.set_major_formatter(ConciseDateFormatter(locator))
-
-
-def utc_time(unix_s: float) -> datetime:
-    return datetime.fromtimestamp(unix_s, UTC)
+    title = f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}"
+    words = "in the trend", "another outcome, or doubted: in no trend"
+    return panel(title, points, words, drift.trends.get(name), name in drift.real, span)
 
 
 def _failures(rows: Sequence[Row]) -> Section:

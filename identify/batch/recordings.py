@@ -122,9 +122,20 @@ def _paths(word: str) -> list[Path]:
         places = [Path(place) for place in sorted(glob.glob(word, recursive=True))]
         recordings = [recording for p in places for recording in ([p] if p.is_file() else _in_folder(p))]
         nothing = "no such file or folder; check the name"
+    if not recordings and (mapped := _mapped_in(path)):
+        raise LogError(
+            f"{word}: holds {len(mapped)} recordings that need a column map, as {mapped[0].name}; give --columns and "
+            f"name them, as '{path / '*'}{mapped[0].suffix}'"
+        )
     if not recordings:
         raise LogError(f"{word}: {nothing}")
     return recordings
+
+
+def _mapped_in(folder: Path) -> list[Path]:
+    """The files of a folder that need a column map; none if it is no folder."""
+    files = sorted(folder.glob("*")) if folder.is_dir() else []
+    return [file for file in files if file.name.lower().endswith(MAPPED)]
 
 
 def _in_folder(folder: Path) -> Iterator[Path]:

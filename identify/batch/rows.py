@@ -6,12 +6,13 @@ import csv
 import io
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
 
 from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
+from identify.batch.causes import Causes
 from identify.batch.jobs import Result
 from identify.identification import Culprit, Doubt, Outcome
 
@@ -72,7 +73,7 @@ class Row:
 
     `unix_s` is when the dive began, `dated_by` the source of that date; None if the date is unknown. `correlation`
     holds the correlation of two parameters' errors by the pair of their names; a missing pair counts as 0. `doubts`
-    are the doubts about its values.
+    are the doubts about its values. `causes`: its diagnosis, None if none was asked for.
     """
 
     dive: str
@@ -88,6 +89,7 @@ class Row:
     correlation: Mapping[frozenset[str], float] = field(default_factory=dict)
     error: str = ""
     doubts: tuple[Doubt, ...] = ()
+    causes: Causes | None = None
 
     @property
     def doubted(self) -> dict[str, str]:
@@ -100,10 +102,20 @@ class Row:
         return self.outcome == Outcome.CONVERGED.value
 
 
-def rows_of(results: Sequence[Result]) -> list[Row]:
-    """Rows sorted by date; dives without a date come last, by name."""
-    rows = [_row(result) for result in results]
+def rows_of(results: Sequence[Result], diagnoses: Sequence[Result] = ()) -> list[Row]:
+    """Rows sorted by date; dives without a date come last, by name. `diagnoses`: of the same recordings."""
+    causes = {result.sha256: _causes(result) for result in diagnoses}
+    rows = [_dated(replace(_row(result), causes=causes.get(result.sha256))) for result in results]
     return sorted(rows, key=lambda row: (row.unix_s is None, row.unix_s or 0.0, row.dive, row.source))
+
+
+def diagnosed(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows with a diagnosis that gave a verdict, grouped by the vehicle's configuration."""
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.causes is not None and not row.causes.error:
+            groups.setdefault(row.causes.configuration, []).append(row)
+    return dict(sorted(groups.items()))
 
 
 def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
@@ -123,19 +135,26 @@ def names_in(rows: Sequence[Row]) -> list[str]:
 def to_csv(rows: Sequence[Row]) -> str:
     """One line per dive: value, standard error and 95 % interval of each parameter, empty if not identified.
 
-    `doubted` lists the doubted parameters, separated by spaces.
+    `doubted` lists the doubted parameters, separated by spaces. `verdict` and `causes` are empty without a diagnosis.
     """
     columns = [f"{name}{part}" for name in NAMES for part in ("", "_std", "_low95", "_high95")]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(("dive", "date_utc", "configuration", "outcome", "doubted", "error", "duration_s", "voltage_v",
-                     *columns, "source", "sha256"))  # fmt: skip
+                     "verdict", "causes", *columns, "source", "sha256"))  # fmt: skip
     for row in rows:
         values = [row.values.get(name) for name in NAMES]
         numbers = [n for v in values for n in ((v.value, v.std, v.low95, v.high95) if v else ("",) * 4)]
         writer.writerow((row.dive, iso(row.unix_s), row.configuration, row.outcome, " ".join(row.doubted),
-                         row.error, row.duration_s, row.voltage_v, *numbers, row.source, row.sha256))  # fmt: skip
+                         row.error, row.duration_s, row.voltage_v, *_verdict_cells(row), *numbers,
+                         row.source, row.sha256))  # fmt: skip
     return out.getvalue()
+
+
+def _verdict_cells(row: Row) -> tuple[str, str]:
+    if row.causes is None:
+        return "", ""
+    return row.causes.verdict, "; ".join(f"{item.words}: {item.size_words}" for item in row.causes.found)
 
 
 def to_json(row: Row) -> dict[str, Any]:
@@ -144,8 +163,9 @@ def to_json(row: Row) -> dict[str, Any]:
         **{
             name: value
             for name, value in vars(row).items()
-            if name not in ("values", "correlation", "unix_s", "doubts")
+            if name not in ("values", "correlation", "unix_s", "doubts", "causes")
         },
+        "diagnosis": None if row.causes is None else row.causes.to_json(),
         "doubted": row.doubted,
         "date_utc": iso(row.unix_s) or None,
         "parameters": {name: vars(value) for name, value in row.values.items()},
@@ -155,6 +175,16 @@ def to_json(row: Row) -> dict[str, Any]:
 def iso(unix_s: float | None) -> str:
     """Text such as `2026-11-20T09:12:03Z`; empty for no date."""
     return "" if unix_s is None else utc_text(unix_s)
+
+
+def _causes(result: Result) -> Causes:
+    return Causes(error=result.error) if result.answer is None else Causes.from_json(result.answer)
+
+
+def _dated(row: Row) -> Row:
+    """A row that only a diagnosis could date, dated by it."""
+    by_diagnosis = None if row.causes is None else row.causes.unix_s
+    return row if by_diagnosis is None or row.unix_s is not None else replace(row, unix_s=by_diagnosis)
 
 
 def _row(result: Result) -> Row:

@@ -24,7 +24,7 @@ from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.statistics import Z95
-from identify.words import capital, fixed, listed, significant, with_interval
+from identify.words import capital, fixed, listed, significant, unit_after, with_interval
 
 DRIFT_S = 5.0
 """Horizon of the drift in the answer."""
@@ -458,7 +458,7 @@ def _with_probability(finding: Finding) -> str:
 
 def difference_sentence(difference: Difference) -> str:
     """`its M_u is 12 % too small: 105 kg, the vehicle's is 119 kg`."""
-    unit = wording.unit_after(difference.vehicle.unit)
+    unit = unit_after(difference.vehicle.unit)
     at_one_thrust = " at the simulator's thrust" if difference.thrust != 1.0 else ""
     return (
         f"{_error_words(difference)}: {significant(difference.simulator.value)}{unit}, the vehicle's is "

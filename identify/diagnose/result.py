@@ -65,13 +65,15 @@ class Finding:
 class Tried:
     """A candidate of the library, and the nats that its best form saves in addition to the accepted causes.
 
-    why: for a crew, why a candidate that saves enough is not accepted.
+    why: for a crew, why a candidate that saves enough is not accepted. sizes: of a linear candidate that is not
+    accepted, the parameters that fit best beside the causes, with intervals by noise alone; without bounds.
     """
 
     effect: Effect
     gain_nats: float
     accepted: bool
     why: str = ""
+    sizes: Mapping[str, Value] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -381,7 +381,7 @@ def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
-    """Every candidate, by nats saved; a candidate without a noticeable size saves none."""
+    """Every candidate, by nats saved; a candidate without a noticeable size saves none, but has its size told."""
     weighing, fit = explanation.weighing, explanation.fit
     equations = weighing.candidates_beyond_forms(fit)
     rejected = [
@@ -395,7 +395,32 @@ def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tr
         for effect in weighing.library
         if effect.label not in labels and (effect.name, effect.number) not in taken
     ]
-    return tuple(sorted((*accepted, *rejected, *mute), key=lambda each: -each.gain_nats))
+    sizes = _sizes_beside(explanation)
+    absent = [replace(item, sizes=sizes.get(item.label, {})) for item in (*rejected, *mute)]
+    return tuple(sorted((*accepted, *absent), key=lambda each: -each.gain_nats))
+
+
+def _sizes_beside(explanation: Explanation) -> dict[str, dict[str, Value]]:
+    """The parameters of each linear effect that is no cause, fitted beside the causes, by label.
+
+    Parameters on which the dive holds nothing are left out, and effects that are told by other parameters.
+    """
+    candidates = explanation.weighing.candidates_beside(explanation.fit)
+    taken = {cause.key for cause in explanation.fit.causes}
+    out: dict[str, dict[str, Value]] = {}
+    for setting in candidates.settings:
+        effect = setting.effect
+        if not effect.linear or effect.telling is not None or (effect.name, effect.number) in taken:
+            continue
+        evidence = candidates.equations.evidence(setting.columns)
+        values = effect.none() + evidence.size @ setting.steps
+        half = Z95 * np.abs(np.diag(setting.steps)) * np.sqrt(np.diag(evidence.covariance))
+        out[effect.label] = {
+            parameter.name: Value(value, parameter.unit, value - reach, value + reach)
+            for parameter, value, reach in zip(effect.parameters, values.tolist(), half.tolist(), strict=True)
+            if math.isfinite(reach)
+        }
+    return out
 
 
 def _rejected(explanation: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:

@@ -22,14 +22,12 @@ from identify.diagnose.result import (
 from identify.diagnose.shrink import CHANCE, LEAST_GAP, contradiction_clause
 from identify.diagnose.verdict import LIKELY, MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
-from identify.words import capital, fixed, listed, significant, unit, with_interval
+from identify.words import capital, fixed, listed, significant, unit_after, with_interval
 
 DRIFT_S = 5.0
 """Horizon of the drift in sentences."""
 
 CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
-
-UNITLESS = ("", "1")
 
 SINCE = "since it was accepted"
 """Variant of an effect that is the change of an accepted effect."""
@@ -124,11 +122,6 @@ def alike_sentence(finding: Finding) -> str:
         for name in finding.also
     )
     return f"This dive can't tell it from {alike}; what would: {'; '.join(finding.cause.effect.separation.every)}."
-
-
-def unit_after(text: str) -> str:
-    """A unit after a number; empty for a bare number."""
-    return "" if text in UNITLESS else f" {unit(text)}"
 
 
 def percent(share: float) -> str:
@@ -389,11 +382,12 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
-    doubt = "".join(
-        f", but this dive can't tell {effect_words(cause.cause.effect)} from {' or '.join(map(words, cause.also))}"
+    alike = [
+        f"{effect_words(cause.cause.effect)} from {' or '.join(map(words, cause.also))}"
         for cause in likely
         if cause.also
-    )
+    ]
+    doubt = f", but this dive can't tell {listed(alike)}" if alike else ""
     partly = diagnosis.verdict == "partly"
     no_gap = not partly and _opens_no_gap(diagnosis)
     if not likely:

@@ -168,7 +168,7 @@ def model_of(
         inertia_kgm2=shape.inertia_kgm2,
         added=added,
         linear=damping,
-        quadratic=six([values.get(c.name, 0.0) for c in QUADRATICS]),
+        quadratic=six([known.get(c.name, 0.0) for c in QUADRATICS]),
         thrusters=tuple(Propeller(t.direction, t.position_m, low_n, high_n, t.gain) for t in shape.thrusters),
         lag_s=file.vehicle.thrust_curve.lag_s,
         net_buoyancy_n=shape.net_buoyancy_n,
@@ -184,7 +184,10 @@ def model_of(
 
 
 def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str, float], list[str]]:
-    """Masses and dampings, identified or else from the vehicle file, and a note on each that was not identified."""
+    """Masses and drags, identified or else from the vehicle file, and a note on each that was not identified.
+
+    Quadratic drag of the file is of no use beside a linear one that was identified: the two make one drag together.
+    """
     known, notes = {}, []
     squared = {DAMPINGS[c.dof].name: c.name for c in QUADRATICS if c.name in values}
     for name in (c.name for c in COEFFICIENTS):
@@ -198,6 +201,12 @@ def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str,
             notes.append(f"{name} was not identified: {shape.model[name]:g} is the vehicle file's own")
         else:
             notes.append(f"{name} was not identified and the vehicle file's model has none: it is unknown")
+    for c in QUADRATICS:
+        if c.name in values:
+            known[c.name] = values[c.name]
+        elif c.name in shape.model and DAMPINGS[c.dof].name not in values:
+            known[c.name] = shape.model[c.name]
+            notes.append(f"{c.name} was not identified: {known[c.name]:g} is the vehicle file's own")
     return known, notes
 
 

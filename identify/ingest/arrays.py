@@ -48,7 +48,8 @@ def _loaded(file: Any, name: str) -> Any:
 def streams_of(tree: Tree, path: Path, more: Sequence[Stream] = (), unread: Sequence[str] = ()) -> Streams:
     """Streams of arrays (n,), (n, k) or (k, n), k up to 16, whose longer side is time.
 
-    If all are of one length, they are the columns of a single table. Otherwise each struct whose arrays have one length
+    If all are of one length, they are the columns of a single table, named by the struct that holds all of them, if one
+    does. Otherwise each struct whose arrays have one length
     is a stream with the struct's name, and arrays of the same length in the same struct are a stream `NAME.length100`.
     The k columns of an array are `NAME.0`, `NAME.1` and so on. Numbers that stand alone are left out. `more`: streams
     that were read otherwise. `unread`: names of further variables that were left out. Raises LogError if there are no
@@ -67,6 +68,8 @@ def _streams(at: Path_, leaves: Leaves) -> Iterator[Stream]:
     """Streams of all arrays below the struct `at`."""
     lengths = {len(values) for values in leaves.values()}
     if len(lengths) == 1:
+        while len({name[len(at)] for name in leaves}) == 1 and min(map(len, leaves)) > len(at) + 1:
+            at = (*at, next(iter(leaves))[len(at)])
         yield stream_of(".".join(at), {name[len(at) :]: values for name, values in leaves.items()})
         return
     here = {name: values for name, values in leaves.items() if len(name) == len(at) + 1}

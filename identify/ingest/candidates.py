@@ -69,13 +69,18 @@ class Candidate:
         return np.column_stack([self.stream.columns[self.fields[place]] for place in sorted(self.fields)])
 
     @property
+    def moves(self) -> bool:
+        """Whether any of its known values change."""
+        known = self.values[np.isfinite(self.values).all(axis=1)]
+        return len(known) > 1 and bool(np.ptp(known, axis=0).any())
+
+    @property
     def worth(self) -> tuple[bool, bool, bool, float, int, int]:
         """Larger is better: moves, is complete, is in body axes, of a favoured topic, well named, has more rows."""
         known = self.values[np.isfinite(self.values).all(axis=1)]
-        moves = len(known) > 1 and bool(np.ptp(known, axis=0).any())
         complete = len(self.fields) >= WIDTHS.get(self.signal, 1)
         favoured = bool(re.search(FAVOURED.get(self.signal, "^$"), snake(self.stream.name)))
-        return moves, complete, self.frame == BODY, float(favoured), -self.rank, len(known)
+        return self.moves, complete, self.frame == BODY, float(favoured), -self.rank, len(known)
 
 
 def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
@@ -119,6 +124,12 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                 notes.append(
                     f"{', '.join(parts)}: not used for velocity. It is a part of one in earth axes, and only the whole "
                     "can be turned to the body's."
+                )
+            elif signal == "quaternion" and not candidate.moves:
+                parts = map(candidate.stream.full_name, candidate.fields.values())
+                notes.append(
+                    f"{', '.join(parts)}: not used for quaternion. They never change, as where a sensor tells no "
+                    "attitude."
                 )
             elif signal != "quaternion" or len(candidate.fields) == 4:
                 usable.append(candidate)

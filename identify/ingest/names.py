@@ -83,6 +83,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0123])|q([wxyz0123])", ""),
     ("euler", r"(?:.*_)?(roll|pitch|yaw|heading|hdg)(?:_angle)?", ""),
     ("euler", r"(phi|theta|psi)", ""),
+    ("euler", r"(?:vector_)?([xyz])", r"(^|_)(rpy|euler)(_|$)"),
     ("pressure", r"(?:.*_)?(?:fluid_)?(?:pressure|press|baro)(?:_abs)?|abs_pressure", ""),
     ("altitude", r"(?:.*_)?(?:altitude|range|distance|height_above_bottom)", ""),
     ("altitude", r"data", r"altitude|altimeter|range"),

@@ -35,7 +35,7 @@ from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.run_column import runs_of
 from identify.ingest.signals import dive_fields
-from identify.ingest.streams import Streams
+from identify.ingest.streams import Streams, some_of
 from identify.ingest.text_table import read_table
 from identify.ingest.tlog import read_tlog
 from identify.ingest.ulog import read_ulog
@@ -133,8 +133,19 @@ def recording_files(path: Path) -> list[Path]:
         return [*chosen, *logs_beside(path)]
     chosen = chosen or _imported(path)
     if not chosen:
-        raise LogError(f"{path}: holds no recording; {FORMS}")
+        raise LogError(f"{path}: {_of_several(path) or f'holds no recording; {FORMS}'}")
     return chosen
+
+
+def _of_several(folder: Path) -> str:
+    """What is wrong with a folder of recordings that is given for a single one; "" if it holds none."""
+    names = sorted(file.name for file in folder.iterdir() if file.name.lower().endswith((".bin", *MAPPED)))
+    if not names:
+        return ""
+    return (
+        f"is no dive folder, but holds {some_of(names)}; name one of them, and its column map serves all that have the "
+        "same columns; `identify --together` and `diagnose` take a folder of runs"
+    )
 
 
 def _imported(folder: Path) -> list[Path]:
@@ -230,8 +241,16 @@ def read_streams(path: Path) -> Streams:
 
 
 def _streams(files: Sequence[Path]) -> Streams:
-    ending = _ending(files[0])
-    return read_bag(files) if ending in BAGS else FILES[ending](files[0])
+    """What the files hold. Raises LogError."""
+    held = [file for file in files if not (file.is_file() and file.stat().st_size == 0)]
+    if not held:
+        raise LogError(
+            "is empty, nothing was recorded in it; copy it again, or give another recording", files[0]
+        )
+    ending = _ending(held[0])
+    streams = read_bag(held) if ending in BAGS else FILES[ending](held[0])
+    notes = tuple(f"{file.name} is empty: nothing was recorded in it." for file in files if file not in held)
+    return replace(streams, notes=(*streams.notes, *notes))
 
 
 def _ending(file: Path) -> str:

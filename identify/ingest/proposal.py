@@ -20,6 +20,7 @@ from identify.ingest.column_map import (
     ISO,
     NOTHING,
     OF_DAY,
+    TIME_UNITS,
     ColumnMap,
     Columns,
     RunColumn,
@@ -28,8 +29,9 @@ from identify.ingest.column_map import (
 from identify.ingest.names import snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import time_unit_of
+from identify.ingest.ros.bags import RECEIVED
 from identify.ingest.run_column import longest_run, run_column_in
-from identify.ingest.signals import dive_fields
+from identify.ingest.signals import apart_in_time, dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.units import UNITS
 
@@ -90,9 +92,21 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
 
 def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
     time, time_reason = _time(streams, path)
+    apart = _on_two_clocks(streams, time)
+    logged = all(RECEIVED in stream.columns for stream in streams)
+    if apart and logged and not _on_two_clocks(streams, TimeColumn(RECEIVED, "s")):
+        time, time_reason = (
+            TimeColumn(RECEIVED, "s"),
+            f"By '{time.column}', {apart}; '{RECEIVED}', the log's, is one.",
+        )
     timed = [stream for stream in streams if time.column in (*stream.columns, *stream.text)]
     candidates = [candidate for stream in timed for candidate in candidates_in(stream, time.column)]
     choices, notes = choices_of(candidates)
+    if apart and time.column != RECEIVED:
+        notes = (
+            *notes,
+            f"By '{time.column}', {apart}: no signal was held against another. Name one clock of all.",
+        )
     if not choices:
         names = [stream.full_name(field) for stream in streams for field in stream.columns]
         raise LogError(
@@ -215,6 +229,17 @@ def _meant(choice: Choice) -> str:
     return "attitude" if choice.signal in ("euler", "quaternion") else choice.signal
 
 
+def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
+    """What says that the topics with signals are on more than one clock by a time column; "" if nothing does."""
+    spans = []
+    for stream in streams:
+        if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column)):
+            known = stream.columns[time.column] * TIME_UNITS.get(time.unit, np.nan)
+            known = known[np.isfinite(known)]
+            spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
+    return next((said for said, are_two in apart_in_time(spans) if are_two), "")
+
+
 def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     """The time column that most streams have, with its unit, and why if its name doesn't say."""
     counts: dict[str, int] = {}
@@ -228,6 +253,8 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     if not counts:
         names = sorted({field for stream in streams for field in stream.columns})
         back = [name for name in names if time_unit(name)[0]]
+        if back and (still := _of_one_moment(streams, back[0])):
+            raise LogError(f"{path}: {still}")
         if back:
             raise LogError(
                 f"{path}: its times in '{back[0]}' do not rise, as where several runs stand in one table; give each "
@@ -255,6 +282,18 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     return TimeColumn(
         column, unit
     ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
+
+
+def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
+    """What is wrong with a file in which no time passes, and what to do; "" if time passes in a stream."""
+    clocks = [stream.columns[time] for stream in streams if time in stream.columns]
+    if any(np.ptp(known) > 0 for cells in clocks if len(known := cells[np.isfinite(cells)])):
+        return ""
+    rows = max(map(len, clocks))
+    if rows < 2:
+        held = "one message of each topic" if streams[0].name else "one row alone"
+        return f"holds {held}, and a motion takes many; if it was cut short, give the whole recording"
+    return f"its clock '{time}' stands still in all {rows} rows; name the column that is the time `time`, in seconds"
 
 
 def _time_of_runs(stream: Stream, of_longest: Proposal) -> tuple[TimeColumn, str]:
@@ -333,6 +372,11 @@ def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:
     notes = []
     if not names & {"pwm", "rpm", "tau_cmd"}:
         notes.append("No thruster command was recognised; name its columns under pwm, rpm or tau_cmd.")
-    if not names & {"velocity", "gyro", "fog"}:
+    if not names & {"velocity", "gyro", "fog"} and names & {"euler", "quaternion"}:
+        notes.append(
+            "No velocity and no rate of turn was recognised, so that attitude and depth alone tell the motion; if the "
+            "log has them, name their columns in the map."
+        )
+    elif not names & {"velocity", "gyro", "fog"}:
         notes.append("No velocity and no rate of turn was recognised; name their columns in the map.")
     return tuple(notes)

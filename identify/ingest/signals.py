@@ -1,7 +1,7 @@
 """Signals of a dive from the streams of a foreign recording, by a column map."""
 
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -234,23 +234,32 @@ def _rows(
 
 def _clocks(tables: Mapping[str, _Rows], path: Path) -> list[str]:
     """A note on topics that have no time in common. Raises LogError if they can't be of one clock."""
-    spans = sorted(
+    spans = [
         (float(rows.time_s[0]), float(rows.time_s[-1]), name)
         for name, rows in tables.items()
         if len(rows.time_s)
-    )
+    ]
     notes = []
-    for (start_s, end_s, name), (next_s, next_end_s, other) in pairwise(spans):
-        if next_s <= end_s:
-            continue
-        said = f"{name} runs from {start_s:.1f} to {end_s:.1f} s and {other} from {next_s:.1f} to {next_end_s:.1f} s"
-        if next_s - end_s > ANOTHER_CLOCK_S:
+    for said, are_two in apart_in_time(spans):
+        if are_two:
             raise LogError(
                 f"{path}: {said}: they are on two clocks; name a time column that is on one clock in both topics, as "
                 "`received` is in a bag"
             )
         notes.append(f"{said}: they have no time in common, and may be on two clocks.")
     return notes
+
+
+def apart_in_time(spans: Sequence[tuple[float, float, str]]) -> Iterator[tuple[str, bool]]:
+    """What neighbouring topics without a common time span from and to, in words, and whether they must be on two
+    clocks. `spans`: start and end, s, and name of each topic."""
+    for (start_s, end_s, name), (next_s, next_end_s, other) in pairwise(sorted(spans)):
+        if next_s > end_s:
+            other_runs = f"{other} from {next_s:.1f} to {next_end_s:.1f} s"
+            yield (
+                f"{name} runs from {start_s:.1f} to {end_s:.1f} s and {other_runs}",
+                next_s - end_s > ANOTHER_CLOCK_S,
+            )
 
 
 def _merged(time_s: Array, cells: Array, empty: Mask) -> tuple[NDArray[np.intp], int]:

@@ -1,5 +1,6 @@
 """Diagnose a dive: the causes of its gap, tried without those that are ruled out, measured on a check dive."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -7,28 +8,88 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError, FitError, LogError
-from bridge.vehicle.config import Prior, VehicleFile
+from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
+from bridge.vehicle.config import Configuration, Damping, Prior, VehicleFile
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose import diagnose as search
 from identify.diagnose import wording
-from identify.diagnose.result import Diagnosis, Finding, by_axis, plain
+from identify.diagnose.result import Diagnosis, Finding, Value, by_axis, plain
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import of_one_dive, recording_files
 from identify.progress import Step, Steps, unheard
 from identify.run.identify import runs_told
+from identify.statistics import Z95
+from identify.words import listed, significant, unit, with_interval
 
 OF: Final = "diagnose"
 
 
 @dataclass(frozen=True)
 class Before:
-    """An accepted model: values with their precision, effects, and notes on what of it was not taken."""
+    """An accepted model: values with their precision, effects, and notes on what of it was not taken.
+
+    `by_number`: whether the values that the dive contradicts are told one by one, for nobody fitted them to a dive.
+    """
 
     values: Mapping[str, Prior] | None = None
     effects: tuple[AcceptedEffect, ...] = ()
     notes: tuple[str, ...] = ()
+    by_number: bool = False
+
+
+LEAST_DRAG: Final = 1e-9
+"""A drag that is published as none, N/(m/s) and alike: only what is above zero has a logarithm."""
+
+
+def published(shape: Configuration, hull: Damping) -> Before:
+    """The `model` of a vehicle file's configuration as an accepted model, each number known to its `model_std`.
+
+    `hull`: the drag that the hull of the dive has. Of a degree of freedom with one of two drags stated, the other is
+    none; a mass or a drag that the model does not state is held against nothing. Raises ConfigError without a model,
+    or if it has a drag that the hull of the dive lacks.
+    """
+    if not shape.model:
+        raise ConfigError(
+            "its configuration has no model: write the published numbers there, as model: {M_u: ...}"
+        )
+    lacking = {"linear": QUADRATICS, "quadratic": DAMPINGS, "both": ()}[hull]
+    strange = [c.name for c in lacking if shape.model.get(c.name)]
+    if strange:
+        raise ConfigError(
+            f"its model has {', '.join(strange)}, and the hull of the dive has damping: {hull}; write damping: both "
+            "into the vehicle file of the dive"
+        )
+    values = dict(shape.model)
+    for pair in zip(DAMPINGS, QUADRATICS, strict=True):
+        if any(values.get(c.name) for c in pair):
+            values |= {c.name: 0.0 for c in pair if c.name not in values}
+    own = {c.name for c in OF_HULL.values() if c not in lacking}
+    priors = {
+        name: Prior(max(value, LEAST_DRAG), max(value, LEAST_DRAG) * shape.model_std, "published", "thrust")
+        for name, value in values.items()
+        if name in own and (value > 0 or OF_HULL[name].kind != "mass")
+    }
+    return Before(priors, by_number=True)
+
+
+def contradicted(held: Mapping[str, Prior], numbers: Mapping[str, Value]) -> tuple[str, ...]:
+    """A sentence on the values that differ from a dive's `numbers` by more than both are known, 95 %; () for none."""
+    off = []
+    for name in OF_HULL:
+        prior, found = held.get(name), numbers.get(name)
+        if (
+            prior is None
+            or found is None
+            or not abs(found.value - prior.value)
+            > math.hypot((found.high95 - found.low95) / 2, Z95 * prior.std)
+        ):
+            continue
+        number, interval = with_interval(found.value, found.low95, found.high95)
+        was = significant(prior.value if prior.value > LEAST_DRAG else 0.0)
+        off.append(f"{name} {was} (the dive: {number}, {interval} {unit(found.unit)})")
+    return (f"Of the numbers of the model before, the dive contradicts {listed(off)}.",) if off else ()
 
 
 @dataclass(frozen=True)
@@ -80,7 +141,8 @@ def diagnose(
         if check is not None and error.of == check.source:
             raise FitError(error.reason, of=f"the check dive {check.source}") from None
         raise
-    searched_fit = replace(searched_fit, notes=(*before.notes, *notes, *searched_fit.notes))
+    off = contradicted(before.values or {}, searched_fit.numbers) if before.by_number else ()
+    searched_fit = replace(searched_fit, notes=(*before.notes, *off, *notes, *searched_fit.notes))
     return Diagnosed(dive, file, check, searched_fit)
 
 

@@ -126,3 +126,12 @@ def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_t
     paths = [tmp_path / way / "dive.tlog" for way in ("a/x", "b/x", "b/y")] + [tmp_path / "other.tlog"]
     recordings = [Recording(path.stem, path, (path,), str(k)) for k, path in enumerate(paths)]
     assert [one.name for one in distinct_names(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]
+
+
+def test_a_folder_of_tables_says_how_to_name_them(tmp_path):
+    for name in ("b.csv", "a.csv"):
+        (tmp_path / name).write_text("time,u")
+    with pytest.raises(
+        LogError, match=r"holds 2 recordings that need a column map, as a\.csv; give --columns and name"
+    ):
+        find_recordings([str(tmp_path)])

@@ -11,6 +11,7 @@ from identify.batch import jobs
 
 LOADED = """
 import importlib, sys
+import identify.batch.diagnose
 import identify.batch.work
 from identify.estimators.table import METHODS
 for module in METHODS.values():
@@ -20,7 +21,7 @@ print("\\n".join(m.__file__ for name, m in sys.modules.items() if name.split("."
 NOTHING_TO_ANSWER = ("__init__.py", "version.py")
 
 
-def test_the_stamp_covers_every_module_that_an_identification_loads():
+def test_the_stamp_covers_every_module_that_an_identification_or_a_diagnosis_loads():
     told = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
     files = {Path(line) for line in told.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
     assert len(files) > 30

@@ -218,7 +218,65 @@ def test_screen_json_and_page_say_what_the_simulator_must_gain(
     assert json.loads(data.read_text())["against"]["lacks"] == ["dead_zone"]
 
 
-@pytest.mark.parametrize("option", ["--check", "--predict", "--accept"])
+def in_runs(case, folder, each_s):
+    """A case's dive in files of so many seconds each, some minutes apart; returns their folder."""
+    folder.mkdir()
+    dive = dive_of(case)
+    starts_s = np.arange(dive.span_s[0], dive.span_s[1] - 1.0, each_s)
+    for number, start_s in enumerate(starts_s.tolist()):
+        run = dive.between(start_s, start_s + each_s)
+        (folder / f"run-{number}.tlog").write_bytes(tlog_of(run, 1.77e9 + 300.0 * number))
+    return folder
+
+
+@pytest.mark.slow
+def test_several_runs_are_held_against_several_of_a_simulator_each_as_one_dive(tmp_path, capsys):
+    weak, sound = (
+        draw_case(100_021, names=names, size=0.6, seconds=90.0) for names in (["weak_thruster"], [])
+    )
+    runs, sim = in_runs(weak, tmp_path / "runs", 30.0), in_runs(sound, tmp_path / "sim", 45.0)
+    vehicle, answer = tmp_path / "vehicle.yaml", tmp_path / "answer.json"
+    vehicle.write_text(weak.vehicle.text, encoding="utf-8")
+    words = ["diagnose", *sorted(runs.iterdir()), "--vehicle", vehicle, "--against", sim, "--json", answer]
+    assert cli.main([*map(str, words)]) == exit_codes.DONE
+    told = json.loads(answer.read_text())
+    assert told["against"]["lacks"] == ["weak_thruster"]
+    assert [run["name"] for run in told["runs"]["used"]] == ["run-0", "run-1", "run-2"]
+    assert told["against"]["simulator"] == "2 runs, run-0 to run-1"
+    assert "3 runs are one dive of 90 s" in " ".join(capsys.readouterr().out.split())
+
+
+def test_what_is_left_out_is_tried_in_neither_recording(files, monkeypatch):
+    tried = []
+
+    def diagnosed(*_, effects, **_more):
+        tried.append({effect.name for effect in effects})
+        raise FitError("enough")
+
+    monkeypatch.setattr(compared_by, "diagnose", diagnosed)
+    assert held_against(files, "--without", "waves") == exit_codes.NO
+    assert "dead_zone" in tried[0]
+    assert "waves" not in tried[0]
+
+
+def test_runs_of_one_push_and_a_simulator_that_can_not_be_read_are_refused_by_name(
+    files, monkeypatch, capsys
+):
+    lost = files / "nosuch.tlog"
+    words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml", "--against")
+    assert cli.main([*map(str, (*words, lost))]) == exit_codes.BAD_INPUT
+    assert f"{lost}: no such file" in " ".join(capsys.readouterr().err.split())
+    (files / "half.tlog").write_bytes(b"no frames")
+    assert cli.main([*map(str, (*words, files / "half.tlog"))]) == exit_codes.BAD_INPUT
+    assert f"the simulator's {files / 'half.tlog'}: " in " ".join(capsys.readouterr().err.split())
+    monkeypatch.setattr("tui.commands.diagnose.repeats", lambda dive, *_: dive.name == "dive")
+    assert held_against(files) == exit_codes.NO
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{files / 'dive.tlog'}: its runs go from rest into one steady push" in said
+    assert "give runs with several speeds" in said
+
+
+@pytest.mark.parametrize("option", ["--check", "--predict", "--accept", "--accepted"])
 def test_what_tells_of_the_vehicle_alone_is_refused_beside_a_simulator(files, tmp_path, capsys, option):
     assert held_against(files, option, tmp_path / "other.param") == exit_codes.BAD_INPUT
     assert f"{option} tells of the vehicle, --against of a simulator" in capsys.readouterr().err

@@ -326,6 +326,14 @@ def test_commands_of_which_one_is_unknown_at_any_time_tell_no_wrench() -> None:
         wrench(recorded(pwm=gap), thruster_vehicle(), "twin")
 
 
+def test_commands_of_fewer_thrusters_than_the_vehicle_has_are_refused_with_both_numbers() -> None:
+    alone = pwm([0.0, 1.0], (1500.0,), (1700.0,))
+    with pytest.raises(
+        FitError, match=r"has commands of 1 thrusters, and the vehicle file has 2 in configuration 'twin'"
+    ):
+        wrench(recorded(pwm=alone), thruster_vehicle(), "twin")
+
+
 def test_nothing_at_all_is_refused() -> None:
     with pytest.raises(FitError, match="neither thruster commands"):
         wrench(recorded(), thruster_vehicle(), "twin")

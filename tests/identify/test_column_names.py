@@ -28,6 +28,8 @@ KNOWN = [
     ("", "pitch_rate_deg_s", "gyro", 1, "deg/s"),
     ("", "w_yaw", "gyro", 2, None),
     ("", "heading_deg", "euler", 2, "deg"),
+    ("/attitude/rpy", "vector.y", "euler", 1, None),
+    ("/euler", "x", "euler", 0, None),
     ("", "theta", "euler", 1, None),
     ("", "acc_z_g", "specific_force", 2, "g"),
     ("", "Depth (cm)", "depth", 0, "cm"),

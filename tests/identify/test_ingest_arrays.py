@@ -92,6 +92,13 @@ def test_structs_of_one_length_are_one_table(tmp_path: Path) -> None:
     }
 
 
+def test_structs_within_one_are_a_table_with_its_name_so_that_names_are_known(tmp_path: Path) -> None:
+    read = columns(read_matlab(mat(tmp_path, log={"dive": {"t": T, "u": T, "imu": {"r": T}}})))
+    assert {name: set(held) for name, held in read.items()} == {"log.dive": {"t", "u", "imu.r"}}
+    alone = columns(read_matlab(mat(tmp_path, log={"u": T})))
+    assert {name: set(held) for name, held in alone.items()} == {"log": {"u"}}
+
+
 def test_matlab_7_3_is_read_as_older_versions_are(tmp_path: Path) -> None:
     path = tmp_path / "new.mat"
     with h5py.File(path, "w", userblock_size=512) as file:

@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bridge.errors import LogError
 from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.ros.sqlite_leaves import rows_in
 from identify.ingest.streams import Stream, Streams
 
 COUNT = 200
@@ -291,6 +292,37 @@ def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_pat
     assert longest == COUNT
 
 
+def test_a_cut_database_gives_all_rows_that_it_still_holds(tmp_path: Path) -> None:
+    """Rows of a few bytes and of several pages, whose index to them is lost: SQLite itself reads none of them."""
+    file = tmp_path / "rows.db3"
+    numbers = range(1, 3001)
+    held = [(n, n % 3, n * 10**9, random.Random(n).randbytes(40 if n % 50 else 20_000)) for n in numbers]
+    with sqlite3.connect(file) as database:
+        database.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
+        database.execute("CREATE TABLE other(id INTEGER PRIMARY KEY, word)")
+        database.executemany("INSERT INTO messages VALUES (?, ?, ?, ?)", held)
+        database.execute("INSERT INTO other VALUES (1, 'word')")
+    database.close()
+    data = file.read_bytes()
+    assert rows_in(data, 4096, 4) == held
+    for share in (0.3, 0.6, 0.9):
+        rows = rows_in(data[: int(share * len(data))], 4096, 4)
+        assert rows == held[: len(rows)]
+        assert abs(len(rows) / len(held) - share) < 0.03
+    assert rows_in(data, 16, 4) == []
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_a_cut_db3_gives_as_much_as_is_there(tmp_path: Path, share: float) -> None:
+    count = 6000
+    file = write_bag(tmp_path, "db3", swim(ROS2, count))
+    data = file.read_bytes()
+    file.write_bytes(data[: int(share * len(data))])
+    rates = topics(read_bag([file]))["/imu"].columns["angular_velocity.z"]
+    assert abs(len(rates) / count - share) < 0.05
+    assert rates.tolist() == (np.arange(len(rates)) / 8).tolist()
+
+
 def test_of_a_chunk_that_is_cut_the_beginning_is_read(tmp_path: Path) -> None:
     file = write_bag(tmp_path, "bag", swim(ROS1, 1), chunk_bytes=1 << 20)
     data = file.read_bytes()
@@ -308,6 +340,16 @@ def test_a_cut_is_said(tmp_path: Path, form: str) -> None:
     file.write_bytes(data[: len(data) * 7 // 10])
     notes = read_bag([file]).notes
     assert f"{file.name} is cut off or damaged: what is before was read." in notes
+
+
+@pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
+def test_a_cut_before_the_first_message_says_that_nothing_can_be_read(tmp_path: Path, form: str) -> None:
+    file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
+    file.write_bytes(file.read_bytes()[:120])
+    _, said = read_or_refused(file)
+    assert said.startswith(
+        f"{file}: is cut off or damaged before its first message with numbers, so nothing can be"
+    )
 
 
 @pytest.mark.parametrize("form", FORMS)

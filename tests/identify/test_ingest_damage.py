@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bags_made import ROS2, swim, write_bag
 from built_recordings import (
     Stamped,
     array,
@@ -31,7 +32,7 @@ from bridge.wire.framing import CRC_EXTRA, Encoder
 from bridge.wire.redaction import KEY_AT, SETUP_SIGNING
 from bridge.wire.tlog import TlogReader
 from identify.ingest.frames import Fields, load_frames, locate, message_id
-from identify.ingest.open import read_dive
+from identify.ingest.open import MAPPED, read_dive, read_streams
 
 
 @pytest.mark.parametrize("name", ["dive.tlog.gz", "dive.tlog"])
@@ -147,6 +148,31 @@ def test_a_missing_file_and_an_empty_folder_are_named(tmp_path: Path) -> None:
         read_dive(tmp_path / "nowhere.tlog")
     with pytest.raises(LogError, match="holds no recording"):
         read_dive(tmp_path)
+
+
+@pytest.mark.parametrize("ending", MAPPED)
+def test_an_empty_file_of_any_form_is_said_to_be_empty(tmp_path: Path, ending: str) -> None:
+    empty = write(tmp_path / f"log{ending}", b"")
+    with pytest.raises(LogError, match=rf"log{ending}: is empty, nothing was recorded in it; copy it again"):
+        read_streams(empty)
+
+
+def test_of_a_bag_in_parts_the_empty_one_is_noted_and_the_others_are_read(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path, "mcap", swim(ROS2, 20)).parent
+    write(bag / "bag_2.mcap", b"")
+    (bag / "bag.mcap").rename(bag / "bag_1.mcap")
+    recorded = read_streams(bag)
+    assert {stream.name for stream in recorded.streams} == {"/imu", "/thrusters", "/dvl/twist"}
+    assert recorded.notes[-1] == "bag_2.mcap is empty: nothing was recorded in it."
+
+
+def test_a_folder_of_tables_says_to_name_one_and_what_takes_all(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.csv"):
+        write(tmp_path / name, b"time,u\n0,1\n")
+    with pytest.raises(
+        LogError, match=r"is no dive folder, but holds a\.csv, b\.csv; name one of them, and its"
+    ):
+        read_streams(tmp_path)
 
 
 def test_a_folder_of_several_dives_is_not_taken_for_one(tmp_path: Path) -> None:

@@ -281,6 +281,66 @@ def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence(
         proposed({"t": READ["t"], "colour": READ["t"]})
 
 
+def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs() -> None:
+    with pytest.raises(LogError, match=r"log\.csv: holds one row alone, and a motion takes many"):
+        proposed({"time": np.zeros(1), "u": np.zeros(1)})
+    with pytest.raises(LogError, match="its clock 'time' stands still in all 50 rows; name the column"):
+        proposed({"time": np.full(50, 5.0), "u": np.zeros(50)})
+    with pytest.raises(LogError, match="holds one message of each topic, and a motion takes many"):
+        propose((Stream("/dvl", {"stamp": np.zeros(1), "twist.linear.x": np.ones(1)}, {}),), LOG)
+
+
+def bagged(dvl_ahead_s: float) -> tuple[Stream, ...]:
+    """Two topics as in a bag, that of the DVL with its header's clock so much ahead."""
+    at_s = READ["t"] + 1.7e9
+    gyro = {f"angular_velocity.{axis}": READ["gyro"][:, k] for k, axis in enumerate("xyz")}
+    twist = {f"twist.linear.{axis}": READ["velocity"][:, k] for k, axis in enumerate("xyz")}
+    return (
+        Stream("/imu", gyro | {"stamp": at_s, "received": at_s + 0.01}, {}),
+        Stream("/dvl", twist | {"stamp": at_s + dvl_ahead_s, "received": at_s + 0.01}, {}),
+    )
+
+
+def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said() -> None:
+    whole = propose(bagged(0.0), LOG)
+    assert (whole.columns.time, whole.time_reason) == (TimeColumn("stamp", "s"), "")
+    apart = propose(bagged(-1.7e9), LOG)
+    assert apart.columns.time == TimeColumn("received", "s")
+    assert apart.time_reason.startswith("By 'stamp', /dvl runs from 0.0 to ")
+    assert "check time" not in str(apart.notes)
+    assert mapped(bagged(-1.7e9), apart.columns, LOG).velocity.time_s[0] == pytest.approx(1.7e9 + 0.01)
+
+
+def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
+    streams = tuple(
+        Stream(one.name, {name: cells for name, cells in one.columns.items() if name != "received"}, {})
+        for one in bagged(-1.7e9)
+    )
+    proposal = propose(streams, LOG)
+    assert proposal.columns.time == TimeColumn("stamp", "s")
+    assert proposal.notes[0].endswith("no signal was held against another. Name one clock of all.")
+
+
+def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
+    rows = len(READ["t"])
+    quaternion = {f"orientation.{axis}": np.full(rows, float(axis == "w")) for axis in "xyzw"}
+    gyro = {f"angular_velocity.{axis}": READ["gyro"][:, k] for k, axis in enumerate("xyz")}
+    imu = Stream("/imu", {"stamp": READ["t"], **quaternion, **gyro}, {})
+    alone = propose((imu,), LOG)
+    assert alone.columns.quaternion is None
+    assert any("not used for quaternion. They never change" in note for note in alone.notes)
+    angles = {f"vector.{axis}": READ["euler"][:, k] for k, axis in enumerate("xyz")}
+    beside = propose((imu, Stream("/attitude/rpy", {"stamp": READ["t"], **angles}, {})), LOG)
+    assert beside.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
+
+
+def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion() -> None:
+    angles = {name: READ["euler"][:, k] for k, name in enumerate(("roll", "pitch", "yaw"))}
+    assert "attitude and depth alone tell the motion" in proposed({"t": READ["t"], **angles}).notes[-1]
+    assert "name their columns in the map" in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
+    assert "attitude" not in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
+
+
 def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> None:
     text = map_text(
         proposed({"t": READ["t"], "u": READ["velocity"][:, 0], "depth": READ["depth"]}), "log.csv"

@@ -137,7 +137,7 @@ def test_a_run_that_is_diagnosed_is_no_check(folder, capsys):
     assert "so it can't show how far the gap shrinks" in said(capsys)
 
 
-def test_a_simulator_is_held_against_one_dive(folder, capsys):
+def test_a_simulators_run_that_is_too_short_alone_is_named_however_many_are_held_against_it(folder, capsys):
     runs = [folder / "runs" / f"run{seed}.csv" for seed in range(3)]
-    assert seatrial("diagnose", folder, *runs[:2], "--against", runs[2]) == exit_codes.BAD_INPUT
-    assert "give one DIVE" in said(capsys)
+    assert seatrial("diagnose", folder, *runs[:2], "--against", runs[2]) == exit_codes.NO
+    assert f"{runs[2]}: lasts 14 s, too short" in said(capsys)

@@ -8,10 +8,12 @@ from identify.challenge.case import dive_of, draw_case
 from identify.ingest.rotation import euler_angles
 
 FLU = np.array([1.0, -1.0, -1.0])
+RUNS = 3
 
 
 def write_foreign_log(folder: Path, seed: int = 100_011, seconds: float = 150.0) -> None:
-    """Write `our_log.csv`, a row for each time of any sensor, and `our.yaml`, the vehicle file."""
+    """Write `our_log.csv`, a row for each time of any sensor, its thirds as runs in `runs`, and `our.yaml`, the vehicle
+    file."""
     case = draw_case(seed, names=[], seconds=seconds)
     (folder / "our.yaml").write_text(case.vehicle.text, encoding="utf-8")
     dive = dive_of(case)
@@ -37,5 +39,9 @@ def write_foreign_log(folder: Path, seed: int = 100_011, seconds: float = 150.0)
         table[np.searchsorted(times, time_s)] = value
     header = ",".join(("timestamp_ms", *(name for _, _, names in columns for name in names)))
     rows = np.column_stack([times * 1e3, *cells])
-    lines = (",".join("" if np.isnan(cell) else f"{cell:.9g}" for cell in row) for row in rows)
+    lines = [",".join("" if np.isnan(cell) else f"{cell:.9g}" for cell in row) for row in rows]
     (folder / "our_log.csv").write_text("\n".join((header, *lines)) + "\n", encoding="utf-8")
+    (folder / "runs").mkdir()
+    for number, part in enumerate(np.array_split(np.arange(len(lines)), RUNS), start=1):
+        text = "\n".join((header, *(lines[k] for k in part.tolist()))) + "\n"
+        (folder / "runs" / f"run{number}.csv").write_text(text, encoding="utf-8")

@@ -29,3 +29,9 @@ def test_the_map_that_was_proposed_turns_the_log_to_forward_right_down(followed)
     text = (followed.folder / "columns.yaml").read_text(encoding="utf-8")
     assert text.count("scale: [1, -1, -1]") == 4
     assert "depth: {columns: [position.z], unit: m, scale: [-1]}" in text
+
+
+def test_a_folder_of_runs_comes_to_one_answer_and_a_page(followed):
+    fitted = json.loads((followed.folder / "runs.json").read_text(encoding="utf-8"))
+    assert [run["name"] for run in fitted["runs"]["used"]] == ["run1", "run2", "run3"]
+    assert (followed.folder / "runs.html").stat().st_size > 10_000

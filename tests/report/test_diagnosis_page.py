@@ -115,6 +115,9 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
     assert wording.verdict_sentence(said).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
+    current = found("steady_current", also=("thrust_bias",), likeness={"thrust_bias": 0.97})
+    both = wording.verdict_sentence(diagnosis(verdict="ambiguous", findings=(lag, current)))
+    assert "can't tell thruster lag from command delay and steady current from thrust bias: " in both
     (line,) = wording.cause_lines(said)
     told = (
         "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "

@@ -14,15 +14,18 @@ from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, drift_of
-from identify.batch.jobs import IDENTIFY, job_for
+from identify.batch.effect_drift import EffectDrift, chance_words, effect_drifts
+from identify.batch.jobs import DIAGNOSE, IDENTIFY, Result, job_for
 from identify.batch.page import MARKS, batch_report, doubt_mark
+from identify.batch.page_causes import cause_words
 from identify.batch.recordings import Found, find_recordings
-from identify.batch.rows import Row, Value, by_configuration, names_in, rows_of, to_csv, to_json
+from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
 from identify.estimators.table import METHODS
 from identify.ingest.column_map import map_file
 from identify.ingest.open import utc
 from identify.report.page import Read, with_provenance, write_report
+from identify.words import with_interval
 from tui import pages, show
 from tui.files import Files
 from tui.show import STANDARD_OUTPUT, Table, Tell
@@ -31,6 +34,8 @@ PAGE, KEPT = "trends.html", "results.jsonl"
 PAPER = "bench.reproduce.paper"
 """Module of the source paper's method, offered as `paper`."""
 
+
+VERBS = {IDENTIFY: "identify", DIAGNOSE: "diagnose"}
 
 PARAMETERS_WIDE = 4
 """Number of parameters that fit into 80 columns next to number and date."""
@@ -45,18 +50,23 @@ def run(arguments: argparse.Namespace) -> int:
     cache = Cache(Path(arguments.out) / KEPT)
 
     method = PAPER if arguments.method == "paper" else arguments.method
+    kinds = (IDENTIFY, DIAGNOSE) if arguments.diagnose else (IDENTIFY,)
+    results: dict[str, list[Result]] = {DIAGNOSE: []}
     try:
-        jobs = [
-            job_for(IDENTIFY, recording, file, method, columns) for recording in recordings_found.recordings
-        ]
-        with show.progress(f"identify {len(jobs)} dives") as tell:
-            results = run_batch(jobs, cache, engine(arguments), teller(tell, clocks.SystemClock()))
+        for kind in kinds:
+            jobs = [
+                job_for(kind, recording, file, "" if kind == DIAGNOSE else method, columns)
+                for recording in recordings_found.recordings
+            ]
+            with show.progress(f"{VERBS[kind]} {len(jobs)} dives") as tell:
+                clock = clocks.SystemClock()
+                results[kind] = run_batch(jobs, cache, engine(arguments), teller(tell, clock))
     except KeyboardInterrupt:
         show.say(show.words(), f"what is done is kept in {cache.path}; the same command goes on from there")
         raise
     finally:
         cache.close()
-    rows = rows_of([*results, *recordings_found.unreadable])
+    rows = rows_of([*results[IDENTIFY], *recordings_found.unreadable], results[DIAGNOSE])
     return finish(arguments, file, recordings_found, rows)
 
 
@@ -110,7 +120,8 @@ def duration(seconds: float) -> str:
 def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, rows: Sequence[Row]) -> int:
     """Show and write the results of the batch, and return the exit code."""
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
-    tell(arguments, recordings, rows, drifts)
+    effects = effects_of(rows)
+    tell(arguments, recordings, rows, drifts, effects)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
         if arguments.csv is not None:
@@ -124,11 +135,12 @@ def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, 
                     {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
                 ],
                 "trends": drifts_to_json(drifts),
+                "effects": effects_to_json(effects),
             },
             arguments.json,
         )
         page = Path(arguments.out) / PAGE
-        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts)
+        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects)
         read = [
             Read(
                 row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s
@@ -139,14 +151,27 @@ def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, 
         page_report = with_provenance(report, read, file, pages.settings(arguments))
         if files.attempt(partial(write_report, page, page_report)):
             show.say(show.words(), f"trends: {page}")
-    identified = sum(bool(row.values) for row in rows)
-    if identified == len(rows):
+    answers = [bool(row.values) for row in rows]
+    answers += [not row.causes.error for row in rows if row.causes is not None]
+    if all(answers):
         return files.code(exit_codes.DONE)
-    return files.code(exit_codes.PARTLY if identified else exit_codes.NO)
+    return files.code(exit_codes.PARTLY if any(answers) else exit_codes.NO)
+
+
+def effects_of(rows: Sequence[Row]) -> dict[str, tuple[EffectDrift, ...]]:
+    """The drifts of effects over the dives that were diagnosed, by configuration."""
+    return {
+        name: effect_drifts([row.causes for row in group if row.causes is not None])
+        for name, group in diagnosed(rows).items()
+    }
 
 
 def tell(
-    arguments: argparse.Namespace, recordings: Found, rows: Sequence[Row], drifts: Mapping[str, Drift]
+    arguments: argparse.Namespace,
+    recordings: Found,
+    rows: Sequence[Row],
+    drifts: Mapping[str, Drift],
+    effects: Mapping[str, Sequence[EffectDrift]],
 ) -> None:
     """Print the tables and sentences to the terminal."""
     taken = show.STANDARD_OUTPUT in (arguments.json, arguments.csv)
@@ -159,6 +184,12 @@ def tell(
         if drift.trends:
             show.put(console, trend_table(drift, configuration))
         show.say(console, f"{configuration}: {drift.sentence}")
+    if any(row.causes is not None for row in rows):
+        show.put(console, causes_table(rows))
+    for configuration, found in effects.items():
+        if found:
+            show.put(console, effect_table(found, configuration))
+        show.say(console, *(f"{configuration}: {each.sentence}" for each in found if each.is_real))
     show.say(console, *(f"counted once: {twin.path} {twin.why} {twin.counted}" for twin in recordings.twins))
 
 
@@ -169,6 +200,62 @@ def dive_table(rows: Sequence[Row]) -> Table:
         for number, row in enumerate(rows, start=1)
     ]
     return show.Table("dives", ("no.", "date, UTC", "configuration", "dive"), lines, numbers=("no.",))
+
+
+def causes_table(rows: Sequence[Row]) -> Table:
+    """Verdict and causes of every dive that was diagnosed, or why there are none."""
+    lines = [
+        (
+            str(number),
+            utc(row.unix_s),
+            row.causes.verdict or "-",
+            row.causes.error or "; ".join(map(cause_words, row.causes.found)) or "-",
+        )
+        for number, row in enumerate(rows, start=1)
+        if row.causes is not None
+    ]
+    return show.Table("causes", ("no.", "date, UTC", "verdict", "causes"), lines, numbers=("no.",))
+
+
+def effect_table(drifts: Sequence[EffectDrift], configuration: str) -> Table:
+    """Slope of each effect's size over the dives, with its interval and how often chance gives as much."""
+    lines = [
+        (
+            drift.words,
+            drift.parameter,
+            f"{drift.named}/{drift.trend.count}",
+            *with_interval(drift.slope, drift.low95, drift.high95),
+            drift.per,
+            chance_words(drift.chance),
+        )
+        for drift in drifts
+    ]
+    columns = ("effect", "parameter", "named in", "slope", "95 %", "per", "by chance")
+    return show.Table(f"{configuration}: sizes of effects", columns, lines, numbers=("slope",))
+
+
+def effects_to_json(effects: Mapping[str, Sequence[EffectDrift]]) -> dict[str, object]:
+    """The drifts of effects as plain data, by configuration."""
+    return {
+        configuration: [
+            {
+                "label": drift.label,
+                "parameter": drift.parameter,
+                "unit": drift.unit,
+                "per": drift.per,
+                "slope": drift.slope,
+                "low95": drift.low95,
+                "high95": drift.high95,
+                "chance": drift.chance,
+                "significant": drift.is_real,
+                "named": drift.named,
+                "trend": vars(drift.trend),
+                "sentence": drift.sentence,
+            }
+            for drift in drifts
+        ]
+        for configuration, drifts in effects.items()
+    }
 
 
 def parameter_tables(

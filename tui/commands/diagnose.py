@@ -2,7 +2,8 @@
 
 import argparse
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from bridge import exit_codes
-from bridge.errors import LogError, SeatrialError
+from bridge.errors import ConfigError, FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
@@ -30,10 +31,9 @@ from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.glance.foretold import began
 from identify.identification import Outcome, worst
-from identify.ingest.open import read_dive
 from identify.repeats.answer import plain, sentences
 from identify.repeats.usual import Usual, usual_from
-from identify.run.diagnose import Before, diagnose
+from identify.run.diagnose import Before, diagnose, effects_without, published
 from identify.run.identify import compiles_first, runs_told
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_of
@@ -54,8 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
     file = load_vehicle(arguments.vehicle)
-    runs = [place for path in arguments.dives for place in runs_in(Path(path))]
-    checks = runs_in(Path(arguments.check)) if arguments.check else []
+    runs = runs_of_dive(arguments.dives)
+    checks = runs_of_dive([arguments.check]) if arguments.check else []
     columns = column_map_for(arguments.columns, [*map(str, (*runs, *checks))])
     reading, check = read_together(runs, file, columns), None
     if checks:
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
         usual = usual_accepted(Path(arguments.accepted))
         if usual is not None and repeats(reading.dive, reading.file, configuration):
             return run_repeats(arguments, reading, usual)
-        before = accepted_before(Path(arguments.accepted), file, configuration, leave)
+        before = before_of(arguments.accepted, file, configuration, leave)
     impossible, why = ruled_out(runs)
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
@@ -224,28 +224,50 @@ def coefficients_of_hull(shape: Configuration) -> Collection[str]:
 
 
 def run_against(arguments: argparse.Namespace) -> int:
-    """`diagnose REAL --against SIM`: what a simulator must gain."""
-    for option in ("check", "predict", "accept"):
+    """`diagnose REAL --against SIM`: what a simulator must gain. Several runs of either are one dive."""
+    for option in ("check", "predict", "accept", "accepted"):
         if getattr(arguments, option):
             raise exit_codes.UsageError(
                 f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
             )
-    if len(arguments.dives) > 1:
-        raise exit_codes.UsageError("--against holds one dive against the simulator; give one DIVE")
-    file, places = load_vehicle(arguments.vehicle), (*arguments.dives, arguments.against)
-    columns = column_map_for(arguments.columns, places)
-    real, sim = (read_dive(Path(path), columns, file) for path in places)
+    file = load_vehicle(arguments.vehicle)
+    places, of_simulator = runs_of_dive(arguments.dives), runs_of_dive([arguments.against])
+    columns = column_map_for(arguments.columns, [*map(str, (*places, *of_simulator))])
+    reading = read_together(places, file, columns)
+    try:
+        of_sim = read_together(of_simulator, file, columns)
+    except SeatrialError as error:
+        raise type(error)(f"the simulator's {error}") from None
+    real, sim = reading.dive, of_sim.dive
     configuration = configuration_of_both(real, sim, file)
+    for each in (real, sim):
+        if repeats(each, reading.file, configuration):
+            raise FitError(
+                "its runs go from rest into one steady push, which tells no model to hold against a simulator's; give "
+                "runs with several speeds, or judge these by accepted ones with --accepted",
+                of=each.source,
+            )
+    impossible, why = ruled_out(places)
+    without = (*(arguments.without or ()), *impossible)
     with show.progress(f"{real.name} against {sim.name}") as tell:
-        gap = against.against(real, sim, file, configuration, progress=tell)
+        effects = effects_without(without, configuration, file) if without else None
+        gap = against.against(real, sim, reading.file, configuration, effects=effects, progress=tell)
+    remarks = [*reading.remarks, *filter(None, map(stray_bytes, (*places, *of_simulator))), *why]
+    notes = (*(f"{remark}." for remark in remarks), *gap.vehicle.notes)
+    gap = replace(gap, vehicle=replace(gap.vehicle, notes=notes))
     # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
-        files.json(against.plain(gap), arguments.json)
+        files.json({**against.plain(gap), **runs_told(real)}, arguments.json)
         pages.publish(files, arguments, partial(page_of_both, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)
         show.say(console, *files.written)
     return files.code(exit_codes.DONE)
+
+
+def runs_of_dive(paths: Sequence[str]) -> list[Path]:
+    """The recordings that are runs of one dive, those in folders too. Raises LogError for a path that holds none."""
+    return [place for path in paths for place in runs_in(Path(path))]
 
 
 def configuration_of_both(real: Dive, sim: Dive, file: VehicleFile) -> str:
@@ -298,6 +320,24 @@ def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
         return ()
     lines = (f"Where: {line}." for line in wording.where_lines(diagnosis))
     return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
+
+
+def before_of(accepted: str, file: VehicleFile, configuration: str, leave: Leave) -> Before:
+    """The model that --accepted names: that of a vehicle file, or else of an identification or a diagnosis.
+
+    Raises UsageError as `accepted_before` and `published` do.
+    """
+    name, _, _ = accepted.rpartition(":")
+    if not any(part.endswith((".yaml", ".yml")) for part in (accepted, name)):
+        return accepted_before(Path(accepted), file, configuration, leave)
+    try:
+        given = load_vehicle(accepted)
+        shape = given.vehicle.configurations[
+            given.vehicle.configuration_named(given.configuration or configuration)
+        ]
+        return published(shape, file.vehicle.configurations[configuration].damping)
+    except ConfigError as error:
+        raise UsageError(f"--accepted {accepted}: {error}") from None
 
 
 def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Leave) -> Before:

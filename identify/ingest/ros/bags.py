@@ -31,6 +31,7 @@ def read_bag(files: Sequence[Path]) -> Streams:
     """
     topics: dict[str, _TopicColumns] = {}
     notes: list[str] = []
+    cut: list[Path] = []
     left_out: set[str] = set()
 
     def wanted(topic: Topic) -> bool:
@@ -56,7 +57,7 @@ def read_bag(files: Sequence[Path]) -> Streams:
             for topic, time_ns, message in READERS[file.suffix.lower()](file, wanted):
                 topics[topic.name].add(time_ns, message)
         except CutOff:
-            notes.append(f"{file.name} is cut off or damaged: what is before was read.")
+            cut.append(file)
         except OSError as error:
             raise LogError(f"can't be read ({error.strerror}); give a recording that can", file) from None
     streams = [stream for topic in topics.values() if (stream := topic.stream(notes)) is not None]
@@ -66,6 +67,13 @@ def read_bag(files: Sequence[Path]) -> Streams:
             f"Left out, since the bag does not define what they hold: {some_of(undefined)}. Record it as .mcap, which "
             "has the definitions."
         )
+    if not streams and cut and not undefined:
+        raise LogError(
+            "is cut off or damaged before its first message with numbers, so nothing can be read; copy it again, or "
+            "give another bag",
+            cut[0],
+        )
+    notes += [f"{file.name} is cut off or damaged: what is before was read." for file in cut]
     if not streams:
         said = "".join(f" {note}" for note in notes[-1:])
         raise LogError(f"holds no message with numbers that can be read; check the bag.{said}", files[0])

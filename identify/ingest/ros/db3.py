@@ -1,13 +1,14 @@
 """Reads the messages of a ROS 2 bag's `.db3`, a database, also of one that is cut."""
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from urllib.parse import quote
 
 from bridge.errors import LogError
 from identify.ingest.ros.recorded import CutOff, Message, Topic, Wanted, unpacked_message
+from identify.ingest.ros.sqlite_leaves import rows_in
 
 MAGIC = b"SQLite format 3\0"
 HEADER_BYTES = 100
@@ -16,6 +17,8 @@ WITHOUT_LOG = b"\x01\x01"
 """Versions of a database that has no write-ahead log beside it."""
 LARGEST_PAGE_BYTES = 65536
 """Stated as 1, since it fills two bytes."""
+COLUMNS = 4
+"""Of the messages: id, topic_id, timestamp, data. The other tables of numbers and bytes have fewer or more."""
 _DAMAGED = (sqlite3.Error, UnicodeDecodeError, MemoryError)
 
 
@@ -31,7 +34,11 @@ def read_db3(path: Path, wanted: Wanted) -> Iterator[Message]:
     try:
         with closing(_cut(path, page_bytes) if is_cut else _whole(path)) as database:
             topics = _topics(database, wanted)
-            asked = database.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
+            asked: Iterable[tuple[object, ...]]
+            if is_cut:
+                asked = (row[1:] for row in rows_in(path.read_bytes(), page_bytes, COLUMNS))
+            else:
+                asked = database.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
             for number, time_ns, data in asked:
                 if number in topics and isinstance(data, bytes) and isinstance(time_ns, int):
                     yield topics[number], time_ns, unpacked_message(data, path)

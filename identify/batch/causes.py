@@ -1,0 +1,101 @@
+"""What the diagnosis of a dive tells a batch, as plain data and back.
+
+A dive in which an effect was not named still has a size of it, fitted beside its causes: without these, a trend would
+begin where the effect becomes large enough to be named.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from identify.statistics import Z95
+from identify.words import MISSING, unit_after, with_interval
+
+
+@dataclass(frozen=True)
+class Size:
+    """A parameter of an effect in one dive, SI, with its 95 % interval; None without one."""
+
+    value: float
+    unit: str
+    low95: float | None
+    high95: float | None
+
+    @property
+    def std(self) -> float:
+        """Standard error; NaN without an interval."""
+        if self.low95 is None or self.high95 is None:
+            return float("nan")
+        return (self.high95 - self.low95) / (2 * Z95)
+
+    @property
+    def words(self) -> str:
+        """`0.83 (0.80 to 0.86)`, with its unit; angles in rad."""
+        nan = float("nan")
+        ends = (nan if end is None else end for end in (self.low95, self.high95))
+        number, interval = with_interval(self.value, *ends)
+        return f"{number}{unit_after(self.unit)}{'' if interval == MISSING else f' ({interval})'}"
+
+
+@dataclass(frozen=True)
+class EffectSize:
+    """An effect in one dive: `label` tells it from all others, `words` names it, `sizes` holds its parameters.
+
+    `probability`: that it, or one of `also`, is there; 0 for one that is no cause. `named`: whether it is likelier
+    there than not.
+    """
+
+    label: str
+    words: str
+    sizes: Mapping[str, Size]
+    probability: float = 0.0
+    named: bool = False
+    also: tuple[str, ...] = ()
+
+    @property
+    def size_words(self) -> str:
+        """`gain 0.83 (0.80 to 0.86)`; what it is of no size says that it has none."""
+        return ", ".join(f"{name} {size.words}" for name, size in self.sizes.items()) or "no size"
+
+
+@dataclass(frozen=True)
+class Causes:
+    """The diagnosis of a dive in short, or the `error` for which there is none.
+
+    `found`: its causes, strongest first, likely or possible; `absent`: sizes of effects that it does not name.
+    """
+
+    configuration: str = ""
+    verdict: str = ""
+    sentence: str = ""
+    found: tuple[EffectSize, ...] = ()
+    absent: tuple[EffectSize, ...] = ()
+    unix_s: float | None = None
+    error: str = ""
+
+    def of(self, label: str) -> EffectSize | None:
+        """The effect of this label, named or not; None if this dive tells no size of it."""
+        return next((item for item in (*self.found, *self.absent) if item.label == label), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> "Causes":
+        """Rebuild what `to_json` made."""
+        effects = {
+            key: tuple(
+                EffectSize(
+                    item["label"],
+                    item["words"],
+                    {name: Size(**size) for name, size in item["sizes"].items()},
+                    item["probability"],
+                    item["named"],
+                    tuple(item["also"]),
+                )
+                for item in data[key]
+            )
+            for key in ("found", "absent")
+        }
+        return cls(**{**data, **effects})

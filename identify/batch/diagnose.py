@@ -1,0 +1,50 @@
+"""The job that diagnoses a dive of a batch."""
+
+import math
+from typing import Any
+
+from identify.batch.causes import Causes, EffectSize, Size
+from identify.batch.jobs import Job
+from identify.batch.work import read_job
+from identify.diagnose.result import Value
+from identify.diagnose.verdict import LIKELY
+from identify.diagnose.wording import candidate_words, told_parameters, verdict_sentence
+from identify.ingest.open import date_of
+from identify.run import diagnose as run
+
+
+def diagnose(job: Job) -> dict[str, Any]:
+    """Diagnose this dive alone, without the priors of the vehicle file.
+
+    Raises LogError, ConfigError or FitError if the dive can't be diagnosed.
+    """
+    dive, file, configuration = read_job(job)
+    diagnosis = run.diagnose(dive, file, configuration).diagnosis
+    found = tuple(
+        EffectSize(
+            finding.cause.effect.label,
+            candidate_words(finding.cause.effect),
+            {name: _size(value) for name, value in told_parameters(finding).items()},
+            finding.probability,
+            finding.probability >= LIKELY,
+            finding.also,
+        )
+        for finding in diagnosis.findings
+    )
+    absent = tuple(
+        EffectSize(
+            tried.label,
+            candidate_words(tried.effect),
+            {name: _size(value) for name, value in tried.sizes.items()},
+        )
+        for tried in diagnosis.tried
+        if tried.sizes and tried.effect.lasting
+    )
+    unix_s, _ = date_of(dive)
+    words = verdict_sentence(diagnosis)
+    return Causes(configuration, diagnosis.verdict, words, found, absent, unix_s).to_json()
+
+
+def _size(value: Value) -> Size:
+    low, high = (end if math.isfinite(end) else None for end in (value.low95, value.high95))
+    return Size(value.value, value.unit, low, high)
