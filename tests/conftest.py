@@ -9,6 +9,8 @@ from pathlib import Path
 import figures
 import pytest
 
+from bridge.clock import SimulatedClock
+
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
 
@@ -58,6 +60,12 @@ def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest
         for file in (state / "seatrial").glob(told):
             file.unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
+
+
+@pytest.fixture
+def clock() -> SimulatedClock:
+    """Time that passes as a test says."""
+    return SimulatedClock()
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ import random
 
 import numpy as np
 from fakes.lossy import Lossy
+from fakes.recordings import ring_raws
 from fakes.vehicle import QuietLink
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.links.memory import memory_pair
@@ -17,8 +17,6 @@ from bridge.sensors.samples import ImuSample
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Framer
-from bridge.wire.segments import segments_in
-from bridge.wire.tlog import read_tlog
 
 STEP_S = 0.05
 AHEAD_S = 40.0
@@ -113,13 +111,4 @@ class Dive(QuietLink):
 
     def kept(self):
         """All frames of the ring, oldest first."""
-        return [
-            frame.raw
-            for segment, size in segments_in(self.folder)
-            if size
-            for _, frame in read_tlog(self.folder / segment.name)
-        ]
-
-
-def is_transfer(raw):
-    return raw[7] | raw[8] << 8 == dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
+        return ring_raws(self.folder)

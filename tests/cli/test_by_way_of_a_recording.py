@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from fakes.recordings import raws
+from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from telling import HUB, LINK, telling
 from waiting import until
 
 from bridge import exit_codes
@@ -323,7 +324,7 @@ def test_a_client_of_its_hub_hears_the_vehicle_and_is_heard_by_it(monkeypatch, t
         client.close()
         ends.set()
     (folder,) = tmp_path.iterdir()
-    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == [order, beat()]
+    assert raws(folder / "telemetry.tlog") == [order, beat()]
 
 
 def test_where_the_ground_alone_spoke_nothing_was_recorded(monkeypatch, tmp_path, ends, capsys):

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from fakes.terminal import nobody
 from fakes.vehicle import FakeLink, QuietLink
 
 from bridge import exit_codes
@@ -162,7 +163,7 @@ def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet):
 @pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
 def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words):
     link = Afloat()
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    nobody(monkeypatch)
     code, _, said = doctor(link, "--vehicle", "ruvifist:hovering", "--wet", *words)
     assert code == exit_codes.BAD_INPUT
     assert "--confirm ruvifist" in said

@@ -4,9 +4,10 @@ import json
 import threading
 
 import pytest
+from fakes.telling import telling
+from fakes.terminal import Terminal, nobody
 from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from telling import telling
 
 from bridge import exit_codes
 from gcs_plugin.off_orders import OffMarks
@@ -21,20 +22,6 @@ def afloat(clock=None, system=1):
     return vehicle
 
 
-class Terminal:
-    """Somebody who types; `asked` is called as they begin."""
-
-    def __init__(self, typed, asked=lambda: None):
-        self.typed, self.asked = typed, asked
-
-    def isatty(self):
-        return True
-
-    def readline(self):
-        self.asked()
-        return self.typed
-
-
 @pytest.fixture
 def vehicle(monkeypatch):
     vehicle = afloat()
@@ -46,10 +33,6 @@ def vehicle(monkeypatch):
 
 def run(*line):
     return cli.main(["ff", *line, "--link", "any"])
-
-
-def nobody(monkeypatch):
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
 
 
 def test_off_asks_nothing_and_ends_when_the_vehicle_has_said_so(vehicle, monkeypatch, capsys):

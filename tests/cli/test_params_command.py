@@ -6,6 +6,7 @@ from pathlib import Path
 
 import params_line
 import pytest
+from fakes.terminal import Terminal, nobody
 from params_line import DESPITE_HALF, run, with_intervals
 
 from bridge import exit_codes, reports
@@ -119,7 +120,7 @@ def test_an_armed_vehicle_gets_no_upload(vehicle, file, capsys):
 
 
 def test_without_a_terminal_nobody_is_asked(vehicle, file, monkeypatch, capsys):
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    nobody(monkeypatch)
     assert run("upload", file) == exit_codes.BAD_INPUT
     assert "--yes" in capsys.readouterr().err
     assert vehicle.server.value("FF1_M_U") == 0.0
@@ -127,14 +128,7 @@ def test_without_a_terminal_nobody_is_asked(vehicle, file, monkeypatch, capsys):
 
 @pytest.mark.parametrize(("typed", "code", "value"), [("yes\n", 0, 111.5), ("no\n", 4, 0.0), ("\n", 4, 0.0)])
 def test_the_operator_is_asked_and_only_yes_means_yes(vehicle, file, monkeypatch, typed, code, value):
-    class Terminal:
-        def isatty(self):
-            return True
-
-        def readline(self):
-            return typed
-
-    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("sys.stdin", Terminal(typed))
     assert run("upload", file) == code
     assert vehicle.server.value("FF1_M_U") == value
 
@@ -150,17 +144,12 @@ def test_while_the_question_stands_the_link_is_read(vehicle, file, monkeypatch):
 
     begun_s = [float("inf")]
 
-    class Terminal:
-        def isatty(self):
-            return True
-
-        def readline(self):
-            begun_s[0] = vehicle.clock.now_s
-            assert ten_s.wait(10.0)
-            return "yes\n"
+    def asked():
+        begun_s[0] = vehicle.clock.now_s
+        assert ten_s.wait(10.0)
 
     monkeypatch.setattr(vehicle, "read", reads)
-    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", asked))
     assert run("upload", file) == exit_codes.DONE
     assert vehicle.server.value("FF1_M_U") == 111.5
 
@@ -177,18 +166,13 @@ def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, fil
 
     armed_s = [0.0]
 
-    class Terminal:
-        def isatty(self):
-            return True
-
-        def readline(self):
-            armed_s[0] = vehicle.clock.now_s
-            vehicle.armed = True
-            assert beats.wait(10.0)
-            return "yes\n"
+    def asked():
+        armed_s[0] = vehicle.clock.now_s
+        vehicle.armed = True
+        assert beats.wait(10.0)
 
     monkeypatch.setattr(vehicle, "read", reads)
-    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", asked))
     assert run("upload", file) == exit_codes.NO
     assert "is armed; nothing was sent" in capsys.readouterr().err
 

@@ -1,36 +1,28 @@
 """`seatrial record` killed at any moment: what it had passed on is in its file, and the next one goes on."""
 
-import os
 import random
 import socket
 import struct
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 from itertools import count, islice
-from pathlib import Path
 
 import pytest
+from fakes.ports import free_port
+from fakes.processes import Running
+from fakes.recordings import raws
 from figures import keep
 from waiting import until
 
 from bridge.wire.framing import Encoder, Framer
-from bridge.wire.tlog import load_bytes, read_tlog
+from bridge.wire.tlog import load_bytes
 from gcs_plugin.dives.folder import list_folders
 
-ROOT = Path(__file__).resolve().parents[2]
 SHORT, LONG = 3, 100
 MOST_HEARD = 1500
 PAUSE_S = 0.02
 FRAMES_A_PAUSE = 20
 SOON_S = 120.0
-
-
-def free_port(kind):
-    with socket.socket(type=kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @contextmanager
@@ -59,28 +51,16 @@ class Killed:
 
     def __init__(self, folder, link, hub, most, moment_s):
         self.heard, framer = [], Framer()
-        command = [
-            sys.executable,
-            "-m",
-            "tui",
-            "record",
-            "--link",
-            link,
-            "--hub",
-            str(hub),
-            "--out",
-            str(folder),
-        ]
-        with subprocess.Popen(
-            command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.DEVNULL
-        ) as recorder:
-            client = until(lambda: self._connected(hub, recorder), SOON_S) if most else None
+        recorder = Running("record", "--link", link, "--hub", str(hub), "--out", str(folder))
+        try:
+            client = until(lambda: self._connected(hub, recorder.process), SOON_S) if most else None
             while len(self.heard) < most:
                 data = client.recv(1 << 16)
                 assert data, "the recorder has ended by itself"
                 self.heard += framer.feed(data)
             threading.Event().wait(moment_s)
-            assert recorder.poll() is None, "the recorder has ended by itself"
+            assert recorder.process.poll() is None, "the recorder has ended by itself"
+        finally:
             recorder.kill()
         if client is not None:
             self.heard += framer.feed(self._rest(client))
@@ -119,7 +99,7 @@ def kill_over_and_over(root, times, seed):
             begun = [folder for folder in list_folders(root) if folder.path not in finished]
             if most:
                 (folder,) = begun
-                kept = [frame.raw for path in folder.telemetry() for _, frame in read_tlog(path)]
+                kept = raws(*folder.telemetry())
                 heard = [frame.raw for frame in killed.heard]
                 assert heard[0] in kept, f"kill {kill} of seed {seed}"
                 first = kept.index(heard[0])

@@ -2,13 +2,11 @@
 
 import gzip
 import json
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from fakes.processes import Running
+from fakes.recordings import raws
 from full_disk import fill
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -16,7 +14,7 @@ from bridge import exit_codes
 from bridge.links.memory import memory_pair
 from bridge.onboard.orders import status_texts
 from bridge.wire.framing import Encoder
-from bridge.wire.tlog import TlogWriter, read_tlog
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import About, list_folders, new_folder
 from tui import cli
@@ -70,7 +68,7 @@ def test_record_keeps_every_frame_in_a_dive_folder(far_end, tmp_path, capsys):
     assert found["links"]["memory:a"][0]["received"] == 50
     folder = Path(found["folder"])
     assert folder.name.endswith("Z-lake-7")
-    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == sent
+    assert raws(folder / "telemetry.tlog") == sent
 
 
 @pytest.mark.parametrize(
@@ -109,25 +107,11 @@ def test_record_tells_what_the_vehicle_says_without_what_steers_a_terminal(far_e
 
 
 def test_control_c_ends_a_recording_in_order(tmp_path):
-    command = [
-        Path(sys.executable).with_name("seatrial"),
-        "record",
-        "--link",
-        "udpin:127.0.0.1:0",
-        "--out",
-        tmp_path,
-    ]
-    # GNU readline, which other tests load, leaves its own COLUMNS to children that are given no environment.
-    with subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=dict(os.environ)
-    ) as running:
-        told = running.stderr.readline()
-        running.send_signal(signal.SIGINT)
-        out, error = running.communicate(timeout=120)
-    assert "Ctrl-C ends it" in told
-    assert running.returncode == exit_codes.LINK, error
-    assert out.startswith("0 frames")
-    assert "Traceback" not in error
+    running = Running("record", "--link", "udpin:127.0.0.1:0", "--out", str(tmp_path))
+    running.until("Ctrl-C ends it")
+    assert running.end() == exit_codes.LINK
+    assert running.said("0 frames")
+    assert not running.said("Traceback")
 
 
 def test_replay_sends_every_frame_unchanged(recording, far_end, capsys):

@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 import pytest
+from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import QuietLink
-from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock, SystemClock

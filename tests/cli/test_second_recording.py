@@ -4,8 +4,8 @@ import os
 
 import pytest
 from diving_vehicle import Dive
+from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import FakeLink
-from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock

@@ -4,7 +4,6 @@ import random
 
 from diving_vehicle import Dive
 
-from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
 from tui.commands.fetch import Fetcher
@@ -64,7 +63,3 @@ def put_together(tmp_path, ground, other):
     write_records(tmp_path / "ground.tlog", ground)
     write_records(tmp_path / "other.tlog", other)
     return made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], SOURCE)
-
-
-def raws(path):
-    return [frame.raw for _, frame in read_tlog(path)]

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import pytest
 from diving_vehicle import Dive
-from merged_dives import all_frames, fetcher_of, heard_by, raws
+from fakes.recordings import raws
+from merged_dives import all_frames, fetcher_of, heard_by
 
 from bridge import exit_codes
 from bridge.errors import LogError

@@ -2,7 +2,8 @@
 
 import pytest
 from diving_vehicle import BAD, Dive
-from merged_dives import SOURCE, dive_of, fetcher_of, raws
+from fakes.recordings import raws
+from merged_dives import SOURCE, dive_of, fetcher_of
 from soak import rest_in_soak
 
 from bridge.errors import LinkTimeout, LogError

@@ -6,7 +6,6 @@ import pytest
 from fakes.lossy import Lossy
 from fakes.vehicle import SMALL, FakeVehicle, QuietLink
 
-from bridge.clock import SimulatedClock
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.feedforward import Switch
@@ -60,11 +59,6 @@ def drive(switch, link, clock, seconds, twins=None, each=lambda: None):
         if switch.done:
             return True
     return False
-
-
-@pytest.fixture
-def clock():
-    return SimulatedClock()
 
 
 @pytest.mark.parametrize("armed", [True, False])

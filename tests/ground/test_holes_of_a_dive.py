@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 from diving_vehicle import Dive
-from merged_dives import SOURCE, all_frames, dive_of, each_once, fetcher_of, of_it, raws
+from fakes.recordings import raws
+from merged_dives import SOURCE, all_frames, dive_of, each_once, fetcher_of, of_it
 
 from bridge.files import PART
 from bridge.wire.framing import Encoder

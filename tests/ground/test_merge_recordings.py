@@ -7,7 +7,8 @@ from operator import itemgetter
 import numpy as np
 import pytest
 from diving_vehicle import Dive
-from merged_dives import SOURCE, all_frames, dive_of, each_once, heard_by, of_it, put_together, raws
+from fakes.recordings import raws
+from merged_dives import SOURCE, all_frames, dive_of, each_once, heard_by, of_it, put_together
 from soak import rows_rest_in_soak
 
 from bridge.errors import LogError

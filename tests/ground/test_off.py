@@ -160,11 +160,6 @@ def test_what_raises_and_what_only_asks_is_no_order_of_off():
 
 
 @pytest.fixture
-def clock():
-    return SimulatedClock()
-
-
-@pytest.fixture
 def half_done(clock):
     """A switch whose vehicle 1 is off and whose vehicle 2 is gone, their link, and vehicle 1."""
     one, gone = Craft(clock, (1, 1)), Craft(clock, (2, 1))

@@ -6,7 +6,6 @@ import pytest
 from fakes.vehicle import SMALL, FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import set_crc
@@ -45,11 +44,6 @@ class SimulatedVehicle(FakeVehicle):
 def beat_of(system, component, kind, autopilot=8):
     encoder = Encoder(system, component)
     return lambda: encoder.encode(dialect.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3))
-
-
-@pytest.fixture
-def clock():
-    return SimulatedClock()
 
 
 @pytest.fixture

@@ -42,11 +42,6 @@ class Side:
 
 
 @pytest.fixture
-def clock():
-    return SimulatedClock()
-
-
-@pytest.fixture
 def side(clock):
     return Side(clock)
 

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from fakes.recordings import raws
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
@@ -77,7 +78,7 @@ def test_a_recording_of_a_signed_link_holds_unsigned_frames_and_nothing_holds_th
     said = capsys.readouterr()
     assert code == exit_codes.DONE
     (folder,) = (tmp_path / "dives").iterdir()
-    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == plain_beats()
+    assert raws(folder / "telemetry.tlog") == plain_beats()
     beats = sent_to(far_end)
     assert beats
     assert all(is_of(frame.raw, key.secret) for frame in beats)
