@@ -1,4 +1,4 @@
-"""A vehicle whose bridge keeps a ring, in lock-step, its link bad or cut, and a ground that records what it hears."""
+"""A vehicle in lock-step whose bridge keeps a ring, on a bad or cut link, and a ground that records."""
 
 import random
 
@@ -83,7 +83,7 @@ class Dive(QuietLink):
         self.link.outgoing.cut = self.link.incoming.cut = away
 
     def step(self):
-        """One tick on board; what the ground hears of it."""
+        """A tick on board; the bytes that the ground hears."""
         self.world.advance_to(round(self.world.now_s + STEP_S, 6))
         force = tuple(float(x) for x in self.noise.normal(size=3))
         now_s = self.bridge._clock.boot_s()

@@ -19,13 +19,13 @@ A50_HZ = 10.0
 
 
 class Words:
-    """What a device says, so often a second."""
+    """A device's messages, so often a second."""
 
     def __init__(self, say: Say, rate_hz: float) -> None:
         self._say, self._rate_hz, self._said, self._owed = say, rate_hz, 0, 0.0
 
     def due(self, seconds: float) -> Iterator[bytes]:
-        """What it says in so long."""
+        """Its bytes of so long a time."""
         self._owed += seconds * self._rate_hz
         while self._owed >= 1.0:
             yield self._say(self._said)

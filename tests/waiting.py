@@ -1,10 +1,10 @@
-"""Waiting in tests for what another thread or process does."""
+"""Waiting for another thread or process."""
 
 import threading
 
 
 def until(found, seconds=120.0):
-    """What `found` finds, as soon as it does; fails where that takes longer than `seconds` of looking."""
+    """The first true result of `found`; fails after `seconds` without one."""
     looking = threading.Event()
     for _ in range(round(seconds / 0.005)):
         result = found()

@@ -16,7 +16,7 @@ def at_any_link(monkeypatch, store=None):
 
 
 class GroundKilledError(BaseException):
-    """What nothing catches, in place of a kill."""
+    """Stands in for a kill: nothing catches it."""
 
 
 @contextmanager
@@ -25,8 +25,8 @@ def dying_at(vehicle, message, kinds=()):
     write, sent = vehicle.write, []
 
     def dies(data):
-        told = [decode(frame).get_type() for frame in Framer().feed(data)]
-        sent.extend(kind for kind in told if not kinds or kind in kinds)
+        messages = [decode(frame).get_type() for frame in Framer().feed(data)]
+        sent.extend(kind for kind in messages if not kinds or kind in kinds)
         if len(sent) >= message:
             raise GroundKilledError
         write(data)

@@ -63,7 +63,7 @@ def wet(doctor):
 
 
 def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(doctor):
-    code, found, _ = doctor(Afloat(), "--vehicle", "ruvifist:hovering")
+    code, result, _ = doctor(Afloat(), "--vehicle", "ruvifist:hovering")
     assert code == exit_codes.DONE
     well = [
         "vehicle file",
@@ -78,16 +78,16 @@ def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(d
         "gravity",
         "parameters",
     ]
-    assert set(well) <= set(found)
-    assert {name: one["sentence"] for name, one in found.items() if one["level"] != "ok"} == {}
+    assert set(well) <= set(result)
+    assert {name: one["sentence"] for name, one in result.items() if one["level"] != "ok"} == {}
 
 
 def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(wet, tmp_path):
     link = Afloat()
-    _, found, _ = wet(link)
+    _, result, _ = wet(link)
     names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
-    assert {name: found[name]["level"] for name in names} == dict.fromkeys(names, "ok")
-    late_ms = {s: float(found[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
+    assert {name: result[name]["level"] for name in names} == dict.fromkeys(names, "ok")
+    late_ms = {s: float(result[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
     assert abs(late_ms["dvl"]) < 25.0
     assert max(abs(late_ms["imu"]), abs(late_ms["fog"])) < 10.0
     assert not link.vehicle.bridge.armed
@@ -97,11 +97,11 @@ def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(
 
 def test_the_wet_check_names_two_swapped_thrusters(doctor):
     link = Afloat(thrusters=(1, 0, 2, 3, 4, 5, 6, 7))
-    code, found, _ = doctor(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
+    code, result, _ = doctor(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
     assert code == exit_codes.NO
-    assert found["thruster 1"]["level"] == found["thruster 2"]["level"] == "failed"
-    assert "thruster 1 and thruster 2 are swapped" in found["thruster 1"]["sentence"]
-    assert found["thruster 3"]["level"] == "ok"
+    assert result["thruster 1"]["level"] == result["thruster 2"]["level"] == "failed"
+    assert "thruster 1 and thruster 2 are swapped" in result["thruster 1"]["sentence"]
+    assert result["thruster 3"]["level"] == "ok"
 
 
 def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(wet, monkeypatch):
@@ -177,29 +177,29 @@ def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words)
 )
 def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(doctor, vehicle, name, why):
     link = Afloat()
-    code, found, _ = doctor(link, "--vehicle", vehicle, "--wet", "--confirm", name)
+    code, result, _ = doctor(link, "--vehicle", vehicle, "--wet", "--confirm", name)
     assert code == exit_codes.NO
-    assert found[why]["level"] == "failed"
-    assert f"'{why}'" in found["wet check"]["sentence"]
-    assert not [name for name in found if name.startswith("thruster ")]
+    assert result[why]["level"] == "failed"
+    assert f"'{why}'" in result["wet check"]["sentence"]
+    assert not [name for name in result if name.startswith("thruster ")]
     assert not link.vehicle.bridge.armed
 
 
 def test_no_thruster_turns_where_two_vehicles_have_one_id(wet):
     link = Afloat()
     link.contested = frozenset(((1, 1),))
-    code, found, _ = wet(link)
+    code, result, _ = wet(link)
     assert code == exit_codes.NO
-    assert "two vehicles beat as system 1" in found["vehicles"]["sentence"]
-    assert "no thruster turned" in found["wet check"]["sentence"]
+    assert "two vehicles beat as system 1" in result["vehicles"]["sentence"]
+    assert "no thruster turned" in result["wet check"]["sentence"]
 
 
 def test_a_silent_link_is_a_failed_check(doctor):
-    code, found, _ = doctor(FakeLink("memory:silent", clock=SimulatedClock()))
+    code, result, _ = doctor(FakeLink("memory:silent", clock=SimulatedClock()))
     assert code == exit_codes.NO
-    assert found["link"]["level"] == "failed"
-    assert "nothing arrived" in found["link"]["sentence"]
-    assert found["disk"]["level"] == "ok"
+    assert result["link"]["level"] == "failed"
+    assert "nothing arrived" in result["link"]["sentence"]
+    assert result["disk"]["level"] == "ok"
 
 
 HULL = """
@@ -236,9 +236,9 @@ def test_without_a_link_thrust_table_and_ports_of_the_devices_are_looked_for(
     lines = lines.replace("PORT", str(tmp_path / "ttyHere"))
     vehicle.write_text(f"name: mine\n{lines}{HULL}", encoding="utf-8")
     assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
-    found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
-    assert [name for name, finding in found.items() if finding["level"] != "ok"] == [failed]
-    assert why in found[failed]["sentence"]
+    output = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
+    assert [name for name, finding in output.items() if finding["level"] != "ok"] == [failed]
+    assert why in output[failed]["sentence"]
 
 
 def test_nothing_to_check_is_wrong_usage(capsys):

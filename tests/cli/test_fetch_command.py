@@ -101,7 +101,7 @@ def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(
 
 
 class SignedDive(Dive):
-    """One whose vehicle signs, and hears nobody without the key."""
+    """A dive whose vehicle signs, and hears nobody without the key."""
 
     def on_board(self, link):
         clock = SystemClock()
@@ -119,10 +119,10 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     write_key(tmp_path / "lake.key", KEY)
     words = ["fetch", "--new", "--link", "udpin:127.0.0.1:14550", "--json", "came.json"]
     assert cli.main([*words, "--sign-key", "lake.key"]) == exit_codes.DONE
-    told = json.loads((tmp_path / "came.json").read_text())
-    made = raws(tmp_path / told["recording"])
+    data = json.loads((tmp_path / "came.json").read_text())
+    made = raws(tmp_path / data["recording"])
     assert made == signed.kept()[: len(made)]
-    assert len(made) == told["frames"] > 50
+    assert len(made) == data["frames"] > 50
     capsys.readouterr()
     monkeypatch.setattr("tui.commands.fetch.FIND_S", 4.0)
     other = SigningKey(bytes(32))

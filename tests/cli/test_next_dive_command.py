@@ -63,12 +63,12 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
         {"finished": second.folder, "folder": None},
     )
     assert running.process.wait(120) == exit_codes.DONE
-    dives = [raws(Path(one.folder) / "telemetry.tlog") for one in (first, second)]
+    dives = [raws(Path(item.folder) / "telemetry.tlog") for item in (first, second)]
     assert all(dives)
     assert dives[0] + dives[1] == vehicle.sent
     assert [frame.raw for frame in seen] == vehicle.sent[-len(seen) :]
-    found = json.loads(result.read_text(encoding="utf-8"))
-    assert (found["frames"], found["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
+    data = json.loads(result.read_text(encoding="utf-8"))
+    assert (data["frames"], data["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
     assert DiveFolder(Path(second.folder)).about().conditions == Conditions(salinity=35.0)
     assert now() is None
 

@@ -192,10 +192,10 @@ def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehi
         vehicle.server.write(name, value, armed=False)
     kept = tmp_path / "plan.json"
     assert run("diff", file, "--json", str(kept)) == exit_codes.NO
-    told = json.loads(kept.read_text("utf-8"))
-    assert told["writes"]
-    assert (told["active_crc"], told["staged_crc"]) == (0.0, vehicle.server.staged_crc)
-    assert [line["verdict"] for line in told["parameters"]] == ["staged", "staged"]
+    data = json.loads(kept.read_text("utf-8"))
+    assert data["writes"]
+    assert (data["active_crc"], data["staged_crc"]) == (0.0, vehicle.server.staged_crc)
+    assert [line["verdict"] for line in data["parameters"]] == ["staged", "staged"]
     shown = capsys.readouterr().out
     assert shown.startswith(
         "note: what the vehicle holds is staged, and none of it flies: no set is in force"
@@ -207,9 +207,9 @@ def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehi
     )
     assert vehicle.server.active(1)["D_u"] == 56.25
     assert run("diff", file, "--json", str(kept)) == exit_codes.DONE
-    told = json.loads(kept.read_text("utf-8"))
-    assert not told["writes"]
-    assert told["active_crc"] == told["staged_crc"] == vehicle.server.active_crc
+    data = json.loads(kept.read_text("utf-8"))
+    assert not data["writes"]
+    assert data["active_crc"] == data["staged_crc"] == vehicle.server.active_crc
 
 
 def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file, monkeypatch, capsys):

@@ -41,10 +41,10 @@ def test_with_a_vehicle_file_what_that_vehicle_would_refuse_is_refused_before_an
 ):
     path = tmp_path / "wild.param"
     values = {"FF1_M_U": 111.5, "FF1_D_U": 56.25, name: wild}
-    path.write_text("".join(f"{one},{value}\n" for one, value in values.items()), encoding="utf-8")
+    path.write_text("".join(f"{item},{value}\n" for item, value in values.items()), encoding="utf-8")
     assert run("upload", str(path), "--vehicle", VEHICLE, "--yes") == exit_codes.NO
     assert f"{name}: {why}" in " ".join(capsys.readouterr().err.split())
-    assert [vehicle.server.value(one) for one in values] == [0.0] * len(values)
+    assert [vehicle.server.value(item) for item in values] == [0.0] * len(values)
     assert not (tmp_path / "receipts").exists()
 
 

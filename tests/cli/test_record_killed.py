@@ -76,7 +76,7 @@ class Killed:
 
     @staticmethod
     def _rest(client):
-        """What was under way when it died."""
+        """The bytes under way when it died."""
         rest = b""
         try:
             while data := client.recv(1 << 16):

@@ -25,8 +25,8 @@ def running():
         return begun[-1]
 
     yield run
-    for one in begun:
-        one.kill()
+    for item in begun:
+        item.kill()
 
 
 @pytest.fixture
@@ -38,7 +38,11 @@ def vehicle():
 
 def begun_dive(root):
     """The dive that is recorded, once many frames are in it."""
-    return until(lambda: next((one for one in list_folders(root) if len(raws(*one.heard())) > 100), None))
+    return until(
+        lambda: next(
+            (list_folder for list_folder in list_folders(root) if len(raws(*list_folder.heard())) > 100), None
+        )
+    )
 
 
 @pytest.mark.parametrize("how", ["deleted", "moved"])

@@ -62,11 +62,11 @@ def test_record_keeps_every_frame_in_a_dive_folder(far_end, tmp_path, capsys):
         far_end.write(raw)
     line = ["record", "--link", "any", "--out", str(tmp_path), "--name", "Lake 7", "--seconds", "0.6"]
     code = cli.main([*line, "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     assert code == exit_codes.DONE
-    assert found["frames"] == 50
-    assert found["links"]["memory:a"][0]["received"] == 50
-    folder = Path(found["folder"])
+    assert output["frames"] == 50
+    assert output["links"]["memory:a"][0]["received"] == 50
+    folder = Path(output["folder"])
     assert folder.name.endswith("Z-lake-7")
     assert raws(folder / "telemetry.tlog") == sent
 
@@ -102,8 +102,8 @@ def test_record_tells_what_the_vehicle_says_without_what_steers_a_terminal(far_e
         far_end.write(encoder.encode(message))
     far_end.write(encoder.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
     cli.main(["record", "--link", "any", "--out", str(tmp_path), "--seconds", "0.5"])
-    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("vehicle 7")]
-    assert told == ["vehicle 7: depth [2Jhold " + "is lost " * 12, f"vehicle 7: {'x' * 50}"]
+    output = [line for line in capsys.readouterr().err.splitlines() if line.startswith("vehicle 7")]
+    assert output == ["vehicle 7: depth [2Jhold " + "is lost " * 12, f"vehicle 7: {'x' * 50}"]
 
 
 def test_control_c_ends_a_recording_in_order(tmp_path):
@@ -139,11 +139,11 @@ def test_replay_from_beyond_the_end_says_how_long_the_dive_is(recording, far_end
 def test_import_says_what_there_is_and_files_a_copy(recording, tmp_path, capsys):
     out = tmp_path / "dives" / "lake"
     code = cli.main(["import", str(recording), "--out", str(out), "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     assert code == exit_codes.DONE
-    assert [signal["name"] for signal in found["signals"]] == ["attitude"]
-    assert [signal["samples"] for signal in found["signals"]] == [100]
-    assert any("No velocity" in note for note in found["notes"])
+    assert [signal["name"] for signal in output["signals"]] == ["attitude"]
+    assert [signal["samples"] for signal in output["signals"]] == [100]
+    assert any("No velocity" in note for note in output["notes"])
     assert (out / "telemetry.tlog").read_bytes() == recording.read_bytes()
     assert "still.tlog" in (out / "dive.yaml").read_text(encoding="utf-8")
 

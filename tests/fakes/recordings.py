@@ -1,4 +1,4 @@
-"""What recordings hold, whoever wrote them."""
+"""Contents of recordings."""
 
 from bridge.wire.segments import segments_in
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog

@@ -51,7 +51,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def other(tmp_path, frames):
-    """What another recorder heard of the dive."""
+    """Another recorder's recording of the dive."""
     write_records(tmp_path / "other.tlog", heard_by(frames, lambda unix_s: unix_s, random.Random(1)))
     return tmp_path / "other.tlog"
 
@@ -65,7 +65,7 @@ def recorded(folder, frames):
 
 
 def of_a_recorder(folder):
-    """What the state file says where a recording of this process goes into that dive."""
+    """The state of a recording by this process into that dive."""
     return Holding(os.getpid(), "", ("serial:/dev/x:9600",), str(folder.path), "2026-11-20T09:12:03Z",
                    0, 0, 0, 1.0, (), locks.time.time())  # fmt: skip
 
@@ -156,10 +156,10 @@ def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
     made_whole = merging.made_whole
 
     def slowly(*how):
-        found = made_whole(*how)
+        result = made_whole(*how)
         with own.open("ab") as file:
             file.write(other.read_bytes()[-500:])
-        return found
+        return result
 
     monkeypatch.setattr(merging, "made_whole", slowly)
     with pytest.raises(LogError, match=r"its recording grew meanwhile.*end that recording, and merge again"):
@@ -195,10 +195,10 @@ def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, mon
         merge(folder, file)
 
     working = [threading.Thread(target=put, args=(file,)) for file in files]
-    for one in working:
-        one.start()
-    for one in working:
-        one.join()
+    for item in working:
+        item.start()
+    for item in working:
+        item.join()
     alone = DiveFolder(tmp_path / "alone")
     alone.path.mkdir()
     write_records(alone.path / "telemetry.tlog", [])

@@ -184,7 +184,7 @@ def test_off_waits_for_no_companion_and_goes_to_it_as_soon_as_it_beats(clock):
     autopilot.lacks = True
     switch = Switch(Mode.OFF)
     assert drive(switch, Both(autopilot, companion), clock, 10.0)
-    assert [(one.time_s, one.value) for one in autopilot.sets] == [(pytest.approx(STEP_S), 0.0)]
+    assert [(item.time_s, item.value) for item in autopilot.sets] == [(pytest.approx(STEP_S), 0.0)]
     assert companion.sets[0][::3] == (pytest.approx(0.9, abs=2 * STEP_S), 0.0)
     assert companion.server.mode == 0
 
@@ -286,9 +286,9 @@ def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
 
 
 def twins_on(clock):
-    one, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
-    link = Both(one, other)
-    return one, other, link, Peers(link)
+    first, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
+    link = Both(first, other)
+    return first, other, link, Peers(link)
 
 
 def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherwise(clock):

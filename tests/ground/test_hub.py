@@ -41,7 +41,7 @@ def join(hub):
 
 
 def taken(hub, until):
-    """What the hub takes until it is enough; loopback delivers at once, or nearly."""
+    """The frames that the hub takes until they are enough; loopback delivers at once, or nearly."""
     frames = []
     for _ in range(TRIES):
         frames += hub.taken()

@@ -47,7 +47,7 @@ def kill(_):
 
 
 def upload_to(vehicle, targets):
-    """Bring a vehicle to `targets` from what a reading of all tells; None where it could not all be read."""
+    """Read all of a vehicle and bring it to `targets`; None if it could not all be read."""
     listing = Listing(SOURCE, vehicle.now_s, LISTED_S)
     assert vehicle.run(listing, lambda: listing.done, vehicle.now_s + LONG_S)
     if not listing.complete:
@@ -128,7 +128,7 @@ BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "delay_s": 0.2, "jitter_s": 0.2}
 
 
 def uploaded(seed):
-    """How an upload of the forty ends, and after how long; what is said is so."""
+    """Outcome and duration of an upload of the forty, whose claims must be true."""
     vehicle = Reached(OLD_FORTY, seed, **BAD_LINK)
     ending = upload_to(vehicle, NEW_FORTY)
     if ending is not None:

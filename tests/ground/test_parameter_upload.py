@@ -180,9 +180,9 @@ def test_what_is_done_only_grows_through_the_stages_and_ends_whole():
         return upload.ending is not None
 
     assert vehicle.run(upload, note)
-    assert [one[1][0] for one in told] == sorted(one[1][0] for one in told)
+    assert [item[1][0] for item in told] == sorted(item[1][0] for item in told)
     # Twelve of the set, the commit, and the mode.
-    assert {one[1][1] for one in told} == {14}
+    assert {item[1][1] for item in told} == {14}
     first_of = {stage: next(done for at, done in told if at is stage) for stage in (Stage.COMMIT, Stage.LIVE)}
     assert first_of == {Stage.COMMIT: (12, 14), Stage.LIVE: (13, 14)}
     assert told[-1] == (Stage.DONE, (14, 14))

@@ -1,4 +1,4 @@
-"""The power fails at any moment: what the disk then holds of a recording, in which only that is which was synced."""
+"""Recordings after a loss of power at any moment, on a disk that keeps only synced bytes and names."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ UNIX_S = 1_790_000_000.0
 
 
 class Disk:
-    """What outlasts a loss of power: names of folders and bytes of files as they were when each was last synced."""
+    """The disk after a loss of power: names in folders and bytes of files as of their last sync."""
 
     def __init__(self, monkeypatch):
         self.names, self.bytes = {}, {}
@@ -79,7 +79,7 @@ class Power:
         return self.left_s <= 0
 
     def look(self):
-        """All but what came in the last half second, and a step, is there."""
+        """All frames but those of the last half second, and a step, are there."""
         left = self.disk.after(self.folder, self.folder.with_name("after"))
         kept = raws(*(file for dive in sorted(left.iterdir()) for file in DiveFolder(dive).telemetry()))
         old = [raw for at_s, raw in self.said if at_s <= self.clock.now_s - 0.5 - STEP_S]

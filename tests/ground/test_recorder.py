@@ -149,7 +149,7 @@ def test_a_link_that_takes_its_time_to_open_holds_up_no_other():
 
 
 class FakeOutlet:
-    """Keeps what it is given; gives what is in `orders`."""
+    """Keeps the bytes that it is given; gives the frames in `orders`."""
 
     def __init__(self):
         self.given = b""
@@ -212,7 +212,7 @@ class Vehicle:
         self.encoder, self.ring, self.tick = Encoder(system, 1), ring, 0
 
     def quarter(self):
-        """What it sends in a quarter of a second."""
+        """Its frame of a quarter of a second."""
         boot_ms, kind = 250 * self.tick, self.tick % 4
         self.tick += 1
         if kind == 0:

@@ -86,23 +86,23 @@ def test_an_early_warning_names_the_minutes_left():
 
 def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
     ground, frame = Ground(), frames_of(1)[0]
-    told = []
+    reports = []
 
     def hear(count, seconds):
         for _ in range(seconds):
             ground.hear(frame * count, after_s=1.0)
-            told.append(ground.recorder.disk_left_s)
+            reports.append(ground.recorder.disk_left_s)
 
     hear(100, 120)
     usual_s = ground.disk.free / (100 * len(frame))
-    assert told[-1] == pytest.approx(usual_s, rel=0.01)
+    assert reports[-1] == pytest.approx(usual_s, rel=0.01)
     hear(200, 4)
-    assert told[-1] == pytest.approx(usual_s, rel=0.15)
+    assert reports[-1] == pytest.approx(usual_s, rel=0.15)
     hear(100, 120)
     hear(0, 24)
-    assert told[-1] == float("inf")
+    assert reports[-1] == float("inf")
     hear(100, 4)
-    assert told[-1] == pytest.approx(usual_s, rel=0.05)
+    assert reports[-1] == pytest.approx(usual_s, rel=0.05)
 
 
 def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer():

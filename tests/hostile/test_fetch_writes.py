@@ -1,4 +1,4 @@
-"""A fetch writes files of its own folder alone, and compares what no checksum speaks for."""
+"""A fetch writes files of its own folder alone, and compares bytes without a checksum."""
 
 import errno
 import os
@@ -31,7 +31,7 @@ THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device", "a fold
 
 
 def put(place: Path, thing: str, ours: Path) -> None:
-    """What a folder of somebody else's may hold instead of a file."""
+    """Put something else in place of a file, as a stranger's folder may."""
     if thing == "a pipe":
         os.mkfifo(place)
     elif thing == "a folder":
@@ -54,7 +54,7 @@ def ours(tmp_path: Path) -> Path:
 
 
 def said(dive: DiveFolder) -> str:
-    """What a fetch from an honest vehicle ends with; empty where it fetched."""
+    """The error of a fetch from an honest vehicle; empty if it fetched."""
     place = dive.path.parents[1] / "ring"
     return fetched(Vehicle(ring(place, SEGMENTS), None, random.Random(0), 1e9, LONGEST_S), dive)
 

@@ -1,4 +1,4 @@
-"""What a dive, a command or a result names is a bounded file that is read and never run."""
+"""Files named by a dive, a command or a result are bounded, read and never run."""
 
 import ast
 import asyncio
@@ -100,7 +100,7 @@ def calls(tree: ast.AST) -> Iterator[tuple[str, ast.Call]]:
 
 
 def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
-    found, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
+    result, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
     assert len(files) > 200
     for file in files:
         place = str(file.relative_to(ROOT))
@@ -110,8 +110,8 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
                 continue
             loader = name == "yaml.load" and place != "bridge/plain.py"
             if name in FORBIDDEN or loader or "shell" in words:
-                found.append(f"{place}:{call.lineno} {name}")
-    assert found == []
+                result.append(f"{place}:{call.lineno} {name}")
+    assert result == []
 
 
 def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path: Path) -> None:

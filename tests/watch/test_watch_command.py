@@ -31,7 +31,7 @@ RECORDING = Holding(
 
 
 def said():
-    """What a healthy vehicle says: signals and values."""
+    """Signals and values of a healthy vehicle."""
     return [
         ("nu_ref", REFERENCE), ("imu", imu()), ("fog", (0.1,)), ("dvl", dvl()), ("altitude", (3.0,)),
         ("pressure", (110000.0, 20.0)), ("attitude", (*LEVEL, *STILL)), ("pwm", (1500.0,) * 8),
@@ -204,7 +204,7 @@ class Ground:
         return self.links[name]
 
     def turn(self, link, turns=100):
-        """What is read by then; 0.1 s a turn."""
+        """The bytes of so many reads; 0.1 s each."""
         data = b""
         for _ in range(turns):
             data += link.read(0.01)

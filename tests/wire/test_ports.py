@@ -32,7 +32,7 @@ WITHIN_S = 60.0
 
 
 class Ground:
-    """What the other end of the bridge's link hears."""
+    """The other end of the bridge's link."""
 
     def __init__(self, link: Any) -> None:
         self._link = link
@@ -55,7 +55,7 @@ class Ground:
         return not self._link.read(seconds)
 
     def text(self, part: str) -> str:
-        """What was said up to the words that hold `part`, in however many pieces."""
+        """All texts up to the one with `part`, in however many pieces."""
         said = ""
 
         def says(frame: Frame) -> bool:
@@ -91,7 +91,7 @@ def bridging(
 
 @contextmanager
 def feeding(device: Link, data: bytes) -> Iterator[None]:
-    """Writes `data` over and over: a port drops what came before it was opened."""
+    """Writes `data` over and over: a port drops bytes that came before it was opened."""
     enough = threading.Event()
 
     def feed() -> None:

@@ -170,13 +170,13 @@ def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later()
     clock, disk = SimulatedClock(), Disk()
     ring = RingKeeper(disk, 7, clock)
     disk.fault = "disk full"
-    told = []
+    reports = []
     for second in range(150):
         clock.advance_to(float(second))
         ring.put(0, float(second), frames(1))
         ring.work()
-        told += [second] * len(ring.take_texts())
-    assert told == [0, 60, 120]
+        reports += [second] * len(ring.take_texts())
+    assert reports == [0, 60, 120]
 
 
 def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch):

@@ -1,4 +1,4 @@
-"""The bridge tells what the devices say."""
+"""The bridge sends the readings of its devices."""
 
 import math
 from collections import Counter
@@ -70,14 +70,14 @@ def test_noise_on_every_line_ends_no_driver():
 
 def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes():
     rig = Rig()
-    told = []
+    reports = []
     for i in range(1, 101):
         rig.bridge.accept("imu", [imu(0.01 * i, (0.01 * i, 0.0, 9.81))])
         if i % 5 == 0:
             rig.step(0.01 * i)
-            told += rig.told("imu")
-    assert len(told) == pytest.approx(50, abs=1)
-    for reading in told[1:]:
+            reports += rig.told("imu")
+    assert len(reports) == pytest.approx(50, abs=1)
+    for reading in reports[1:]:
         # The force along x equals the time: a mean that was dated otherwise would show.
         assert reading.values[0] == pytest.approx(reading.time_s, abs=1e-5)
         assert reading.values[2:6] == pytest.approx((-9.81, 0.1, 0.2, 0.3), abs=1e-6)
@@ -96,18 +96,18 @@ def test_attitude_goes_out_at_the_control_rate_level_and_north():
 
 def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_it():
     rig = Rig()
-    told = []
+    reports = []
     # The rate equals the time in ms at the end of each sample, so a mean tells which samples are in it.
     for tick in range(20):
         rates = [float(tick * 50 + i + 1) for i in range(50)]
         rig.bridge.accept("fog", [fog(0.05 * (tick + 1), rates)])
         rig.step(0.05 * (tick + 1))
-        told += rig.told("fog")
-    assert len(told) == pytest.approx(40, abs=1)
+        reports += rig.told("fog")
+    assert len(reports) == pytest.approx(40, abs=1)
     # The first interval begins with the first sample, every other one with the end of the one before.
-    for reading in told[1:]:
+    for reading in reports[1:]:
         assert reading.values[0] == pytest.approx(1000 * reading.time_s + 0.5, rel=1e-6)
-    assert np.diff([r.time_s for r in told[1:]]) == pytest.approx(0.025, abs=1e-6)
+    assert np.diff([r.time_s for r in reports[1:]]) == pytest.approx(0.025, abs=1e-6)
 
 
 def test_invalid_gyro_samples_are_left_out_of_the_mean():
