@@ -10,9 +10,14 @@ from bridge.wire.framing import Framer, decode
 def at_any_link(monkeypatch, store=None):
     """A vehicle at the end of whatever link is opened from now on."""
     vehicle = FakeVehicle(store=store)
+    put_at_any_link(monkeypatch, vehicle)
+    return vehicle
+
+
+def put_at_any_link(monkeypatch, vehicle):
+    """Whatever link is opened from now on leads to that vehicle, and goes by its clock."""
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
-    return vehicle
 
 
 class GroundKilledError(BaseException):

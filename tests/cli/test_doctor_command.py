@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from fakes.terminal import nobody
 from fakes.vehicle import FakeLink, QuietLink
+from parameter_vehicle import put_at_any_link
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
@@ -47,8 +48,7 @@ def doctor(monkeypatch, tmp_path, capsys):
     """Run the doctor on a link: its exit code, its findings by name, and what it said besides."""
 
     def run(link, *words):
-        monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
-        monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
+        put_at_any_link(monkeypatch, link)
         code = cli.main(["doctor", "--link", "any", "--out", str(tmp_path), "--json", "-", *words])
         out, err = capsys.readouterr()
         return code, {finding["name"]: finding for finding in json.loads(out or "[]")}, err
@@ -183,15 +183,6 @@ def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(doctor, vehic
     assert f"'{why}'" in result["wet check"]["sentence"]
     assert not [name for name in result if name.startswith("thruster ")]
     assert not link.vehicle.bridge.armed
-
-
-def test_no_thruster_turns_where_two_vehicles_have_one_id(wet):
-    link = Afloat()
-    link.contested = frozenset(((1, 1),))
-    code, result, _ = wet(link)
-    assert code == exit_codes.NO
-    assert "two vehicles beat as system 1" in result["vehicles"]["sentence"]
-    assert "no thruster turned" in result["wet check"]["sentence"]
 
 
 def test_a_silent_link_is_a_failed_check(doctor):

@@ -7,6 +7,7 @@ import pytest
 from fakes.telling import telling
 from fakes.terminal import Terminal, nobody
 from fakes.vehicle import FakeVehicle
+from parameter_vehicle import put_at_any_link
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
@@ -25,8 +26,7 @@ def afloat(clock=None, system=1):
 @pytest.fixture
 def vehicle(monkeypatch):
     vehicle = afloat()
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    put_at_any_link(monkeypatch, vehicle)
     monkeypatch.setattr("tui.commands.ff.REOPEN_EVERY_S", 0.0)
     return vehicle
 

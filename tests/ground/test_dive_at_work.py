@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 from diving_vehicle import Dive
 from fakes.recordings import raws
+from fakes.telling import telling
 from merged_dives import all_frames, fetcher_of, heard_by
 
 from bridge import exit_codes
@@ -21,7 +22,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
-from gcs_plugin.recording.state import Holding, release, write_holding
+from gcs_plugin.recording.state import release, write_holding
 from tui import cli
 from tui.commands import merge as merging
 from tui.commands.merge import merge
@@ -66,8 +67,7 @@ def recorded(folder, frames):
 
 def of_a_recorder(folder):
     """The state of a recording by this process into that dive."""
-    return Holding(os.getpid(), "", ("serial:/dev/x:9600",), str(folder.path), "2026-11-20T09:12:03Z",
-                   0, 0, 0, 1.0, (), locks.time.time())  # fmt: skip
+    return telling(hub="", links=("serial:/dev/x:9600",), folder=str(folder.path))
 
 
 def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> None:
