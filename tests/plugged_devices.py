@@ -9,6 +9,7 @@ from typing import Any
 
 from device_streams import ON_A_LINE, Say, a50_report
 from fakes.ports import open_pty
+from waiting import over_and_over
 
 from bridge.links.link import Link
 from bridge.sensors.bar30 import FakeBar30
@@ -135,21 +136,14 @@ class Devices:
     @contextmanager
     def speaking(self, times: float = 1.0) -> Iterator[None]:
         """They speak, so many times as fast as they do."""
-        enough = threading.Event()
 
         def speak() -> None:
-            while not enough.wait(EVERY_S):
-                with self._lock:
-                    for fake in self.fakes.values():
-                        fake.speak(times * EVERY_S)
+            with self._lock:
+                for fake in self.fakes.values():
+                    fake.speak(times * EVERY_S)
 
-        thread = threading.Thread(target=speak)
-        thread.start()
-        try:
+        with over_and_over(speak, EVERY_S):
             yield
-        finally:
-            enough.set()
-            thread.join()
 
     def plug(self, slot: str) -> None:
         with self._lock:

@@ -12,7 +12,7 @@ from fakes.ports import free_port
 from fakes.processes import Running
 from fakes.recordings import raws
 from figures import keep
-from waiting import until
+from waiting import over_and_over, until
 
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.tlog import load_bytes
@@ -28,22 +28,14 @@ SOON_S = 120.0
 @contextmanager
 def vehicle(port):
     """Sends frames that all differ, whether anybody hears them or not."""
-    enough, encoder, sock = threading.Event(), Encoder(1, 1), socket.socket(type=socket.SOCK_DGRAM)
+    encoder, numbers, sock = Encoder(1, 1), count(1), socket.socket(type=socket.SOCK_DGRAM)
 
     def send():
-        numbers = count(1)
-        while not enough.wait(PAUSE_S):
-            for number in islice(numbers, FRAMES_A_PAUSE):
-                sock.sendto(encoder.frame(2, struct.pack("<QI", 1, number)), ("127.0.0.1", port))
+        for number in islice(numbers, FRAMES_A_PAUSE):
+            sock.sendto(encoder.frame(2, struct.pack("<QI", 1, number)), ("127.0.0.1", port))
 
-    sender = threading.Thread(target=send)
-    sender.start()
-    try:
+    with sock, over_and_over(send, PAUSE_S):
         yield
-    finally:
-        enough.set()
-        sender.join()
-        sock.close()
 
 
 class Killed:

@@ -1,12 +1,13 @@
 """A fetch writes files of its own folder alone, and compares bytes without a checksum."""
 
 import errno
-import os
 import random
 from pathlib import Path
 
 import pytest
+import strange_things
 from lying_vehicle import VEHICLE, Vehicle
+from strange_things import THINGS, put
 from test_fetching import (
     KEPT,
     LONGEST_S,
@@ -26,31 +27,9 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.mirror import LOCK, doubtful
 from tui.commands.fetch import MIRROR, Fetched, Fetcher
 
+ours = strange_things.ours
+
 NAME = segment(0).name
-THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device", "a folder"]
-
-
-def put(place: Path, thing: str, ours: Path) -> None:
-    """Put something else in place of a file, as a stranger's folder may."""
-    if thing == "a pipe":
-        os.mkfifo(place)
-    elif thing == "a folder":
-        place.mkdir()
-    else:
-        targets = {
-            "a link": ours,
-            "a link to nothing": ours.with_name("nothing"),
-            "a link to a device": "/dev/zero",
-        }
-        place.symlink_to(targets[thing])
-
-
-@pytest.fixture
-def ours(tmp_path: Path) -> Path:
-    """A file beside the dives that a link may lead to."""
-    path = tmp_path / "ours.txt"
-    path.write_text("ours", encoding="utf-8")
-    return path
 
 
 def said(dive: DiveFolder) -> str:
