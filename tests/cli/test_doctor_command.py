@@ -62,6 +62,11 @@ def wet(doctor):
     return lambda link: doctor(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
 
 
+@pytest.fixture
+def link():
+    return Afloat()
+
+
 def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(doctor):
     code, result, _ = doctor(Afloat(), "--vehicle", "ruvifist:hovering")
     assert code == exit_codes.DONE
@@ -82,8 +87,7 @@ def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(d
     assert {name: one["sentence"] for name, one in result.items() if one["level"] != "ok"} == {}
 
 
-def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(wet, tmp_path):
-    link = Afloat()
+def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(link, wet, tmp_path):
     _, result, _ = wet(link)
     names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
     assert {name: result[name]["level"] for name in names} == dict.fromkeys(names, "ok")
@@ -104,8 +108,7 @@ def test_the_wet_check_names_two_swapped_thrusters(doctor):
     assert result["thruster 3"]["level"] == "ok"
 
 
-def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(wet, monkeypatch):
-    link = Afloat()
+def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(link, wet, monkeypatch):
     listen = link.read
 
     def deaf_later(timeout_s):
@@ -119,8 +122,7 @@ def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(wet
     assert "may still be armed" in said
 
 
-def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, monkeypatch):
-    link = Afloat()
+def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(link, wet, monkeypatch):
     listen, armed_for = link.read, []
 
     def deaf_at_first(timeout_s):
@@ -135,8 +137,7 @@ def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, monkeypat
     assert not link.vehicle.bridge.armed
 
 
-def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet, monkeypatch):
-    link = Afloat()
+def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(link, wet, monkeypatch):
     write = TlogWriter.write
 
     def fails_later(writer, unix_us, raw):
@@ -151,8 +152,7 @@ def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet
     assert not link.vehicle.bridge.armed
 
 
-def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet):
-    link = Afloat()
+def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(link, wet):
     link.vehicle.bridge.arm(True)
     code, _, said = wet(link)
     assert code == exit_codes.BAD_INPUT
@@ -161,8 +161,7 @@ def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet):
 
 
 @pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
-def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words):
-    link = Afloat()
+def test_no_thruster_turns_without_the_vehicles_name(link, doctor, monkeypatch, words):
     nobody(monkeypatch)
     code, _, said = doctor(link, "--vehicle", "ruvifist:hovering", "--wet", *words)
     assert code == exit_codes.BAD_INPUT
@@ -175,8 +174,7 @@ def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words)
     ("vehicle", "name", "why"),
     [("ruvifist:survey", "ruvifist", "configuration"), ("ardusub_vectored", "ardusub_vectored", "thrusters")],
 )
-def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(doctor, vehicle, name, why):
-    link = Afloat()
+def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(link, doctor, vehicle, name, why):
     code, result, _ = doctor(link, "--vehicle", vehicle, "--wet", "--confirm", name)
     assert code == exit_codes.NO
     assert result[why]["level"] == "failed"

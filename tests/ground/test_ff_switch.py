@@ -61,6 +61,11 @@ def drive(switch, link, clock, seconds, twins=None, each=lambda: None):
     return False
 
 
+@pytest.fixture
+def craft(clock):
+    return Craft(clock)
+
+
 @pytest.mark.parametrize("armed", [True, False])
 @pytest.mark.parametrize("mode", Mode)
 def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
@@ -74,8 +79,7 @@ def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
     assert not switch.refusal
 
 
-def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
-    craft = Craft(clock)
+def test_nothing_is_sent_before_a_vehicle_is_heard(craft, clock):
     craft.mute = True
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 30.0)
@@ -85,8 +89,7 @@ def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
     assert drive(switch, craft, clock, 5.0)
 
 
-def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(clock):
-    craft = Craft(clock)
+def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(craft, clock):
     craft.deaf = True
     craft.tells_mode = False
     switch = Switch(Mode.OFF)
@@ -130,8 +133,7 @@ def test_telemetry_from_before_the_first_order_is_no_answer_to_it(clock):
     assert not drive(switch, craft, clock, 10.0)
 
 
-def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
-    craft = Craft(clock)
+def test_one_that_switches_back_before_the_read_back_is_switched_again(craft, clock):
     switch = Switch(Mode.OFF)
     times = []
 
@@ -146,8 +148,7 @@ def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
     assert switch.sent > 2
 
 
-def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(clock):
-    craft = Craft(clock)
+def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(craft, clock):
     switch = Switch(Mode.OFF)
 
     def fall_silent():
@@ -160,16 +161,14 @@ def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(clock):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_thirty_per_cent_of_loss_each_way_only_take_longer(clock, seed):
-    craft = Craft(clock)
+def test_thirty_per_cent_of_loss_each_way_only_take_longer(craft, clock, seed):
     link = Lossy(craft, random.Random(seed), clock, loss=0.3, duplicate=0.1, reorder=0.1, delay_s=0.1)
     switch = Switch(Mode.OFF)
     assert drive(switch, link, clock, 40.0)
     assert craft.server.mode == 0
 
 
-def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(clock):
-    craft = Craft(clock)
+def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(craft, clock):
     craft.bound = True
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 5.0)
@@ -212,8 +211,9 @@ def heard_before(*vehicles):
     return tuple(KnownVehicle(source, holds, heard_s) for source, holds, heard_s in vehicles)
 
 
-def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(clock):
-    craft = Craft(clock)
+def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(
+    craft, clock
+):
     craft.mute = True
     switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -8.0)))
     assert not drive(switch, craft, clock, 4.1)
@@ -224,8 +224,7 @@ def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is
     assert drive(switch, craft, clock, 5.0)
 
 
-def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(clock):
-    craft = Craft(clock)
+def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(craft, clock):
     craft.deaf = True
     switch = Switch(Mode.OFF)
     drive(switch, craft, clock, 2.0)
