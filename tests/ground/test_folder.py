@@ -134,7 +134,7 @@ def test_notes_written_by_many_programs_at_once_are_all_kept(folder):
 
 
 def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_all_the_same(
-    folder, tmp_path, monkeypatch
+    folder, monkeypatch
 ):
     monkeypatch.setattr("gcs_plugin.locks.CHANGE_S", 0.0)
     with alone_in(folder.path):
