@@ -28,7 +28,13 @@ class OffMarks:
 
     def mark(self, messages: Iterable[Any]) -> None:
         """Mark the OFF orders among `messages`; call it just before they are sent."""
-        systems = {message.target_system for message in messages if _is_off(message)}
+        systems = {
+            message.target_system
+            for message in messages
+            if message.get_type() == "PARAM_SET"
+            and message.param_id in (MODE, MODE.encode())
+            and message.param_value == Mode.OFF
+        }
         if systems and (self._thread is None or not self._thread.is_alive()):
             self._thread = threading.Thread(target=_touch, args=(systems,), name="off ordered", daemon=True)
             self._thread.start()
@@ -45,12 +51,6 @@ class OffOrders:
         """Whether any program on this computer has ordered OFF for a system since."""
         file = _file_of(system)
         return _touched(file) != self._before.get(file.name)
-
-
-def _is_off(message: Any) -> bool:
-    if message.get_type() != "PARAM_SET" or message.param_value != Mode.OFF:
-        return False
-    return bool(message.param_id in (MODE, MODE.encode()))
 
 
 def _file_of(system: int) -> Path:

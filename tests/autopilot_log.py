@@ -1,4 +1,4 @@
-"""A vehicle that turns, and what two recorders with clocks of their own made of it: a `.tlog` and a `.BIN`."""
+"""A vehicle that turns, recorded by two recorders with clocks of their own: a `.tlog` and a `.BIN`."""
 
 import struct
 from collections.abc import Callable

@@ -9,6 +9,8 @@ from pathlib import Path
 import figures
 import pytest
 
+from bridge.clock import SimulatedClock
+
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
 
@@ -46,18 +48,24 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 @pytest.fixture(autouse=True)
 def _lines_as_wide_as_they_like(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is printed must not depend on the terminal that the tests are started from."""
+    """Output must not depend on the terminal that the tests are started from."""
     monkeypatch.delenv("COLUMNS", raising=False)
 
 
 @pytest.fixture(autouse=True)
 def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """No test meets the recording of whoever runs the tests, nor what another told of its own, or of OFF."""
+    """No test meets a recording of whoever runs the tests, nor the state or the OFF of another test."""
     state = tmp_path_factory.getbasetemp() / "state"
     for told in ("recording.json", "off-ordered-*"):
         for file in (state / "seatrial").glob(told):
             file.unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
+
+
+@pytest.fixture
+def clock() -> SimulatedClock:
+    """Time that passes as a test says."""
+    return SimulatedClock()
 
 
 @pytest.fixture

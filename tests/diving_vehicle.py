@@ -1,11 +1,11 @@
-"""A vehicle whose bridge keeps a ring, in lock-step, its link bad or cut, and a ground that records what it hears."""
+"""A vehicle in lock-step whose bridge keeps a ring, on a bad or cut link, and a ground that records."""
 
 import random
 
 import numpy as np
 from fakes.lossy import Lossy
+from fakes.recordings import ring_raws
 from fakes.vehicle import QuietLink
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.links.memory import memory_pair
@@ -17,8 +17,6 @@ from bridge.sensors.samples import ImuSample
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.framing import Framer
-from bridge.wire.segments import segments_in
-from bridge.wire.tlog import read_tlog
 
 STEP_S = 0.05
 AHEAD_S = 40.0
@@ -85,7 +83,7 @@ class Dive(QuietLink):
         self.link.outgoing.cut = self.link.incoming.cut = away
 
     def step(self):
-        """One tick on board; what the ground hears of it."""
+        """A tick on board; the bytes that the ground hears."""
         self.world.advance_to(round(self.world.now_s + STEP_S, 6))
         force = tuple(float(x) for x in self.noise.normal(size=3))
         now_s = self.bridge._clock.boot_s()
@@ -113,13 +111,4 @@ class Dive(QuietLink):
 
     def kept(self):
         """All frames of the ring, oldest first."""
-        return [
-            frame.raw
-            for segment, size in segments_in(self.folder)
-            if size
-            for _, frame in read_tlog(self.folder / segment.name)
-        ]
-
-
-def is_transfer(raw):
-    return raw[7] | raw[8] << 8 == dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
+        return ring_raws(self.folder)

@@ -9,6 +9,7 @@ from typing import Any
 
 from device_streams import ON_A_LINE, Say, a50_report
 from fakes.ports import open_pty
+from waiting import over_and_over
 
 from bridge.links.link import Link
 from bridge.sensors.bar30 import FakeBar30
@@ -19,13 +20,13 @@ A50_HZ = 10.0
 
 
 class Words:
-    """What a device says, so often a second."""
+    """A device's messages, so often a second."""
 
     def __init__(self, say: Say, rate_hz: float) -> None:
         self._say, self._rate_hz, self._said, self._owed = say, rate_hz, 0, 0.0
 
     def due(self, seconds: float) -> Iterator[bytes]:
-        """What it says in so long."""
+        """Its bytes of so long a time."""
         self._owed += seconds * self._rate_hz
         while self._owed >= 1.0:
             yield self._say(self._said)
@@ -135,21 +136,14 @@ class Devices:
     @contextmanager
     def speaking(self, times: float = 1.0) -> Iterator[None]:
         """They speak, so many times as fast as they do."""
-        enough = threading.Event()
 
         def speak() -> None:
-            while not enough.wait(EVERY_S):
-                with self._lock:
-                    for fake in self.fakes.values():
-                        fake.speak(times * EVERY_S)
+            with self._lock:
+                for fake in self.fakes.values():
+                    fake.speak(times * EVERY_S)
 
-        thread = threading.Thread(target=speak)
-        thread.start()
-        try:
+        with over_and_over(speak, EVERY_S):
             yield
-        finally:
-            enough.set()
-            thread.join()
 
     def plug(self, slot: str) -> None:
         with self._lock:

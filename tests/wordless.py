@@ -114,7 +114,7 @@ def identified_and_diagnosed(folder: Path) -> Any:
     case = draw_case(300_051, names=["quadratic_drag"], seconds=90.0)
     dive, check = dive_of(case), check_of(case)
     steps: list[Any] = []
-    found = identify(
+    identification = identify(
         dive, case.file, case.configuration, {"likelihood": estimator("likelihood")}, steps.append
     )
     start_s = check.span_s[0]
@@ -124,11 +124,11 @@ def identified_and_diagnosed(folder: Path) -> Any:
     except FitError as error:
         refused = type(error).__name__
     done = diagnose(dive, case.file, case.configuration, check=check, without=("tether",))
-    (folder / "identified.json").write_text(json.dumps(plain(found.to_json())), encoding="utf-8")
+    (folder / "identified.json").write_text(json.dumps(plain(identification.to_json())), encoding="utf-8")
     return {
-        "outcome": found.answer.outcome,
-        "values": found.answer.values(),
-        "doubts": [(doubt.about, doubt.outcome, doubt.culprit) for doubt in found.answer.doubts],
+        "outcome": identification.answer.outcome,
+        "values": identification.answer.values(),
+        "doubts": [(doubt.about, doubt.outcome, doubt.culprit) for doubt in identification.answer.doubts],
         "steps": [(step.of, step.answered, step.values) for step in steps if step.answered],
         "refused": refused,
         "diagnosis": done.diagnosis.verdict,

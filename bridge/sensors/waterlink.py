@@ -13,6 +13,7 @@ the times are absent or implausible, it is the arrival less the configured laten
 import json
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -121,19 +122,37 @@ class _Lines:
         return lines
 
 
-class WaterlinkJsonParser:
-    """Parses JSON velocity reports."""
+class _Parser(ABC):
+    """Parses a line at a time."""
+
+    longest: int
 
     def __init__(self, latency_s: float = 0.0) -> None:
         self._latency_s = latency_s
-        self._lines = _Lines(_LONGEST_REPORT)
+        self._lines = _Lines(self.longest)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Return the samples of the reports that `data` completes."""
-        samples = (self._report(line, time_s) for line in self._lines.feed(data))
+        """Return the samples of the lines that `data` completes."""
+        samples = (self._parse(line, time_s) for line in self._lines.feed(data))
         return [sample for sample in samples if sample is not None]
 
-    def _report(self, line: bytes, time_s: float) -> DvlSample | None:
+    @abstractmethod
+    def _parse(self, line: bytes, time_s: float) -> DvlSample | None: ...
+
+    def _moment_s(self, arrived_s: float, valid_us: float, sent_us: float) -> float:
+        """When a report was valid, by its own times of validity and transmission if these are plausible."""
+        age_s = (sent_us - valid_us) * 1e-6
+        if valid_us > 0 and sent_us > 0 and abs(age_s) <= _OLDEST_S:
+            return arrived_s - max(age_s, 0.0)
+        return arrived_s - self._latency_s
+
+
+class WaterlinkJsonParser(_Parser):
+    """Parses JSON velocity reports."""
+
+    longest = _LONGEST_REPORT
+
+    def _parse(self, line: bytes, time_s: float) -> DvlSample | None:
         try:
             report = json.loads(line.decode(), parse_constant=_nan)
         except (ValueError, RecursionError):
@@ -151,24 +170,15 @@ class WaterlinkJsonParser:
             locked = None
         if not isinstance(locked, bool):
             return None
-        age_s = _age_s(*stamps)
-        moment_s = time_s - (self._latency_s if age_s is None else age_s)
-        return _sample(moment_s, locked, numbers)
+        return _sample(self._moment_s(time_s, *stamps), locked, numbers)
 
 
-class WaterlinkSerialParser:
+class WaterlinkSerialParser(_Parser):
     """Parses serial sentences: each `wrz` gives a sample."""
 
-    def __init__(self, latency_s: float = 0.0) -> None:
-        self._latency_s = latency_s
-        self._lines = _Lines(_LONGEST_SENTENCE)
+    longest = _LONGEST_SENTENCE
 
-    def feed(self, data: bytes, time_s: float) -> list[Sample]:
-        """Return the samples of the sentences that `data` completes."""
-        samples = (self._sentence(line, time_s) for line in self._lines.feed(data))
-        return [sample for sample in samples if sample is not None]
-
-    def _sentence(self, line: bytes, time_s: float) -> DvlSample | None:
+    def _parse(self, line: bytes, time_s: float) -> DvlSample | None:
         body, star, checksum = line.rpartition(b"*")
         if not star or checksum != b"%02x" % crc8.smbus(body):
             return None
@@ -189,9 +199,7 @@ class WaterlinkSerialParser:
         *numbers, valid_at, sent_at, _, _ = map(
             _parsed, (x, y, z, fom, altitude, valid_us, sent_us, since_ms, status)
         )
-        age_s = _age_s(valid_at, sent_at)
-        moment_s = time_s - (self._latency_s if age_s is None else age_s)
-        return _sample(moment_s, valid == b"y", numbers)
+        return _sample(self._moment_s(time_s, valid_at, sent_at), valid == b"y", numbers)
 
 
 def _sample(time_s: float, locked: bool, numbers: Sequence[float]) -> DvlSample | None:
@@ -208,14 +216,6 @@ def _sample(time_s: float, locked: bool, numbers: Sequence[float]) -> DvlSample 
         sigma if 0 <= sigma < math.inf else math.nan,
         altitude_m if 0 <= altitude_m <= _FARTHEST_M else math.nan,
     )
-
-
-def _age_s(valid_us: float, sent_us: float) -> float | None:
-    """Age of a report when it was sent; None if its two times are missing or implausible."""
-    if not (valid_us > 0 and sent_us > 0):
-        return None
-    age_s = (sent_us - valid_us) * 1e-6
-    return max(age_s, 0.0) if abs(age_s) <= _OLDEST_S else None
 
 
 def _parsed(field: bytes) -> float:

@@ -146,7 +146,7 @@ class Framer:
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
-        self._rest = b""
+        self._unparsed = b""
         self._in_step = True
         self._ahead = _Ahead()
 
@@ -159,7 +159,7 @@ class Framer:
         return self._take(b"", final=True)
 
     def _take(self, more: bytes, final: bool) -> list[Frame]:
-        data = self._rest + more if self._rest else bytes(more)
+        data = self._unparsed + more if self._unparsed else bytes(more)
         self._ahead.renew(data)
         frames: list[Frame] = []
         position, end = 0, len(data)
@@ -188,7 +188,7 @@ class Framer:
             self.counts["good" if frame.known else "unknown"] += 1
             self._in_step = True
             position += length
-        self._rest = data[position:]
+        self._unparsed = data[position:]
         self._ahead.drop(position)
         return frames
 

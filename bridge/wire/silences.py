@@ -41,7 +41,7 @@ class Silence:
 class Pause:
     """The step from the frame in `row` to the sender's next frame.
 
-    `seconds` is measured by the sender's clock if `told`, otherwise by arrival. `goes_on`: the next frame has the
+    `seconds` is measured by the sender's clock if `by_clock`, otherwise by arrival. `goes_on`: the next frame has the
     next sequence number. `anew`: the sender's clock ran back in between.
     """
 
@@ -49,7 +49,7 @@ class Pause:
     begins_s: float
     seconds: float
     goes_on: bool
-    told: bool = False
+    by_clock: bool = False
     anew: bool = False
 
 
@@ -113,7 +113,7 @@ def pauses(arrival_s: Array, boot_s: Array, number: Rows, least_s: float = LEAST
             continue
         seconds, anew = of_clocks(begins_s, step_s, float(np.median(before)), float(np.median(after)))
         if step_s > least_s or seconds > LEAST_S:
-            made.append(Pause(row, begins_s, seconds, goes_on, told=True, anew=anew))
+            made.append(Pause(row, begins_s, seconds, goes_on, by_clock=True, anew=anew))
     return made
 
 

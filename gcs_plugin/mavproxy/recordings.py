@@ -129,7 +129,7 @@ class Recordings:
         vehicle: Callable[[], VehicleFile | None],
     ) -> None:
         self._clock, self._say, self._links, self._vehicle = clock, say, links, vehicle
-        self._own: Recording | None = None
+        self._recording: Recording | None = None
         self._order: threading.Thread | None = None
         self._answers: SimpleQueue[str] = SimpleQueue()
         self._root = Path("dives")
@@ -141,12 +141,12 @@ class Recordings:
             case ["start", *folder] if len(folder) <= 1:
                 self.stop()
                 self._root = Path(folder[0] if folder else "dives")
-                self._own = Recording(self._root, self._vehicle(), self._clock, self._say)
-                self._say(self._own.words())
+                self._recording = Recording(self._root, self._vehicle(), self._clock, self._say)
+                self._say(self._recording.words())
             case ["next"]:
                 self._next()
             case ["stop"]:
-                if self._own is None:
+                if self._recording is None:
                     other = self._other()
                     ends = (
                         other
@@ -164,20 +164,20 @@ class Recordings:
 
     def keep(self, frame: Frame) -> None:
         """Take a frame that passed, in either direction."""
-        if self._own is not None:
-            self._own.keep(frame)
+        if self._recording is not None:
+            self._recording.keep(frame)
 
     def tick(self) -> None:
         """Write the frames that have come, and say what came of another process's change to the next dive."""
-        if self._own is not None:
-            self._own.step()
+        if self._recording is not None:
+            self._recording.step()
         if self._order is not None and not self._answers.empty():
             self._say(self._answers.get())
             self._order = None
 
     def stop(self) -> None:
         """End MAVProxy's own recording, if any."""
-        recording, self._own = self._own, None
+        recording, self._recording = self._recording, None
         if recording is not None:
             recording.step()
             recording.close()
@@ -185,11 +185,11 @@ class Recordings:
 
     def status(self) -> list[str]:
         """Lines on who records into which folder, and which links nobody records."""
-        lines = [self._own.words()] if self._own is not None else []
+        lines = [self._recording.words()] if self._recording is not None else []
         holding = self._other()
         if holding is not None:
             lines.append(_words(holding, self._clock.unix_s()))
-        if self._own is not None:
+        if self._recording is not None:
             return lines
         bare = [name for name in self._links() if holding is None or not same_link(name, holding.hub)]
         if holding is not None and bare:
@@ -203,9 +203,9 @@ class Recordings:
     def newest(self) -> Path:
         """The dive that ended last, never the one being recorded. Raises LogError if none has ended."""
         holding, dive, present = self._other(), self._finished, None
-        if self._own is not None:
-            present = self._own.dives.folder.path
-            dive = self._own.finished or dive or newest_dive(self._root, present)
+        if self._recording is not None:
+            present = self._recording.dives.folder.path
+            dive = self._recording.finished or dive or newest_dive(self._root, present)
         elif holding is not None:
             present = Path(holding.folder)
             dive = newest_dive(present.parent, present)
@@ -223,8 +223,8 @@ class Recordings:
 
     def _next(self) -> None:
         """Continue in a new dive folder. Another process is asked in a thread, as it may take long."""
-        if self._own is not None:
-            self._own.go_on()
+        if self._recording is not None:
+            self._recording.go_on()
             return
         if self._other() is None:
             raise LogError(f"nothing is being recorded that could go on in a new dive; {BEGIN}")
@@ -242,8 +242,8 @@ class Recordings:
 
     def _noted(self) -> tuple[DiveFolder, float]:
         """Folder of the dive being recorded, and Unix time by its recording. Raises LogError if nothing is recorded."""
-        if self._own is not None:
-            return self._own.dives.folder, self._own.dives.unix_s()
+        if self._recording is not None:
+            return self._recording.dives.folder, self._recording.dives.unix_s()
         holding = self._other()
         if holding is None:
             raise LogError(f"nothing is being recorded that a note could go to; {BEGIN}")

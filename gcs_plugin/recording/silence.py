@@ -74,9 +74,9 @@ class _Sender:
         elif self.open is not None:
             begins_s, step_s = self.open.begins_s, self.open.seconds
             seconds, anew = of_clocks(begins_s, step_s, before_s, self.ahead_s)
-            self.close(Pause(self.open.row, begins_s, seconds, self.open.goes_on, told=True, anew=anew))
+            self.close(Pause(self.open.row, begins_s, seconds, self.open.goes_on, by_clock=True, anew=anew))
         elif self.ahead_s - before_s > LEAST_S:
-            self.close(Pause(self.frames, time_s, self.ahead_s - before_s, goes_on=False, told=True))
+            self.close(Pause(self.frames, time_s, self.ahead_s - before_s, goes_on=False, by_clock=True))
         self.open = None
 
     def close(self, pause: Pause | None) -> None:

@@ -137,7 +137,7 @@ def _unwrapped(
     long = [pause for pause in pauses_found if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
     silent = unheard(long, Spacing(float(short_s.sum()), float(np.square(short_s).sum())))
     rows, silent_rows = [pause.row for pause in long], {pause.row for pause in silent}
-    known = [p for p in pauses_found if p.row in silent_rows or (p.told and p.row not in rows)]
+    known = [p for p in pauses_found if p.row in silent_rows or (p.by_clock and p.row not in rows)]
     at_s, sent = np.maximum.accumulate(arrival_s), np.concatenate(([0], np.cumsum(step)))
     out = step.copy()
     for pause in known:

@@ -111,7 +111,7 @@ def desk(monkeypatch):
 
 
 def python_path():
-    """What lets another process import this module and the product."""
+    """The environment with which another process imports this module and the product."""
     return os.pathsep.join([str(HERE), str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 

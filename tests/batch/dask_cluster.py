@@ -53,7 +53,7 @@ class Cluster:
         return process
 
     def _address(self):
-        """What the scheduler says that it listens on; its end ends the waiting."""
+        """The scheduler's address; its end ends the waiting."""
         guard = threading.Timer(START_WITHIN_S, self.scheduler.kill)
         guard.start()
         try:

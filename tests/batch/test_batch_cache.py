@@ -1,4 +1,4 @@
-"""What a batch keeps: an interrupted one goes on, and nothing is done or counted twice."""
+"""A batch's cache: an interrupted batch goes on, and nothing is done or counted twice."""
 
 import batch_jobs
 import pytest
@@ -86,11 +86,11 @@ def test_the_standing_counts_what_is_kept_done_and_failed(jobs, open_cache):
     cache = open_cache()
     run_batch(jobs[:1], cache, Engine(), lambda _: None)
     bad = batch_jobs.job_on(jobs[1].recording.path, "refuse", batch_jobs.FILE)
-    told = []
-    run_batch([jobs[0], bad, jobs[2]], cache, Engine(), told.append)
-    assert told == [Standing(3, 1, 0, 0), Standing(3, 1, 1, 1), Standing(3, 1, 2, 1)]
-    assert told[1].share == pytest.approx(2 / 3)
-    assert (told[0].time_left_s(5.0), Standing(10, 4, 2, 0).time_left_s(20.0)) == (None, 40.0)
+    reports = []
+    run_batch([jobs[0], bad, jobs[2]], cache, Engine(), reports.append)
+    assert reports == [Standing(3, 1, 0, 0), Standing(3, 1, 1, 1), Standing(3, 1, 2, 1)]
+    assert reports[1].share == pytest.approx(2 / 3)
+    assert (reports[0].time_left_s(5.0), Standing(10, 4, 2, 0).time_left_s(20.0)) == (None, 40.0)
 
 
 def test_a_place_that_can_not_be_written_is_one_sentence(tmp_path):

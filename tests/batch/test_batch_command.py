@@ -60,23 +60,23 @@ def command(*words):
 
 
 def test_all_dives_identified_is_done(done):
-    code, out, found = done
+    code, out, result = done
     assert code == exit_codes.DONE
-    assert [row["dive"] for row in found["dives"]] == ["dive-0", "dive-1", "dive-2"]
-    assert [row["date_utc"][:10] for row in found["dives"]] == ["2026-09-21", "2026-09-28", "2026-10-05"]
-    for row in found["dives"]:
+    assert [row["dive"] for row in result["dives"]] == ["dive-0", "dive-1", "dive-2"]
+    assert [row["date_utc"][:10] for row in result["dives"]] == ["2026-09-21", "2026-09-28", "2026-10-05"]
+    for row in result["dives"]:
         assert row["parameters"]["M_u"]["low95"] < row["parameters"]["M_u"]["value"]
         assert row["configuration"] == "hovering"
         assert row["voltage_v"] > 10
-    trend = found["trends"]["hovering"]["parameters"]["D_u"]
+    trend = result["trends"]["hovering"]["parameters"]["D_u"]
     assert (trend["count"], trend["first_s"] < trend["last_s"]) == (3, True)
     with (out / "all.csv").open(encoding="utf-8") as file:
         assert [row["dive"] for row in csv.DictReader(file)] == ["dive-0", "dive-1", "dive-2"]
     page = (out / "trends.html").read_text(encoding="utf-8")
     assert "Configuration hovering" in page
     *_, rests_on = page.partition("<h2>Provenance</h2>")
-    assert all(row["sha256"] in rests_on for row in found["dives"])
-    assert found["vehicle"]["sha256"] in rests_on
+    assert all(row["sha256"] in rests_on for row in result["dives"])
+    assert result["vehicle"]["sha256"] in rests_on
     assert str(out) not in rests_on
 
 
@@ -85,8 +85,8 @@ def test_the_vehicle_files_priors_do_not_pull_the_dives_together(dives, done):
     vehicle = job.vehicle.vehicle
     shape = replace(vehicle.configurations["hovering"], priors={"M_u": Prior(110.0, 0.01)})
     sure = replace(job.vehicle, vehicle=replace(vehicle, configurations={"hovering": shape}))
-    found = identify(replace(job, vehicle=sure))["identification"]["parameters"]
-    value = next(p["value"] for p in found if p["name"] == "M_u")
+    result = identify(replace(job, vehicle=sure))["identification"]["parameters"]
+    value = next(p["value"] for p in result if p["name"] == "M_u")
     assert value == done[2]["dives"][0]["parameters"]["M_u"]["value"]
 
 
@@ -125,12 +125,12 @@ def test_a_failed_dive_is_a_row_a_twin_counts_once_and_the_exit_code_says_partly
     )
     assert code == exit_codes.PARTLY
     shown = capsys.readouterr()
-    found = json.loads(shown.out)
-    broken = found["dives"][0]
+    data = json.loads(shown.out)
+    broken = data["dives"][0]
     assert (broken["dive"], broken["date_utc"]) == ("2026-01-02-broken", "2026-01-02T00:00:00Z")
     assert "holds no MAVLink frame" in broken["error"]
-    assert len(found["dives"]) == 4
-    (twin,) = found["counted_once"]
+    assert len(data["dives"]) == 4
+    (twin,) = data["counted_once"]
     assert twin == {
         "recording": str(more / "copy.tlog"), "why": "holds the same recording as", "same_as": str(dives / "dive-0")
     }  # fmt: skip

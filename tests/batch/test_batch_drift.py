@@ -181,8 +181,8 @@ def days(count):
 
 def row(day, **values):
     """A dive of values given as (value, relative standard error)."""
-    found = {n: Value(v, v * r, v * (1 - 2 * r), v * (1 + 2 * r)) for n, (v, r) in values.items()}
-    return Row(f"{day}", f"{day}.tlog", str(day), "only", "converged", START_S + DAY_S * day, values=found)
+    results = {n: Value(v, v * r, v * (1 - 2 * r), v * (1 + 2 * r)) for n, (v, r) in values.items()}
+    return Row(f"{day}", f"{day}.tlog", str(day), "only", "converged", START_S + DAY_S * day, values=results)
 
 
 def test_a_line_is_found_exactly_whatever_the_weights():
@@ -241,9 +241,9 @@ def test_dives_that_show_other_coefficients_do_not_look_like_a_change():
 
 def test_a_ratio_has_the_dives_that_both_have():
     rows = [row(0, D_u=(50, 0.03)), row(1, D_u=(50, 0.03), M_u=(100, 0.04)), row(2, M_u=(100, 0.04))]
-    found = ratio(common_series(rows, ["D_u"]), common_series(rows, ["M_u"]), rows)
-    assert found.rows == (1,)
-    assert found.std == pytest.approx([0.05])
+    result = ratio(common_series(rows, ["D_u"]), common_series(rows, ["M_u"]), rows)
+    assert result.rows == (1,)
+    assert result.std == pytest.approx([0.05])
 
 
 LATE_THRUST = Doubt(("M_u", "D_u"), "Thrust acts late", "mend the lag.", Outcome.DISAGREES, Culprit.MODEL)

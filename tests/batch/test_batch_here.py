@@ -197,9 +197,9 @@ def test_a_dive_folder_arrives_with_the_vehicle_and_its_table(folder, own_vehicl
     arrived = unpack(pack(job), tmp_path / "there")
     shutil.rmtree(folder)
     shutil.rmtree(own_vehicle.path.parent)
-    (found,) = find_recordings([str(arrived.recording.path)]).recordings
-    assert (found.name, found.sha256) == (job.recording.name, job.recording.sha256)
-    assert arrived.recording.files == found.files
+    (result,) = find_recordings([str(arrived.recording.path)]).recordings
+    assert (result.name, result.sha256) == (job.recording.name, job.recording.sha256)
+    assert arrived.recording.files == result.files
     assert thrust_table(arrived.vehicle).is_relative_to(tmp_path / "there")
     assert thrust_curve(arrived.vehicle.vehicle.thrust_curve, arrived.vehicle.path.parent).max_n > 0
     assert arrived.key == job.key

@@ -73,11 +73,11 @@ def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_w
     told = {"std": 5.0, "low95": 0.1, "high95": 9.0, "identifiable": True}
     told |= {"given_thrust_std": 1.0, "given_thrust_low95": 1.0, "given_thrust_high95": 3.0}
     parameters = [{"name": name, "value": 2.0, **told} for name in ("M_u", "M_v", "D_u")]
-    found = {
+    data = {
         "parameters": parameters, "configuration": "only", "outcome": "converged", "dive": {"duration_s": 60.0},
         "covariance": {"of": ["M_u", "M_v"], "matrix": [[1.0, 1.2], [1.2, 4.0]]}, "doubts": [WARNED.to_json()],
     }  # fmt: skip
-    answer = {"identification": found, "unix_s": 1.77e9, "dated_by": "its name", "voltage_v": None}
+    answer = {"identification": data, "unix_s": 1.77e9, "dated_by": "its name", "voltage_v": None}
     failed = [Result(name, name, f"{name}.tlog", "0", None, "cut") for name in ("undated", "2025-11-20")]
     results = [*failed, Result("k", "one", "one.tlog", "0", answer, "")]
     assert [row.dive for row in rows_of(results)] == ["2025-11-20", "one", "undated"]

@@ -36,14 +36,14 @@ def names(found):
 
 
 def twins(found):
-    """What counts in place of each recording that does not."""
+    """The recording that counts in place of each that does not."""
     return {twin.path: twin.counted for twin in found.twins}
 
 
 def test_a_folder_gives_its_dive_folders_and_recordings_but_no_stray_table(dives):
-    found = find_recordings([str(dives)])
-    assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
-    (folder,) = (r for r in found.recordings if r.path.is_dir())
+    result = find_recordings([str(dives)])
+    assert names(result) == ["1", "2", "2026-11-20T0912Z-hovering"]
+    (folder,) = (r for r in result.recordings if r.path.is_dir())
     assert [file.name for file in folder.files] == ["telemetry.tlog", "telemetry.2.tlog"]
 
 
@@ -57,10 +57,10 @@ def test_a_named_table_counts_and_a_pattern_gives_what_it_matches(dives, word, n
 
 def test_the_same_bytes_count_once_compressed_or_not_and_the_dive_folder_is_the_one(dives):
     copies = put(dives / "copy.tlog", b"ab"), put(dives / "folded.tlog.gz", gzip.compress(b"ab"))
-    found = find_recordings([*map(str, copies), str(dives), str(dives / "lake")])
-    assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
+    result = find_recordings([*map(str, copies), str(dives), str(dives / "lake")])
+    assert names(result) == ["1", "2", "2026-11-20T0912Z-hovering"]
     again = {path: path for path in (dives / "lake" / "1.BIN", dives / "lake" / "2.tlog.gz")}
-    assert twins(found) == again | dict.fromkeys(copies, dives / "2026-11-20T0912Z-hovering")
+    assert twins(result) == again | dict.fromkeys(copies, dives / "2026-11-20T0912Z-hovering")
 
 
 LONG = bytes(range(256)) * (512)
@@ -71,17 +71,17 @@ def test_of_copies_that_were_cut_only_the_longest_counts(tmp_path):
     cut = put(tmp_path / "a" / "telemetry.tlog", LONG[:-999]).parent
     same_cut = put(tmp_path / "b.tlog", LONG[:-999])
     shorter = put(tmp_path / "c.tlog", LONG[:-5000])
-    found = find_recordings([str(tmp_path)])
-    assert [recording.path for recording in found.recordings] == [whole]
-    assert twins(found) == dict.fromkeys((cut, same_cut, shorter), whole)
-    assert {twin.why for twin in found.twins} == {"is the beginning of"}
+    result = find_recordings([str(tmp_path)])
+    assert [recording.path for recording in result.recordings] == [whole]
+    assert twins(result) == dict.fromkeys((cut, same_cut, shorter), whole)
+    assert {twin.why for twin in result.twins} == {"is the beginning of"}
 
 
 def test_dives_that_begin_alike_and_go_on_otherwise_all_count(tmp_path):
     put(tmp_path / "a.tlog", LONG)
     put(tmp_path / "b.tlog", LONG[:-5000] + b"another end")
-    found = find_recordings([str(tmp_path)])
-    assert (names(found), found.twins) == (["a", "b"], ())
+    result = find_recordings([str(tmp_path)])
+    assert (names(result), result.twins) == (["a", "b"], ())
 
 
 @pytest.mark.parametrize("word", ["missing.tlog", "none-*.tlog", "empty"])
@@ -94,9 +94,9 @@ def test_a_word_that_means_no_recording_is_an_error_that_names_it(tmp_path, monk
 
 def test_a_recording_that_can_not_be_read_is_a_failure_of_its_own(dives):
     (dives / "gone.tlog").symlink_to(dives / "nowhere.tlog")
-    found = find_recordings([str(dives)])
-    assert len(found.recordings) == 3
-    (failure,) = found.unreadable
+    result = find_recordings([str(dives)])
+    assert len(result.recordings) == 3
+    (failure,) = result.unreadable
     assert (failure.source, failure.final) == (str(dives / "gone.tlog"), False)
     assert "no such file" in failure.error
 
@@ -125,7 +125,12 @@ def test_jobs_differ_by_what_their_answers_depend_on(dives):
 def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_them_apart(tmp_path):
     paths = [tmp_path / way / "dive.tlog" for way in ("a/x", "b/x", "b/y")] + [tmp_path / "other.tlog"]
     recordings = [Recording(path.stem, path, (path,), str(k)) for k, path in enumerate(paths)]
-    assert [one.name for one in distinct_names(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]
+    assert [distinct_name.name for distinct_name in distinct_names(recordings)] == [
+        "a/x/dive",
+        "b/x/dive",
+        "y/dive",
+        "other",
+    ]
 
 
 def test_a_folder_of_tables_says_how_to_name_them(tmp_path):

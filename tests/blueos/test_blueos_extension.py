@@ -35,13 +35,13 @@ def instructions():
 
 def labels():
     """As Docker sets them: between single quotes nothing is replaced, between double quotes variables are."""
-    found = {}
+    results = {}
     for keyword, rest in instructions():
         if keyword == "LABEL":
             key, _, value = rest.partition("=")
             (plain,) = shlex.split(value)
-            found[key] = plain if value.startswith("'") else plain.replace("${REPOSITORY}", REPOSITORY)
-    return found
+            results[key] = plain if value.startswith("'") else plain.replace("${REPOSITORY}", REPOSITORY)
+    return results
 
 
 def rest_of(keyword):
@@ -57,19 +57,19 @@ def service():
 
 
 def test_the_labels_are_what_the_extension_manager_reads():
-    found = labels()
+    result = labels()
     assert {"version", "permissions", "authors", "company", "type", "readme", "links", "requirements"} <= set(
-        found
+        result
     )
-    assert all(set(author) == {"name", "email"} for author in json.loads(found["authors"]))
-    assert set(json.loads(found["company"])) == {"about", "name", "email"}
-    assert found["type"] in ("device-integration", "example", "tool", "other")
-    tags = json.loads(found["tags"])
+    assert all(set(author) == {"name", "email"} for author in json.loads(result["authors"]))
+    assert set(json.loads(result["company"])) == {"about", "name", "email"}
+    assert result["type"] in ("device-integration", "example", "tool", "other")
+    tags = json.loads(result["tags"])
     assert 0 < len(tags) <= 10
     assert all(re.fullmatch(r"[a-z0-9-]+", tag) for tag in tags)
-    assert found["readme"] == f"https://raw.githubusercontent.com/{REPOSITORY}/{{tag}}/blueos/README.md"
-    assert json.loads(found["links"]) == {"source": f"https://github.com/{REPOSITORY}"}
-    assert re.fullmatch(r"core >= \d+\.\d+", found["requirements"])
+    assert result["readme"] == f"https://raw.githubusercontent.com/{REPOSITORY}/{{tag}}/blueos/README.md"
+    assert json.loads(result["links"]) == {"source": f"https://github.com/{REPOSITORY}"}
+    assert re.fullmatch(r"core >= \d+\.\d+", result["requirements"])
 
 
 def test_the_permissions_are_those_that_the_container_needs_and_no_more():
@@ -182,14 +182,14 @@ def test_a_front_that_ends_while_it_passes_on_closes_all_that_it_opened(service)
         _, writer = await asyncio.open_connection("127.0.0.1", port_of(server))
         writer.write(b"GET / HTTP/1.1\r\n")
         await came.wait()
-        for one in (writer, server, behind):
-            one.close()
+        for item in (writer, server, behind):
+            item.close()
 
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         asyncio.run(scene())
         gc.collect()
-    assert [str(one.message) for one in told] == []
+    assert [str(item.message) for item in told] == []
 
 
 @pytest.mark.parametrize("request_", [b"x" * 20000, b"\n", b"GET /register_service\r\n"])

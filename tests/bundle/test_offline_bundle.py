@@ -54,19 +54,19 @@ class FakePip:
         folder = Path(words[words.index("--dest") + 1])
         last = max(n for n, word in enumerate(words) if word.startswith("--"))
         asked = [Requirement(word) for word in words[last + 2 :]]
-        self.asked.append([str(one) for one in asked])
-        for one in asked:
-            if one.name in self.absent or str(one) in self.absent:
-                return f"No matching distribution found for {one}"
-            version = next((spec.version for spec in one.specifier), "1.0")
-            tag = "py3-none-any" if one.name == "scipy" else f"py3-none-{words[last + 1]}"
-            wheel(folder, one.name, version, tag, self.requires.get(one.name, ()))
+        self.asked.append([str(item) for item in asked])
+        for item in asked:
+            if item.name in self.absent or str(item) in self.absent:
+                return f"No matching distribution found for {item}"
+            version = next((spec.version for spec in item.specifier), "1.0")
+            tag = "py3-none-any" if item.name == "scipy" else f"py3-none-{words[last + 1]}"
+            wheel(folder, item.name, version, tag, self.requires.get(item.name, ()))
         return ""
 
 
 @pytest.fixture
 def made(tmp_path):
-    """Make a bundle, and unpack it: what was made, and the folder."""
+    """Make a bundle, and unpack it: the archive, and the folder."""
     (tmp_path / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
 
     def make(pip, *targets):
@@ -233,10 +233,10 @@ def test_what_the_bridge_imports_is_what_it_requires():
         "print(*{m.partition('.')[0] for m in set(sys.modules) - had})"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    found = {modules.get(name, name) for name in done.stdout.split()} - sys.stdlib_module_names
+    result = {modules.get(name, name) for name in done.stdout.split()} - sys.stdlib_module_names
     ground = {Requirement(text).name for text in project["optional-dependencies"]["ground"]}
-    assert found & {"numpy", "pymavlink"} == {"numpy", "pymavlink"}
-    assert found.isdisjoint(ground)
+    assert result & {"numpy", "pymavlink"} == {"numpy", "pymavlink"}
+    assert result.isdisjoint(ground)
     assert not required & ground
 
 

@@ -13,15 +13,15 @@ SIZE, SECONDS = 0.7, 110.0
 
 def judged(seed: int, *names: str) -> Judged:
     case = draw_case(seed, names=names, size=SIZE, seconds=SECONDS)
-    found = diagnose(dive_of(case), case.file, case.configuration, progress=lambda *_report: None)
-    return Judged(case.truth(), answer_of(plain(found)))
+    diagnosis = diagnose(dive_of(case), case.file, case.configuration, progress=lambda *_report: None)
+    return Judged(case.truth(), answer_of(plain(diagnosis)))
 
 
 @pytest.mark.parametrize("seed", rest_in_soak([391_000, 391_011]))
 def test_where_nothing_hides_there_is_no_gap(seed: int) -> None:
-    found = judged(seed)
-    assert found.verdict == "no_gap"
-    assert found.named == ()
+    result = judged(seed)
+    assert result.verdict == "no_gap"
+    assert result.named == ()
 
 
 @pytest.mark.parametrize(
@@ -39,11 +39,11 @@ def test_where_nothing_hides_there_is_no_gap(seed: int) -> None:
     ),
 )
 def test_an_effect_that_hides_is_named_first(seed: int, name: str) -> None:
-    found = judged(seed, name)
-    assert found.first()
-    assert found.verdict != "no_gap"
+    result = judged(seed, name)
+    assert result.first()
+    assert result.verdict != "no_gap"
 
 
 def test_play_in_the_thrusters_that_no_library_has_is_unknown() -> None:
-    found = judged(391_016, "backlash")
-    assert found.verdict == "unknown"
+    result = judged(391_016, "backlash")
+    assert result.verdict == "unknown"

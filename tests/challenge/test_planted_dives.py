@@ -84,7 +84,7 @@ def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, recor
 def test_its_masses_are_identified_from_the_recording(honest: Case, recorded) -> None:
     file, dive = recorded
     fit = estimator("likelihood")(dive, file, honest.configuration, lambda *_: None)
-    told = {one.name: one for one in fit.parameters}
+    told = {parameter.name: parameter for parameter in fit.parameters}
     truth = honest.truth()["nominal"]
     for name in ("M_u", "M_v", "M_w", "I_r"):
         value, std = told[name].value, told[name].std
@@ -149,7 +149,7 @@ def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
         for size in (0.0, 1.0):
             truth = draw_case(SEED, names=[name], size=size).planted[0].parameters
             assert set(truth) == set(parameters[name]), name
-            bounds = {p.name: p for one in LIBRARY if one.name == name for p in one.parameters}
+            bounds = {p.name: p for item in LIBRARY if item.name == name for p in item.parameters}
             for key in truth.keys() & bounds.keys():
                 assert bounds[key].low < truth[key] < bounds[key].high, (name, key, size)
 

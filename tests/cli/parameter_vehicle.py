@@ -10,13 +10,18 @@ from bridge.wire.framing import Framer, decode
 def at_any_link(monkeypatch, store=None):
     """A vehicle at the end of whatever link is opened from now on."""
     vehicle = FakeVehicle(store=store)
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    put_at_any_link(monkeypatch, vehicle)
     return vehicle
 
 
+def put_at_any_link(monkeypatch, vehicle):
+    """Whatever link is opened from now on leads to that vehicle, and goes by its clock."""
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+
+
 class GroundKilledError(BaseException):
-    """What nothing catches, in place of a kill."""
+    """Stands in for a kill: nothing catches it."""
 
 
 @contextmanager
@@ -25,8 +30,8 @@ def dying_at(vehicle, message, kinds=()):
     write, sent = vehicle.write, []
 
     def dies(data):
-        told = [decode(frame).get_type() for frame in Framer().feed(data)]
-        sent.extend(kind for kind in told if not kinds or kind in kinds)
+        messages = [decode(frame).get_type() for frame in Framer().feed(data)]
+        sent.extend(kind for kind in messages if not kinds or kind in kinds)
         if len(sent) >= message:
             raise GroundKilledError
         write(data)

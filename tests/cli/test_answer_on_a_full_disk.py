@@ -48,7 +48,7 @@ def verb(name, dive, *words):
 
 @pytest.fixture(scope="module")
 def fit(dive):
-    """What the likelihood says of the dive."""
+    """The dive identified by the likelihood."""
     file = load_vehicle(f"{dive.with_name('vehicle.yaml')}:{CASE.configuration}")
     return estimator("likelihood")(read_dive(dive, None, file), file, CASE.configuration, lambda *_: None)
 
@@ -63,12 +63,12 @@ def test_identify_shows_its_values_and_writes_what_it_can(
     options = zip(("--json", "--param", "--report"), at.values(), strict=True)
     code = verb("identify", dive, "--method", "likelihood", *(word for both in options for word in both))
     assert code == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "low 95 %" in told.out
-    assert "M_u" in told.out
+    output = capsys.readouterr()
+    assert "low 95 %" in output.out
+    assert "M_u" in output.out
     assert {name for name, path in at.items() if not path.exists()} == unwritten
     assert [*full.iterdir()] == []
-    said = [line for line in told.err.splitlines() if line.startswith("seatrial: ")]
+    said = [line for line in output.err.splitlines() if line.startswith("seatrial: ")]
     assert [line.split(":")[1].strip() for line in said] == [
         str(at[name]) for name in EACH if name in unwritten
     ]
@@ -89,9 +89,9 @@ def test_parameters_whose_sidecar_finds_no_room_are_not_left_without_it(
 def test_validate_shows_its_errors_and_writes_its_page(dive, full, tmp_path, capsys):
     page = tmp_path / "page.html"
     assert verb("validate", dive, "--json", full / "v.json", "--report", page) == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "mean absolute tracking error" in told.out
-    assert f"{full / 'v.json'}: the JSON can't be written" in told.err
+    output = capsys.readouterr()
+    assert "mean absolute tracking error" in output.out
+    assert f"{full / 'v.json'}: the JSON can't be written" in output.err
     assert page.exists()
 
 
@@ -99,10 +99,10 @@ def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tm
     words = ("--vehicle", "ruvifist:hovering", "--axes", "yaw", "--minutes", "1")
     places = ("--out", full / "plan.yaml", "--json", tmp_path / "plan.json")
     assert cli.main(["plan", *words, *map(str, places)]) == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "yaw: square wave" in told.out
-    assert "mission: " not in told.out
-    assert "plan.yaml: can't be written (No space left on device)" in told.err
+    output = capsys.readouterr()
+    assert "yaw: square wave" in output.out
+    assert "mission: " not in output.out
+    assert "plan.yaml: can't be written (No space left on device)" in output.err
     assert json.loads((tmp_path / "plan.json").read_text("utf-8"))["mission"] is None
 
 

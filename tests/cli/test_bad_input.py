@@ -1,4 +1,4 @@
-"""What a new user gets wrong: a clear sentence, an exit code, no traceback, and no input that is written to."""
+"""Mistakes of a new user: a clear sentence, an exit code, no traceback, and no input that is written to."""
 
 import os
 import shutil
@@ -260,8 +260,8 @@ VEHICLE_FILE = ("--vehicle", "our.yaml")
 def test_a_target_that_is_an_input_is_refused_and_left_as_it_was(place, capsys, line, read):
     before = {path: path.read_bytes() for path in place.rglob("*") if path.is_file()}
     assert cli.main(line) == exit_codes.BAD_INPUT
-    told = " ".join(capsys.readouterr().err.split())
-    assert f"{read}, which this command reads: nothing was done; name another file" in told
+    output = " ".join(capsys.readouterr().err.split())
+    assert f"{read}, which this command reads: nothing was done; name another file" in output
     assert {path: path.read_bytes() for path in place.rglob("*") if path.is_file()} == before
 
 

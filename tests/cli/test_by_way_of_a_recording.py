@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from fakes.recordings import raws
+from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from telling import HUB, LINK, telling
 from waiting import until
 
 from bridge import exit_codes
@@ -130,8 +131,8 @@ def test_a_second_recording_of_one_link_is_refused_with_who_records_it(running, 
     running()
     line = ["record", "--link", "udpin:0.0.0.0:14550", "--out", str(tmp_path)]
     assert cli.main(line) == exit_codes.LINK
-    told = capsys.readouterr().err
-    assert f"process {os.getpid()} into /dives/a holds it" in told
+    output = capsys.readouterr().err
+    assert f"process {os.getpid()} into /dives/a holds it" in output
     assert list(tmp_path.iterdir()) == []
 
 
@@ -219,17 +220,17 @@ def held_hub():
 def test_the_doctor_sees_a_vehicle_by_way_of_the_recording(tmp_path, capsys):
     line = ["doctor", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--json", "-"]
     cli.main(line)
-    found = {finding["name"]: finding["level"] for finding in json.loads(capsys.readouterr().out)}
+    output = {finding["name"]: finding["level"] for finding in json.loads(capsys.readouterr().out)}
     heard = ("link", "loss", "time", "dvl", "imu", "fog", "parameters")
-    assert [found[name] for name in heard] == ["ok"] * len(heard)
+    assert [output[name] for name in heard] == ["ok"] * len(heard)
 
 
 def test_a_note_is_an_event_of_the_dive_that_is_recorded(at_sea, capsys):
     _, folder, _ = at_sea
     assert cli.main(["note", "tether\x1b[2J", "caught  on the ladder"]) == exit_codes.DONE
     assert f"noted in {folder.path}" in capsys.readouterr().out
-    told = yaml.safe_load((folder.path / "dive.yaml").read_text(encoding="utf-8"))
-    assert [event["text"] for event in told["events"]] == ["tether[2J caught  on the ladder"]
+    data = yaml.safe_load((folder.path / "dive.yaml").read_text(encoding="utf-8"))
+    assert [event["text"] for event in data["events"]] == ["tether[2J caught  on the ladder"]
 
 
 def test_a_note_of_another_dive_takes_the_place_of_its_notes(tmp_path, capsys):
@@ -239,8 +240,8 @@ def test_a_note_of_another_dive_takes_the_place_of_its_notes(tmp_path, capsys):
     (folder / "telemetry.tlog").write_bytes(b"")
     assert cli.main(["note", "new propellers", "--dive", str(folder)]) == exit_codes.DONE
     assert f"noted of {folder}" in capsys.readouterr().out
-    told = yaml.safe_load((folder / "dive.yaml").read_text(encoding="utf-8"))
-    assert (told["notes"], told["events"]) == ("new propellers", [])
+    data = yaml.safe_load((folder / "dive.yaml").read_text(encoding="utf-8"))
+    assert (data["notes"], data["events"]) == ("new propellers", [])
 
 
 @pytest.mark.parametrize(("words", "why"), [(["a"], "no recording runs"), (["\x1b", " "], "without a word")])
@@ -323,7 +324,7 @@ def test_a_client_of_its_hub_hears_the_vehicle_and_is_heard_by_it(monkeypatch, t
         client.close()
         ends.set()
     (folder,) = tmp_path.iterdir()
-    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == [order, beat()]
+    assert raws(folder / "telemetry.tlog") == [order, beat()]
 
 
 def test_where_the_ground_alone_spoke_nothing_was_recorded(monkeypatch, tmp_path, ends, capsys):
@@ -361,9 +362,9 @@ def test_beside_another_recording_the_first_stays_the_one_that_others_learn_of(
         state_file().unlink()
         assert Path(until(now).folder).parent == tmp_path
         ends.set()
-    told = capsys.readouterr().err
-    assert "go by way of the recording of process" in told
-    assert "/dives/first; the links of this one are at tcp:127.0.0.1:" in " ".join(told.split())
+    output = capsys.readouterr().err
+    assert "go by way of the recording of process" in output
+    assert "/dives/first; the links of this one are at tcp:127.0.0.1:" in " ".join(output.split())
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "any", ""])

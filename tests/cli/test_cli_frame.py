@@ -16,8 +16,8 @@ COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 
 
 def section(verb):
-    found = re.search(rf"^## {verb}\n(.*?)(?=^## |\Z)", COMMANDS, re.M | re.S)
-    return found.group(1) if found else ""
+    result = re.search(rf"^## {verb}\n(.*?)(?=^## |\Z)", COMMANDS, re.M | re.S)
+    return result.group(1) if result else ""
 
 
 @pytest.mark.parametrize("verb", cli.VERBS)
@@ -96,7 +96,7 @@ def test_each_error_has_its_exit_code_and_one_line(error, code, monkeypatch, cap
 
 
 def chained(depth):
-    """What compiled code makes of Ctrl-C: a SystemError that has it, so many errors below."""
+    """Ctrl-C in compiled code: a SystemError with it so many errors below."""
     error = KeyboardInterrupt()
     for _ in range(depth):
         outer = SystemError("<function> returned a result with an exception set")

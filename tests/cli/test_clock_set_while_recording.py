@@ -1,4 +1,4 @@
-"""The clock is set a day while a dive is recorded: what is said of the dive stays on its recording's own clock."""
+"""The clock is set by a day while a dive is recorded: times of the dive stay on its recording's clock."""
 
 from datetime import datetime
 from itertools import pairwise
@@ -39,7 +39,7 @@ class Unsigned:
 
 
 class Recorded:
-    """What `seatrial record` keeps and tells of a link on which a frame comes each second."""
+    """`seatrial record` on a link with a frame each second: its files and its state."""
 
     def __init__(self):
         self.clock, self._vehicle, self._sent = SimulatedClock(), Encoder(1, 1), 0
@@ -74,9 +74,9 @@ def test_whom_an_off_is_for_is_told_with_how_long_ago_though_the_clock_is_set(se
     sea.sails(8)
     sea.clock.unix_at_boot_s += set_by_s
     sea.sails(4)
-    (one,) = known_now(sea.clock)
-    assert (one.source, one.holds) == ((1, 1), True)
-    assert sea.clock.boot_s() - one.heard_s == pytest.approx(10.0, abs=0.01)
+    (item,) = known_now(sea.clock)
+    assert (item.source, item.holds) == ((1, 1), True)
+    assert sea.clock.boot_s() - item.heard_s == pytest.approx(10.0, abs=0.01)
     assert known_now(sea.clock, "serial:/dev/ttyUSB0:57600") == ()
     sea.recorder.close()
 

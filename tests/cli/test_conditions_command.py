@@ -1,4 +1,4 @@
-"""`seatrial conditions`, and what `identify` and `diagnose` make of them."""
+"""`seatrial conditions`, and their use by `identify` and `diagnose`."""
 
 import json
 from dataclasses import replace
@@ -53,10 +53,10 @@ def test_what_is_given_is_put_in_and_an_empty_text_takes_it_back(dive):
 
 def test_json_has_them_with_the_density(dive, capsys):
     assert cli.main(["conditions", str(dive.path.with_name("2026-11-19T0900Z")), "--json", "-"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["salinity"] == 35.0
-    assert found["ballast_kg"] is None
-    assert found["density_kg_m3"] == pytest.approx(1026.684, abs=1e-3)
+    output = json.loads(capsys.readouterr().out)
+    assert output["salinity"] == 35.0
+    assert output["ballast_kg"] is None
+    assert output["density_kg_m3"] == pytest.approx(1026.684, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -125,10 +125,10 @@ def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
 )
 def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, capsys, out_m, tried, told):
     class LookedAt(FitError):
-        """It is enough to see what would be tried."""
+        """Only the attempt counts."""
 
     def look(*_, effects, **__):
-        raise LookedAt(f"tether tried: {effects is None or 'tether' in {one.name for one in effects}}")
+        raise LookedAt(f"tether tried: {effects is None or 'tether' in {effect.name for effect in effects}}")
 
     dive.set_conditions(Conditions(tether_out_m=out_m))
     assert ruled_out([dive.path])[1] == told

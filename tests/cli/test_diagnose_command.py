@@ -87,7 +87,7 @@ def files(tmp_path_factory):
 
 
 def refused(folder, check, capsys):
-    """What is said of a check dive that is refused."""
+    """The refusal of a check dive."""
     words = ("diagnose", folder / "dive.tlog", "--vehicle", folder / "vehicle.yaml", "--check", check)
     assert cli.main([*map(str, words)]) == exit_codes.BAD_INPUT
     return " ".join(capsys.readouterr().err.split())
@@ -197,13 +197,13 @@ def test_screen_json_and_page_say_what_the_simulator_must_gain(
     drag = next(
         e for e in library(CASE.file.vehicle.configurations[CASE.configuration], 0.1) if e.name == "dead_zone"
     )
-    found = Finding(Cause(drag, drag.start()), (), {}, 0.99, {}, 40.0)
+    finding = Finding(Cause(drag, drag.start()), (), {}, 0.99, {}, 40.0)
     asked = []
 
     def diagnosed(dive, _file, configuration, *, simulator=None, progress, **_):
         asked.append((dive.name, configuration, simulator is not None))
         progress(1.0, "done")
-        causes = (found,) if dive.name == "dive" else ()
+        causes = (finding,) if dive.name == "dive" else ()
         return Diagnosis(
             dive.name, "rov", configuration, "explained", NOTHING, causes, (), None, None, None, None, (), 1.0, None,
             Accepted({}, (), ()),
@@ -283,7 +283,7 @@ def test_what_tells_of_the_vehicle_alone_is_refused_beside_a_simulator(files, tm
 
 
 def refusal(files, recording, capsys, *more):
-    """Exit code, and what is said, on one line."""
+    """Exit code, and all output on one line."""
     code = cli.main(["diagnose", str(recording), "--vehicle", str(files / "vehicle.yaml"), *more])
     return code, " ".join(capsys.readouterr().err.split())
 

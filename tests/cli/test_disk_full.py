@@ -2,9 +2,7 @@
 
 import os
 import resource
-import select
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -12,19 +10,17 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
+from fakes.processes import SOON_S, Running, TalkingVehicle
+from fakes.recordings import raws
 from figures import keep
-from talking_vehicle import TalkingVehicle
 from waiting import until
 
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import list_folders
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="no limit of a running process can be set")
 
-ROOT = Path(__file__).resolve().parents[2]
 SHORT, LONG = 1, 20
 TOLD_WITHIN_S = 1.0
-SOON_S = 120.0
 ALONE = ("unshare", "--user", "--map-root-user", "--mount")
 SMALL = 'mount -t tmpfs -o size=4m tmpfs "$0" && exec "$@"'
 
@@ -78,59 +74,32 @@ def may_mount():
 DISKS = (Limited, *((Tmpfs,) if may_mount() else ()))
 
 
-class Words:
-    """What a process says on its standard error, each line with the time at which it came."""
-
-    def __init__(self, pipe):
-        self._pipe, self._rest = pipe, b""
-
-    def until(self, words):
-        """When a line came that holds these."""
-        end_s = time.monotonic() + SOON_S
-        while (left_s := end_s - time.monotonic()) > 0:
-            *lines, self._rest = self._rest.split(b"\n")
-            if any(words in line for line in lines):
-                return time.monotonic()
-            if select.select([self._pipe], [], [], left_s)[0]:
-                data = os.read(self._pipe.fileno(), 1 << 16)
-                assert data, "the recorder has ended by itself"
-                self._rest += data
-        raise AssertionError(f"{words} was not said")
-
-
 def recorded(root):
     """The frames of the dive, in the order of its files, and how many files these are."""
     (folder,) = list_folders(root)
     files = folder.telemetry()
-    frames = [frame.raw for records in of_those_that_hold_frames(files, read_tlog) for _, frame in records]
-    return frames, len(files)
+    return raws(*files), len(files)
 
 
 def fill_and_free(make, folder, times):
     """How long it took to tell of a full disk at most, where no frame is missing after so many."""
     disk, longest_s = make(folder), 0.0
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "1000"}
     with closing(TalkingVehicle()) as vehicle:
         words = ["record", "--link", vehicle.link, "--hub", "none", "--out", str(folder)]
-        with subprocess.Popen(
-            [*disk.command, sys.executable, "-m", "tui", *words],
-            cwd=ROOT,
-            env=environment,
-            stderr=subprocess.PIPE,
-        ) as recorder:
-            said = Words(recorder.stderr)
-            said.until(b"recording into")
-            root = disk.holds(recorder)
+        recorder = Running(*words, before=disk.command)
+        try:
+            recorder.until("recording into")
+            root = disk.holds(recorder.process)
             for _ in range(times):
                 before = len(recorded(root)[0]) if any(f.stat().st_size for f in root.glob("*/*.tlog")) else 0
                 until(lambda: len(vehicle.sent) > before + 100, SOON_S)  # noqa: B023
                 disk.fill()
                 full_s = time.monotonic()
-                longest_s = max(longest_s, said.until(b"can't be written") - full_s)
+                longest_s = max(longest_s, recorder.until("can't be written") - full_s)
                 while_full = len(vehicle.sent)
                 until(lambda: len(vehicle.sent) > while_full + 100, SOON_S)  # noqa: B023
                 disk.free()
-                said.until(b"the recording goes on in its file")
+                recorder.until("the recording goes on in its file")
                 until(lambda: len(recorded(root)[0]) > while_full + 100, SOON_S)  # noqa: B023
             enough = len(vehicle.sent)
             until(lambda: len(recorded(root)[0]) >= enough, SOON_S)
@@ -139,7 +108,9 @@ def fill_and_free(make, folder, times):
             until(lambda: len(vehicle.sent) >= len(frames), SOON_S)
             assert frames == vehicle.sent[: len(frames)]
             assert files > times
-            recorder.send_signal(signal.SIGINT)
+            recorder.end()
+        finally:
+            recorder.kill()
     return longest_s
 
 

@@ -35,7 +35,7 @@ configurations:
 
 
 def frames():
-    """A minute of a square wave of thrust at 10 Hz and what comes of it, as (time, frame)."""
+    """A minute of a square wave of thrust at 10 Hz and the motion, as (time, frame)."""
     encoder, rng, speed = Encoder(1, 1), np.random.default_rng(100_006), 0.0
     for k in range(600):
         push = 30.0 if (k // 80) % 2 else -30.0

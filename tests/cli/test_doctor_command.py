@@ -4,7 +4,9 @@ import json
 from dataclasses import replace
 
 import pytest
+from fakes.terminal import nobody
 from fakes.vehicle import FakeLink, QuietLink
+from parameter_vehicle import put_at_any_link
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
@@ -46,8 +48,7 @@ def doctor(monkeypatch, tmp_path, capsys):
     """Run the doctor on a link: its exit code, its findings by name, and what it said besides."""
 
     def run(link, *words):
-        monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
-        monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
+        put_at_any_link(monkeypatch, link)
         code = cli.main(["doctor", "--link", "any", "--out", str(tmp_path), "--json", "-", *words])
         out, err = capsys.readouterr()
         return code, {finding["name"]: finding for finding in json.loads(out or "[]")}, err
@@ -61,8 +62,13 @@ def wet(doctor):
     return lambda link: doctor(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
 
 
+@pytest.fixture
+def link():
+    return Afloat()
+
+
 def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(doctor):
-    code, found, _ = doctor(Afloat(), "--vehicle", "ruvifist:hovering")
+    code, result, _ = doctor(Afloat(), "--vehicle", "ruvifist:hovering")
     assert code == exit_codes.DONE
     well = [
         "vehicle file",
@@ -77,16 +83,15 @@ def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(d
         "gravity",
         "parameters",
     ]
-    assert set(well) <= set(found)
-    assert {name: one["sentence"] for name, one in found.items() if one["level"] != "ok"} == {}
+    assert set(well) <= set(result)
+    assert {name: one["sentence"] for name, one in result.items() if one["level"] != "ok"} == {}
 
 
-def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(wet, tmp_path):
-    link = Afloat()
-    _, found, _ = wet(link)
+def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(link, wet, tmp_path):
+    _, result, _ = wet(link)
     names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
-    assert {name: found[name]["level"] for name in names} == dict.fromkeys(names, "ok")
-    late_ms = {s: float(found[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
+    assert {name: result[name]["level"] for name in names} == dict.fromkeys(names, "ok")
+    late_ms = {s: float(result[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
     assert abs(late_ms["dvl"]) < 25.0
     assert max(abs(late_ms["imu"]), abs(late_ms["fog"])) < 10.0
     assert not link.vehicle.bridge.armed
@@ -96,15 +101,14 @@ def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(
 
 def test_the_wet_check_names_two_swapped_thrusters(doctor):
     link = Afloat(thrusters=(1, 0, 2, 3, 4, 5, 6, 7))
-    code, found, _ = doctor(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
+    code, result, _ = doctor(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
     assert code == exit_codes.NO
-    assert found["thruster 1"]["level"] == found["thruster 2"]["level"] == "failed"
-    assert "thruster 1 and thruster 2 are swapped" in found["thruster 1"]["sentence"]
-    assert found["thruster 3"]["level"] == "ok"
+    assert result["thruster 1"]["level"] == result["thruster 2"]["level"] == "failed"
+    assert "thruster 1 and thruster 2 are swapped" in result["thruster 1"]["sentence"]
+    assert result["thruster 3"]["level"] == "ok"
 
 
-def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(wet, monkeypatch):
-    link = Afloat()
+def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(link, wet, monkeypatch):
     listen = link.read
 
     def deaf_later(timeout_s):
@@ -118,8 +122,7 @@ def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(wet
     assert "may still be armed" in said
 
 
-def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, monkeypatch):
-    link = Afloat()
+def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(link, wet, monkeypatch):
     listen, armed_for = link.read, []
 
     def deaf_at_first(timeout_s):
@@ -134,8 +137,7 @@ def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, monkeypat
     assert not link.vehicle.bridge.armed
 
 
-def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet, monkeypatch):
-    link = Afloat()
+def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(link, wet, monkeypatch):
     write = TlogWriter.write
 
     def fails_later(writer, unix_us, raw):
@@ -150,8 +152,7 @@ def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet
     assert not link.vehicle.bridge.armed
 
 
-def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet):
-    link = Afloat()
+def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(link, wet):
     link.vehicle.bridge.arm(True)
     code, _, said = wet(link)
     assert code == exit_codes.BAD_INPUT
@@ -160,9 +161,8 @@ def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet):
 
 
 @pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
-def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words):
-    link = Afloat()
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+def test_no_thruster_turns_without_the_vehicles_name(link, doctor, monkeypatch, words):
+    nobody(monkeypatch)
     code, _, said = doctor(link, "--vehicle", "ruvifist:hovering", "--wet", *words)
     assert code == exit_codes.BAD_INPUT
     assert "--confirm ruvifist" in said
@@ -174,31 +174,21 @@ def test_no_thruster_turns_without_the_vehicles_name(doctor, monkeypatch, words)
     ("vehicle", "name", "why"),
     [("ruvifist:survey", "ruvifist", "configuration"), ("ardusub_vectored", "ardusub_vectored", "thrusters")],
 )
-def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(doctor, vehicle, name, why):
-    link = Afloat()
-    code, found, _ = doctor(link, "--vehicle", vehicle, "--wet", "--confirm", name)
+def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(link, doctor, vehicle, name, why):
+    code, result, _ = doctor(link, "--vehicle", vehicle, "--wet", "--confirm", name)
     assert code == exit_codes.NO
-    assert found[why]["level"] == "failed"
-    assert f"'{why}'" in found["wet check"]["sentence"]
-    assert not [name for name in found if name.startswith("thruster ")]
+    assert result[why]["level"] == "failed"
+    assert f"'{why}'" in result["wet check"]["sentence"]
+    assert not [name for name in result if name.startswith("thruster ")]
     assert not link.vehicle.bridge.armed
 
 
-def test_no_thruster_turns_where_two_vehicles_have_one_id(wet):
-    link = Afloat()
-    link.contested = frozenset(((1, 1),))
-    code, found, _ = wet(link)
-    assert code == exit_codes.NO
-    assert "two vehicles beat as system 1" in found["vehicles"]["sentence"]
-    assert "no thruster turned" in found["wet check"]["sentence"]
-
-
 def test_a_silent_link_is_a_failed_check(doctor):
-    code, found, _ = doctor(FakeLink("memory:silent", clock=SimulatedClock()))
+    code, result, _ = doctor(FakeLink("memory:silent", clock=SimulatedClock()))
     assert code == exit_codes.NO
-    assert found["link"]["level"] == "failed"
-    assert "nothing arrived" in found["link"]["sentence"]
-    assert found["disk"]["level"] == "ok"
+    assert result["link"]["level"] == "failed"
+    assert "nothing arrived" in result["link"]["sentence"]
+    assert result["disk"]["level"] == "ok"
 
 
 HULL = """
@@ -235,9 +225,9 @@ def test_without_a_link_thrust_table_and_ports_of_the_devices_are_looked_for(
     lines = lines.replace("PORT", str(tmp_path / "ttyHere"))
     vehicle.write_text(f"name: mine\n{lines}{HULL}", encoding="utf-8")
     assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
-    found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
-    assert [name for name, finding in found.items() if finding["level"] != "ok"] == [failed]
-    assert why in found[failed]["sentence"]
+    output = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
+    assert [name for name, finding in output.items() if finding["level"] != "ok"] == [failed]
+    assert why in output[failed]["sentence"]
 
 
 def test_nothing_to_check_is_wrong_usage(capsys):

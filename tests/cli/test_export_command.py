@@ -176,9 +176,9 @@ def test_a_file_that_finds_no_room_is_named_with_what_did_not_fit_and_leaves_wha
     out.write_text("older", encoding="utf-8")
     fill(monkeypatch, tmp_path, ".sdf")
     assert export(identified(tmp_path / "a.json"), *words, out) == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "what did not fit into gazebo" in told.out
-    assert "a.sdf: can't be written (No space left on device)" in told.err
+    output = capsys.readouterr()
+    assert "what did not fit into gazebo" in output.out
+    assert "a.sdf: can't be written (No space left on device)" in output.err
     assert out.read_text("utf-8") == "older"
 
 
@@ -192,14 +192,14 @@ LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3
 
 
 def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
-    """The file, and what was said of it."""
+    """The file, and the output."""
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
     accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
-    found = SimpleNamespace(
+    simple_namespace = SimpleNamespace(
         accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first
     )
     path = tmp_path / "out.param"
-    return path, accept(path, found, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
+    return path, accept(path, simple_namespace, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
 
 
 @pytest.fixture

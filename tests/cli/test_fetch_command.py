@@ -5,7 +5,8 @@ import threading
 
 import pytest
 from diving_vehicle import Dive
-from telling import telling
+from fakes.recordings import raws
+from fakes.telling import telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -13,7 +14,6 @@ from bridge.onboard.ring import Bounds
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import Gate, SignedLink, Times
 from bridge.wire.segments import segments_in
-from bridge.wire.tlog import read_tlog
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.mirror import Mirror
@@ -101,7 +101,7 @@ def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(
 
 
 class SignedDive(Dive):
-    """One whose vehicle signs, and hears nobody without the key."""
+    """A dive whose vehicle signs, and hears nobody without the key."""
 
     def on_board(self, link):
         clock = SystemClock()
@@ -119,10 +119,10 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     write_key(tmp_path / "lake.key", KEY)
     words = ["fetch", "--new", "--link", "udpin:127.0.0.1:14550", "--json", "came.json"]
     assert cli.main([*words, "--sign-key", "lake.key"]) == exit_codes.DONE
-    told = json.loads((tmp_path / "came.json").read_text())
-    made = [frame.raw for _, frame in read_tlog(tmp_path / told["recording"])]
+    data = json.loads((tmp_path / "came.json").read_text())
+    made = raws(tmp_path / data["recording"])
     assert made == signed.kept()[: len(made)]
-    assert len(made) == told["frames"] > 50
+    assert len(made) == data["frames"] > 50
     capsys.readouterr()
     monkeypatch.setattr("tui.commands.fetch.FIND_S", 4.0)
     other = SigningKey(bytes(32))
@@ -163,7 +163,7 @@ def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_pa
         recording.join()
         hub.close()
     assert hub.dropped == 0
-    whole = [frame.raw for _, frame in read_tlog(folder.path / WHOLE)]
+    whole = raws(folder.path / WHOLE)
     sent = dive.kept()
     first = sent.index(whole[0])
     assert whole == sent[first : first + len(whole)]

@@ -4,9 +4,11 @@ import json
 import threading
 
 import pytest
+from fakes.telling import telling
+from fakes.terminal import Terminal, nobody
 from fakes.vehicle import FakeVehicle
+from parameter_vehicle import put_at_any_link
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from telling import telling
 
 from bridge import exit_codes
 from gcs_plugin.off_orders import OffMarks
@@ -21,25 +23,10 @@ def afloat(clock=None, system=1):
     return vehicle
 
 
-class Terminal:
-    """Somebody who types; `asked` is called as they begin."""
-
-    def __init__(self, typed, asked=lambda: None):
-        self.typed, self.asked = typed, asked
-
-    def isatty(self):
-        return True
-
-    def readline(self):
-        self.asked()
-        return self.typed
-
-
 @pytest.fixture
 def vehicle(monkeypatch):
     vehicle = afloat()
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    put_at_any_link(monkeypatch, vehicle)
     monkeypatch.setattr("tui.commands.ff.REOPEN_EVERY_S", 0.0)
     return vehicle
 
@@ -48,20 +35,16 @@ def run(*line):
     return cli.main(["ff", *line, "--link", "any"])
 
 
-def nobody(monkeypatch):
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
-
-
 def test_off_asks_nothing_and_ends_when_the_vehicle_has_said_so(vehicle, monkeypatch, capsys):
     nobody(monkeypatch)
     vehicle.give_a_model()
     vehicle.server.write("FF_MODE", 3.0, armed=False)
     vehicle.armed = True
     assert run("off", "--json", "-") == exit_codes.DONE
-    found = json.loads(capsys.readouterr().out)
-    assert (found["mode"], found["done"]) == ("off", True)
-    assert found["seen"] == "vehicle 1: off, as read back and as its telemetry says"
-    assert found["sent"] == len(vehicle.sets) > 0
+    output = json.loads(capsys.readouterr().out)
+    assert (output["mode"], output["done"]) == ("off", True)
+    assert output["seen"] == "vehicle 1: off, as read back and as its telemetry says"
+    assert output["sent"] == len(vehicle.sets) > 0
     assert vehicle.server.mode == 0
     assert vehicle.closed
 
@@ -107,8 +90,11 @@ def test_where_only_one_that_is_gone_keeps_off_from_its_end_the_way_out_is_told_
     now_s = vehicle.clock.unix_s()
     recording_that_heard(vehicle, HeardVehicle(1, 1, True, now_s), HeardVehicle(2, 1, True, now_s - 60.0))
     assert cli.main(["ff", "off", "--seconds", "20"]) == exit_codes.NO
-    told = "vehicle 2 is not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
-    assert " ".join(capsys.readouterr().err.split()).count(told) == 1
+    sentence = (
+        "vehicle 2 is not heard, and OFF is sent until an answer comes; "
+        "where that is switched off, Ctrl-C ends this"
+    )
+    assert " ".join(capsys.readouterr().err.split()).count(sentence) == 1
 
 
 def test_off_ends_where_nothing_that_is_heard_has_a_feed_forward(vehicle, monkeypatch, capsys):

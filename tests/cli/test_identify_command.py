@@ -80,9 +80,9 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatc
     assert {path.suffix for path in drawn.iterdir()} == {".svg", ".png"}
     assert len(list(drawn.iterdir())) == 2 * html.count("<figure>")
     assert "FF1_M_U," in param.read_text(encoding="utf-8")
-    beside = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
-    assert beside["dive_sha256"] == found["dive"]["sha256"]
-    assert beside["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["given_thrust_low95"]
+    data = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
+    assert data["dive_sha256"] == found["dive"]["sha256"]
+    assert data["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["given_thrust_low95"]
 
 
 @needs_shared
@@ -120,7 +120,7 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
     )
     ((*there, told),) = seen
     assert there == [True, True, True]
-    assert [one.share for one in told if one.answered] == [1.0]
+    assert [item.share for item in told if item.answered] == [1.0]
     assert told[-1].answered
     value = next(p["value"] for p in json.loads(out.read_text("utf-8"))["parameters"] if p["name"] == "M_u")
     assert told[-1].values["M_u"][0] == pytest.approx(value, rel=1e-3)
@@ -130,7 +130,7 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
 def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(minute, capsys):
     assert identify(minute, minute, "--json", "-") == exit_codes.DONE
     shown = capsys.readouterr()
-    assert [found["dive"]["name"] for found in json.loads(shown.out)] == ["minutes", "minutes"]
+    assert [load["dive"]["name"] for load in json.loads(shown.out)] == ["minutes", "minutes"]
     assert "low 95 %" in shown.err
 
 
@@ -138,19 +138,19 @@ def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(mi
 def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, capsys):
     out = tmp_path / "out.json"
     assert identify(cut(tmp_path / "short.tlog", 120.0, 123.0), "--json", out) == exit_codes.NO
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert found["outcome"] == "not identifiable"
-    names = [parameter["name"] for parameter in found["parameters"]]
+    data = json.loads(out.read_text(encoding="utf-8"))
+    assert data["outcome"] == "not identifiable"
+    names = [parameter["name"] for parameter in data["parameters"]]
     assert names == [*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES]
-    assert not any(parameter["identifiable"] for parameter in found["parameters"])
-    assert all(parameter["reason"] for parameter in found["parameters"])
+    assert not any(parameter["identifiable"] for parameter in data["parameters"])
+    assert all(parameter["reason"] for parameter in data["parameters"])
     shown = capsys.readouterr()
     assert "Traceback" not in shown.err
     title, reason, *_ = shown.out.splitlines()
     assert title == "short: likelihood, configuration hovering, not identifiable"
     assert (
         reason
-        == found["parameters"][0]["reason"]
+        == data["parameters"][0]["reason"]
         == "the dive lasts 3 s, but identification needs at least 20 s; record a longer one"
     )
     assert "low 95 %" not in shown.out
@@ -161,9 +161,9 @@ def test_data_that_disagrees_with_the_model_is_a_no_whatever_was_identified(minu
     out = tmp_path / "out.json"
     words = ["identify", str(minute), "--vehicle", "ruvifist:survey", "--method", "likelihood"]
     assert cli.main([*words, "--json", str(out)]) == exit_codes.NO
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert found["outcome"] == "data and model disagree"
-    assert any("VEH_CFG 1" in doubt["sentence"] for doubt in found["doubts"])
+    data = json.loads(out.read_text(encoding="utf-8"))
+    assert data["outcome"] == "data and model disagree"
+    assert any("VEH_CFG 1" in doubt["sentence"] for doubt in data["doubts"])
     assert "warning: These values can hardly be this vehicle's" in capsys.readouterr().out
 
 
@@ -175,10 +175,10 @@ def test_two_methods_stand_side_by_side_in_json_table_and_page(minute, tmp_path,
         minute, "--method", "likelihood+paper", "--network", 4, 1, 3, "--json", out, "--report", page
     )
     assert code == exit_codes.DONE
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert found["method"] == "likelihood"
-    assert found["comparison"]["method"] == "paper"
-    assert {"difference_in_std", "disagrees", "value"} <= set(found["comparison"]["parameters"][0])
+    data = json.loads(out.read_text(encoding="utf-8"))
+    assert data["method"] == "likelihood"
+    assert data["comparison"]["method"] == "paper"
+    assert {"difference_in_std", "disagrees", "value"} <= set(data["comparison"]["parameters"][0])
     assert "likelihood beside paper (converged)" in capsys.readouterr().out
     assert "Likelihood beside paper: minutes" in page.read_text(encoding="utf-8")
 
@@ -228,7 +228,7 @@ def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path,
     assert (run["raising"]["from"], run["raising"]["to"]) == ("shadow", "both")
     told = " ".join(shown.err.split())
     assert f"shadow: {run['raising']['sentence']}" in told
-    assert all(f"{one['what']}: {one['words']}" in told for one in run["raising"]["criteria"])
+    assert all(f"{item['what']}: {item['words']}" in told for item in run["raising"]["criteria"])
 
 
 @needs_shared
@@ -245,9 +245,9 @@ def test_validate_writes_a_page_that_begins_with_which_mode_errs_least(minute, t
     assert (drawn / "errors-in-surge-by-phase.svg").is_file() or (
         drawn / "errors-in-yaw-by-phase.svg"
     ).is_file()
-    told = " ".join(capsys.readouterr().out.split())
-    assert f"report: {page}" in told
-    assert "each as SVG and PNG" in told
+    output = " ".join(capsys.readouterr().out.split())
+    assert f"report: {page}" in output
+    assert "each as SVG and PNG" in output
 
 
 def in_mode(source, path, mode):
@@ -293,10 +293,10 @@ def test_a_disagreement_of_two_methods_is_a_no_and_told_once_in_terminal_and_pag
     page, out = tmp_path / "page.html", tmp_path / "out.json"
     words = ["identify", "dive", "--vehicle", VEHICLE, "--json", str(out), "--report", str(page)]
     assert cli.main(words) == (exit_codes.NO if disagrees else exit_codes.DONE)
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert (found["outcome"] == "data and model disagree") == disagrees
-    assert [(doubt["about"], doubt["sentence"]) for doubt in found["doubts"]] == (
-        [(["M_u"], found["comparison"]["sentences"][0])] if disagrees else []
+    data = json.loads(out.read_text(encoding="utf-8"))
+    assert (data["outcome"] == "data and model disagree") == disagrees
+    assert [(doubt["about"], doubt["sentence"]) for doubt in data["doubts"]] == (
+        [(["M_u"], data["comparison"]["sentences"][0])] if disagrees else []
     )
     assert capsys.readouterr().out.count("On M_u two methods disagree") == disagrees
     assert page.read_text(encoding="utf-8").count("On M_u two methods disagree") == disagrees

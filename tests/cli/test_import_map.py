@@ -55,14 +55,14 @@ def test_it_never_writes_over_a_file(words, log, capsys):
 
 def test_its_json_has_the_profiles_the_choices_and_the_next_commands(log, capsys):
     assert cli.main(["import", str(log), "--map", "columns.yaml", "--json", "-"]) == exit_codes.DONE
-    found = json.loads(capsys.readouterr().out)
-    mood = next(column for column in found["columns"] if column["name"] == "mood")
+    output = json.loads(capsys.readouterr().out)
+    mood = next(column for column in output["columns"] if column["name"] == "mood")
     assert (mood["taken_for"], mood["least"], mood["median"], mood["largest"]) == ("", 7.0, 7.0, 8.0)
     assert mood["rate_hz"] == pytest.approx(20.0)
-    chosen = {choice["signal"]: choice for choice in found["signals"]}
+    chosen = {choice["signal"]: choice for choice in output["signals"]}
     assert chosen["gyro"]["scale"] == [1.0, 1.0, -1.0]
     assert chosen["pwm"]["confidence"] == "likely"
-    assert found["next"][0].endswith("--columns columns.yaml")
+    assert output["next"][0].endswith("--columns columns.yaml")
 
 
 def test_a_mapped_import_names_what_contradicts_physics_and_the_edit_of_the_map(log, capsys):

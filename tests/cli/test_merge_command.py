@@ -108,7 +108,7 @@ def test_one_file_that_can_not_be_merged_keeps_none_of_the_others_out_and_is_nam
     assert err.endswith("merged: a.tlog, b.tlog; not merged: empty.tlog, absent.tlog, words.tlog")
     told = json.loads((tmp_path / "came.json").read_text())
     whole = str(folder / WHOLE)
-    assert [(one["file"], one["into"]) for one in told] == list(
+    assert [(item["file"], item["into"]) for item in told] == list(
         zip(given, [whole, None, None, None, whole], strict=True)
     )
 

@@ -1,19 +1,17 @@
 """`record --next` and `--end`: a recording goes on in a new folder, and ends, and no frame is lost."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from talking_vehicle import TalkingVehicle
+from fakes.processes import Running, TalkingVehicle
+from fakes.recordings import raws
 from waiting import until
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.open import open_link
 from bridge.wire.framing import Framer
-from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.recording.state import held
@@ -29,24 +27,15 @@ def recording(tmp_path, monkeypatch):
     """A recording in a process of its own, and the vehicle whose frames it takes."""
     monkeypatch.setattr("gcs_plugin.recording.orders.LEAST_DIVE_S", 0.0)
     vehicle = TalkingVehicle()
-    line = [
-        "record",
-        "--link",
-        vehicle.link,
-        "--out",
-        str(tmp_path / "dives"),
-        "--json",
-        "-",
-        "--same-conditions",
-    ]
-    with subprocess.Popen(
-        [sys.executable, "-m", "tui", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as running:
-        try:
-            yield running, vehicle
-        finally:
-            running.kill()
-            vehicle.close()
+    dives, result = tmp_path / "dives", tmp_path / "told.json"
+    running = Running(
+        "record", "--link", vehicle.link, "--out", str(dives), "--json", str(result), "--same-conditions"
+    )
+    try:
+        yield running, vehicle, result
+    finally:
+        running.kill()
+        vehicle.close()
 
 
 def told(capsys, *words):
@@ -55,7 +44,7 @@ def told(capsys, *words):
 
 
 def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open(recording, capsys):
-    running, vehicle = recording
+    running, vehicle, result = recording
     first = until(now)
     client, framer, seen = open_link(first.hub), Framer(), []
     until(lambda: now().frames)
@@ -73,16 +62,13 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
         exit_codes.DONE,
         {"finished": second.folder, "folder": None},
     )
-    out, error = running.communicate(timeout=120)
-    assert running.returncode == exit_codes.DONE, error
-    dives = [
-        [frame.raw for _, frame in read_tlog(Path(one.folder) / "telemetry.tlog")] for one in (first, second)
-    ]
+    assert running.process.wait(120) == exit_codes.DONE
+    dives = [raws(Path(item.folder) / "telemetry.tlog") for item in (first, second)]
     assert all(dives)
     assert dives[0] + dives[1] == vehicle.sent
     assert [frame.raw for frame in seen] == vehicle.sent[-len(seen) :]
-    found = json.loads(out)
-    assert (found["frames"], found["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
+    data = json.loads(result.read_text(encoding="utf-8"))
+    assert (data["frames"], data["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
     assert DiveFolder(Path(second.folder)).about().conditions == Conditions(salinity=35.0)
     assert now() is None
 

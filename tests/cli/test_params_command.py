@@ -6,6 +6,7 @@ from pathlib import Path
 
 import params_line
 import pytest
+from fakes.terminal import Terminal, nobody
 from params_line import DESPITE_HALF, run, with_intervals
 
 from bridge import exit_codes, reports
@@ -119,7 +120,7 @@ def test_an_armed_vehicle_gets_no_upload(vehicle, file, capsys):
 
 
 def test_without_a_terminal_nobody_is_asked(vehicle, file, monkeypatch, capsys):
-    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    nobody(monkeypatch)
     assert run("upload", file) == exit_codes.BAD_INPUT
     assert "--yes" in capsys.readouterr().err
     assert vehicle.server.value("FF1_M_U") == 0.0
@@ -127,14 +128,7 @@ def test_without_a_terminal_nobody_is_asked(vehicle, file, monkeypatch, capsys):
 
 @pytest.mark.parametrize(("typed", "code", "value"), [("yes\n", 0, 111.5), ("no\n", 4, 0.0), ("\n", 4, 0.0)])
 def test_the_operator_is_asked_and_only_yes_means_yes(vehicle, file, monkeypatch, typed, code, value):
-    class Terminal:
-        def isatty(self):
-            return True
-
-        def readline(self):
-            return typed
-
-    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("sys.stdin", Terminal(typed))
     assert run("upload", file) == code
     assert vehicle.server.value("FF1_M_U") == value
 
@@ -150,17 +144,12 @@ def test_while_the_question_stands_the_link_is_read(vehicle, file, monkeypatch):
 
     begun_s = [float("inf")]
 
-    class Terminal:
-        def isatty(self):
-            return True
-
-        def readline(self):
-            begun_s[0] = vehicle.clock.now_s
-            assert ten_s.wait(10.0)
-            return "yes\n"
+    def asked():
+        begun_s[0] = vehicle.clock.now_s
+        assert ten_s.wait(10.0)
 
     monkeypatch.setattr(vehicle, "read", reads)
-    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", asked))
     assert run("upload", file) == exit_codes.DONE
     assert vehicle.server.value("FF1_M_U") == 111.5
 
@@ -177,18 +166,13 @@ def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, fil
 
     armed_s = [0.0]
 
-    class Terminal:
-        def isatty(self):
-            return True
-
-        def readline(self):
-            armed_s[0] = vehicle.clock.now_s
-            vehicle.armed = True
-            assert beats.wait(10.0)
-            return "yes\n"
+    def asked():
+        armed_s[0] = vehicle.clock.now_s
+        vehicle.armed = True
+        assert beats.wait(10.0)
 
     monkeypatch.setattr(vehicle, "read", reads)
-    monkeypatch.setattr("sys.stdin", Terminal())
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", asked))
     assert run("upload", file) == exit_codes.NO
     assert "is armed; nothing was sent" in capsys.readouterr().err
 
@@ -208,10 +192,10 @@ def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehi
         vehicle.server.write(name, value, armed=False)
     kept = tmp_path / "plan.json"
     assert run("diff", file, "--json", str(kept)) == exit_codes.NO
-    told = json.loads(kept.read_text("utf-8"))
-    assert told["writes"]
-    assert (told["active_crc"], told["staged_crc"]) == (0.0, vehicle.server.staged_crc)
-    assert [line["verdict"] for line in told["parameters"]] == ["staged", "staged"]
+    data = json.loads(kept.read_text("utf-8"))
+    assert data["writes"]
+    assert (data["active_crc"], data["staged_crc"]) == (0.0, vehicle.server.staged_crc)
+    assert [line["verdict"] for line in data["parameters"]] == ["staged", "staged"]
     shown = capsys.readouterr().out
     assert shown.startswith(
         "note: what the vehicle holds is staged, and none of it flies: no set is in force"
@@ -223,9 +207,9 @@ def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehi
     )
     assert vehicle.server.active(1)["D_u"] == 56.25
     assert run("diff", file, "--json", str(kept)) == exit_codes.DONE
-    told = json.loads(kept.read_text("utf-8"))
-    assert not told["writes"]
-    assert told["active_crc"] == told["staged_crc"] == vehicle.server.active_crc
+    data = json.loads(kept.read_text("utf-8"))
+    assert not data["writes"]
+    assert data["active_crc"] == data["staged_crc"] == vehicle.server.active_crc
 
 
 def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file, monkeypatch, capsys):

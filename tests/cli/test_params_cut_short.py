@@ -79,11 +79,11 @@ def test_a_disk_that_fills_up_in_an_upload_hides_nothing_of_what_came_into_force
     with monkeypatch.context() as disk:
         full_once_in_force(vehicle, disk)
         assert run("upload", file, "--yes") == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "2 parameters written and read back, set " in told.out
-    assert told.out.count("read back equal") == 2
-    assert "receipt: " not in told.out
-    said = " ".join(told.err.split())
+    output = capsys.readouterr()
+    assert "2 parameters written and read back, set " in output.out
+    assert output.out.count("read back equal") == 2
+    assert "receipt: " not in output.out
+    said = " ".join(output.err.split())
     assert "its receipt still says that it was begun: " in said
     assert "can't be written (No space left on device)" in said
     assert run("upload", file, "--yes") == exit_codes.DONE
@@ -94,9 +94,12 @@ def test_a_disk_that_fills_up_in_an_upload_hides_nothing_of_what_came_into_force
 def test_json_tells_what_came_into_force_beside_why_no_receipt_says_so(vehicle, file, monkeypatch, capsys):
     full_once_in_force(vehicle, monkeypatch)
     assert run("upload", file, "--yes", "--json", "-") == exit_codes.BAD_INPUT
-    told = json.loads(capsys.readouterr().out)
-    assert (told["outcome"], [line["after"] for line in told["parameters"]]) == ("applied", [111.5, 56.25])
-    assert "No space left on device" in told["unkept"]
+    output = json.loads(capsys.readouterr().out)
+    assert (output["outcome"], [line["after"] for line in output["parameters"]]) == (
+        "applied",
+        [111.5, 56.25],
+    )
+    assert "No space left on device" in output["unkept"]
 
 
 def test_a_full_disk_hides_nothing_of_a_roll_back_either(vehicle, file, monkeypatch, capsys):
@@ -112,9 +115,9 @@ def test_a_full_disk_hides_nothing_of_a_roll_back_either(vehicle, file, monkeypa
 
     monkeypatch.setattr("pathlib.Path.replace", full_at_the_end)
     assert run("rollback", "--yes") == exit_codes.BAD_INPUT
-    told = capsys.readouterr()
-    assert "2 parameters written and read back" in told.out
-    assert "the same `seatrial params rollback` once more" in " ".join(told.err.split())
+    output = capsys.readouterr()
+    assert "2 parameters written and read back" in output.out
+    assert "the same `seatrial params rollback` once more" in " ".join(output.err.split())
 
 
 @pytest.mark.parametrize("kind", ["-before.param", "-wanted.param", "-wanted.param.json", "-receipt.json"])
@@ -175,15 +178,15 @@ def flies(vehicle):
 
 
 def told_is_so(vehicle, said):
-    """Where there is a receipt that says BEGUN, it is told what of it is on the vehicle and what flies."""
+    """A BEGUN receipt is reported, with the number of its values on the vehicle and the set that flies."""
     staged = {name: vehicle.server.value(name) for name in NEW}
     assert vehicle.server.active_crc in (set_of(vehicle, OLD), set_of(vehicle, NEW))
-    found = TOLD.search(" ".join(said.split()))
-    if found is None:
+    result = TOLD.search(" ".join(said.split()))
+    if result is None:
         assert (staged, flies(vehicle)) == (OLD, OLD)
         return False
-    assert int(found[1]) == sum(staged[name] == NEW[name] for name in NEW)
-    assert bool(found[2]) == (flies(vehicle) == NEW)
+    assert int(result[1]) == sum(staged[name] == NEW[name] for name in NEW)
+    assert bool(result[2]) == (flies(vehicle) == NEW)
     return True
 
 

@@ -62,10 +62,11 @@ def test_each_doubted_value_that_an_identification_sends_is_told(tmp_path, capsy
 
 def test_a_parameter_file_and_its_sidecar_keep_what_is_doubted(tmp_path):
     doubt = Doubt(("M_u", "M_w"), "No rate of turn was recorded", "dive again.")
-    found = Identification("likelihood", Outcome.CONVERGED, (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
+    identification = Identification("likelihood", Outcome.CONVERGED,
+                           (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
                            "lake-7", "7" * 64, "hovering", "0" * 64, 60.0, 100, doubts=(doubt,))  # fmt: skip
     path = tmp_path / "a.param"
-    write_identified(path, found.to_json(), load_vehicle(VEHICLE))
+    write_identified(path, identification.to_json(), load_vehicle(VEHICLE))
     assert "# M_u is doubted: no rate of turn was recorded\n" in path.read_text(encoding="utf-8")
     sidecar = read_sidecar(path)
     assert sidecar.doubted == {"M_u": "no rate of turn was recorded"}
@@ -142,12 +143,12 @@ def test_a_parameter_file_of_another_vehicle_than_the_one_given_is_refused(vehic
 
 
 def without_sidecar(tmp_path, vehicle, configuration="hovering"):
-    """What `identify --param` writes of a vehicle, its sidecar left behind."""
+    """The file of `identify --param` without its sidecar."""
     values = (estimate("M_u", 112.0, 1.0, 110.0, 114.0), estimate("D_u", 56.0, 1.0, 54.0, 58.0))
-    found = Identification("likelihood", Outcome.CONVERGED, values, configuration, "lake-7", "7" * 64, vehicle,
+    identification = Identification("likelihood", Outcome.CONVERGED, values, configuration, "lake-7", "7" * 64, vehicle,
                            "0" * 64, 60.0, 100)  # fmt: skip
     path = tmp_path / "moved.param"
-    write_identified(path, found.to_json(), load_vehicle(VEHICLE))
+    write_identified(path, identification.to_json(), load_vehicle(VEHICLE))
     sidecar_path(path).unlink()
     return str(path)
 

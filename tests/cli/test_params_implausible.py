@@ -16,70 +16,40 @@ vehicle = params_line.vehicle
 file = params_line.file
 
 
-def test_a_value_out_of_its_bounds_stops_the_whole_upload(vehicle, tmp_path, capsys):
-    path = tmp_path / "wild.param"
-    path.write_text("FF1_M_U,111.5\nFF1_D_U,-3\n", encoding="utf-8")
-    assert run("upload", str(path), "--yes") == exit_codes.NO
-    assert "FF1_D_U" in capsys.readouterr().err
-    assert vehicle.server.value("FF1_M_U") == 0.0
+MASS_OF_THIS = "99999 is outside 21.6 to 2160, which is all that a vehicle of this mass and thrust can have"
+WITH_FILE = ("--vehicle", VEHICLE)
 
 
 @pytest.mark.parametrize(
-    ("name", "wild", "why"),
+    ("name", "value", "options", "why"),
     [
+        ("FF1_M_U", "99999", WITH_FILE, f"FF1_M_U: {MASS_OF_THIS}"),
+        ("FF1_D_U", "99999", WITH_FILE, "FF1_D_U: 99999 is outside 0.0072 to "),
+        ("FF1_D_W", "0.007", WITH_FILE, "FF1_D_W: 0.007 is outside 0.0072 to "),
+        ("FF1_X_UU", "99999", WITH_FILE, "FF1_X_UU: 99999 is outside 0 to "),
+        ("FF1_M_U", "1e6", (), "FF1_M_U: 1e+06 is outside 0.1 to 100000 kg"),
+        ("FF1_M_U", "0.05", (), "FF1_M_U: 0.05 is outside 0.1 to"),
+        ("FF1_D_U", "-3", (), "FF1_D_U: -3 is outside 1e-05 to 100000 N/(m/s)"),
+        ("FF1_D_U", "1e-40", (), "FF1_D_U: 9.99995e-41 is outside 1e-05 to 100000 N/(m/s)"),
         (
-            "FF1_M_U",
-            99999,
-            "99999 is outside 21.6 to 2160, which is all that a vehicle of this mass and thrust can have",
+            "FF1_D_U",
+            "0.011",
+            (),
+            "FF1_D_U: 0.011 is next to no damping beside FF1_M_U 111.5: half of a model",
         ),
-        ("FF1_D_U", 99999, "99999 is outside 0.0072 to "),
-        ("FF1_D_W", 0.007, "0.007 is outside 0.0072 to "),
-        ("FF1_X_UU", 99999, "99999 is outside 0 to "),
+        ("FF1_D_U", "1e-50", (), "line 2: FF1_D_U: 1e-50 is too small for a float32, which would hold 0"),
+        ("FF1_D_U", "0.1e-400", (), "line 2: FF1_D_U is 0.1e-400, too small for any number"),
     ],
 )
-def test_with_a_vehicle_file_what_that_vehicle_would_refuse_is_refused_before_anything_is_sent(
-    vehicle, tmp_path, capsys, name, wild, why
+def test_a_value_that_no_vehicle_takes_or_not_this_one_is_refused_before_anything_is_sent(
+    vehicle, tmp_path, capsys, name, value, options, why
 ):
     path = tmp_path / "wild.param"
-    values = {"FF1_M_U": 111.5, "FF1_D_U": 56.25, name: wild}
-    path.write_text("".join(f"{one},{value}\n" for one, value in values.items()), encoding="utf-8")
-    assert run("upload", str(path), "--vehicle", VEHICLE, "--yes") == exit_codes.NO
-    assert f"{name}: {why}" in " ".join(capsys.readouterr().err.split())
-    assert [vehicle.server.value(one) for one in values] == [0.0] * len(values)
-    assert not (tmp_path / "receipts").exists()
-
-
-@pytest.mark.parametrize(
-    ("damping", "why"),
-    [
-        ("1e-40", "FF1_D_U: 9.99995e-41 is outside 1e-05 to 100000 N/(m/s)"),
-        ("0.011", "FF1_D_U: 0.011 is next to no damping beside FF1_M_U 111.5: half of a model"),
-        ("1e-50", "line 2: FF1_D_U: 1e-50 is too small for a float32, which would hold 0"),
-        ("0.1e-400", "line 2: FF1_D_U is 0.1e-400, too small for any number"),
-    ],
-)
-def test_a_damping_too_small_to_be_meant_is_refused_before_anything_is_sent_without_a_vehicle_file_too(
-    vehicle, tmp_path, capsys, damping, why
-):
-    path = tmp_path / "tiny.param"
-    path.write_text(f"FF1_M_U,111.5\nFF1_D_U,{damping}\n", encoding="utf-8")
-    assert run("upload", str(path), "--yes") != exit_codes.DONE
+    values = {"FF1_M_U": "111.5", "FF1_D_U": "56.25", name: value}
+    path.write_text("".join(f"{name},{value}\n" for name, value in values.items()), encoding="utf-8")
+    assert run("upload", str(path), *options, "--yes") != exit_codes.DONE
     assert why in " ".join(capsys.readouterr().err.split())
-    assert (vehicle.server.value("FF1_M_U"), vehicle.server.value("FF1_D_U")) == (0.0, 0.0)
-    assert not (tmp_path / "receipts").exists()
-
-
-@pytest.mark.parametrize(
-    ("wild", "why"), [(1e6, "1e+06 is outside 0.1 to 100000 kg"), (0.05, "0.05 is outside 0.1 to")]
-)
-def test_what_no_vehicle_takes_is_refused_before_anything_is_sent_without_a_vehicle_file_too(
-    vehicle, tmp_path, capsys, wild, why
-):
-    path = tmp_path / "wild.param"
-    path.write_text(f"FF1_M_U,{wild}\nFF1_D_U,56.25\n", encoding="utf-8")
-    assert run("upload", str(path), "--yes") == exit_codes.NO
-    assert f"FF1_M_U: {why}" in " ".join(capsys.readouterr().err.split())
-    assert vehicle.server.value("FF1_D_U") == 0.0
+    assert [vehicle.server.value(name) for name in values] == [0.0] * len(values)
     assert not (tmp_path / "receipts").exists()
 
 

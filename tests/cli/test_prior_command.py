@@ -37,10 +37,10 @@ def identified(path, weighed=False, **changed):
         {"name": "M_w", "value": 130.0, "std": 100.0, "identifiable": False, "reason": "too little"},
         {"name": "X_udot", "value": 39.0, "std": 1.0, "identifiable": True},
     ]
-    for one in parameters:
-        one |= {
-            "given_thrust": 0.9 * one["value"] if weighed else one["value"],
-            "given_thrust_std": one["std"],
+    for parameter in parameters:
+        parameter |= {
+            "given_thrust": 0.9 * parameter["value"] if weighed else parameter["value"],
+            "given_thrust_std": parameter["std"],
         }
     data = {
         "method": "likelihood", "outcome": "converged", "configuration": "hovering", "parameters": parameters,
@@ -63,10 +63,10 @@ def priors(vehicle, configuration="hovering"):
 def test_what_was_identified_becomes_priors_wider_by_ageing(vehicle, tmp_path):
     before = vehicle.read_text(encoding="utf-8")
     assert accept(identified(tmp_path / "a.json"), vehicle) == exit_codes.DONE
-    found = priors(vehicle)
-    assert set(found) == {"M_u", "D_u"}
-    assert found["M_u"] == Prior(111.0, 3.51, "hovering-7 of 2026-11-20, likelihood", "thrust", "7" * 64)
-    assert found["D_u"].std == pytest.approx(56.0 * (0.01**2 + 0.1**2) ** 0.5, rel=1e-2)
+    result = priors(vehicle)
+    assert set(result) == {"M_u", "D_u"}
+    assert result["M_u"] == Prior(111.0, 3.51, "hovering-7 of 2026-11-20, likelihood", "thrust", "7" * 64)
+    assert result["D_u"].std == pytest.approx(56.0 * (0.01**2 + 0.1**2) ** 0.5, rel=1e-2)
     assert priors(vehicle, "survey") == {}
     after = vehicle.read_text(encoding="utf-8").splitlines()
     added = [line for line in after if "priors:" in line or "hovering-7" in line]
@@ -169,9 +169,10 @@ def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehi
     assert accept(source, vehicle) == exit_codes.DONE
     prior = priors(vehicle)["M_u"]
     own = np.array([[1.0]])
-    found = Identification("likelihood", Outcome.CONVERGED, (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
+    identification = Identification("likelihood", Outcome.CONVERGED,
+                           (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
                            "again", "7" * 64, "ruvifist", "0" * 64, 60.0, 100, own, ("M_u",))  # fmt: skip
-    (doubt,) = with_priors(found, {"M_u": prior}, 0.0).doubts
+    (doubt,) = with_priors(identification, {"M_u": prior}, 0.0).doubts
     again = identified(tmp_path / "b.json", doubts=[doubt.to_json()])
     assert accept(again, vehicle) == exit_codes.DONE
     assert accepted_in(again, None, Leave()).doubted == {}
@@ -184,15 +185,15 @@ def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle
         "FF1_M_U": Interval("M_u", "kg", 109.0, 111.0),
         "FF1_D_U": Interval("D_u", "N/(m/s)", 55.0, 57.0),
     }
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals, "ruvifist", "dive-9", "converged",
+    sidecar = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals, "ruvifist", "dive-9", "converged",
                    thrust_shift=0.1, doubted={"D_u": "no rate of turn was recorded in roll"})  # fmt: skip
-    write_sidecar(param, told)
+    write_sidecar(param, sidecar)
     assert accept(param, vehicle) == exit_codes.DONE
     (prior,) = priors(vehicle).values()
     assert prior.value == pytest.approx(100.0, rel=1e-3)
     assert (prior.dive_sha256, prior.source) == ("1" * 64, "dive-9, likelihood")
     assert "D_u is doubted: no rate of turn was recorded in roll" in " ".join(capsys.readouterr().out.split())
-    write_sidecar(param, replace(told, outcome="stopped at a bound"))
+    write_sidecar(param, replace(sidecar, outcome="stopped at a bound"))
     assert accept(param, vehicle) == exit_codes.BAD_INPUT
 
 
@@ -202,10 +203,10 @@ def test_the_beginning_of_the_recording_and_the_earlier_dives_go_with_a_prior(ve
     assert priors(vehicle)["M_u"].dives == ("7" * 16, "9" * 16)
     param = tmp_path / "a.param"
     param.write_text("FF1_M_U,111\n", encoding="utf-8")
-    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
+    sidecar = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
                    {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, dive_opening="8" * 64,
                    prior_dives=("3" * 16,))  # fmt: skip
-    write_sidecar(param, told)
+    write_sidecar(param, sidecar)
     assert accept(param, vehicle) == exit_codes.DONE
     assert priors(vehicle)["M_u"].dives == ("1" * 16, "8" * 16, "3" * 16)
 

@@ -1,25 +1,23 @@
 """`seatrial record` killed at any moment: what it had passed on is in its file, and the next one goes on."""
 
-import os
 import random
 import socket
 import struct
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 from itertools import count, islice
-from pathlib import Path
 
 import pytest
+from fakes.ports import free_port
+from fakes.processes import Running
+from fakes.recordings import raws
 from figures import keep
-from waiting import until
+from waiting import over_and_over, until
 
 from bridge.wire.framing import Encoder, Framer
-from bridge.wire.tlog import load_bytes, read_tlog
+from bridge.wire.tlog import load_bytes
 from gcs_plugin.dives.folder import list_folders
 
-ROOT = Path(__file__).resolve().parents[2]
 SHORT, LONG = 3, 100
 MOST_HEARD = 1500
 PAUSE_S = 0.02
@@ -27,31 +25,17 @@ FRAMES_A_PAUSE = 20
 SOON_S = 120.0
 
 
-def free_port(kind):
-    with socket.socket(type=kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 @contextmanager
 def vehicle(port):
     """Sends frames that all differ, whether anybody hears them or not."""
-    enough, encoder, sock = threading.Event(), Encoder(1, 1), socket.socket(type=socket.SOCK_DGRAM)
+    encoder, numbers, sock = Encoder(1, 1), count(1), socket.socket(type=socket.SOCK_DGRAM)
 
     def send():
-        numbers = count(1)
-        while not enough.wait(PAUSE_S):
-            for number in islice(numbers, FRAMES_A_PAUSE):
-                sock.sendto(encoder.frame(2, struct.pack("<QI", 1, number)), ("127.0.0.1", port))
+        for number in islice(numbers, FRAMES_A_PAUSE):
+            sock.sendto(encoder.frame(2, struct.pack("<QI", 1, number)), ("127.0.0.1", port))
 
-    sender = threading.Thread(target=send)
-    sender.start()
-    try:
+    with sock, over_and_over(send, PAUSE_S):
         yield
-    finally:
-        enough.set()
-        sender.join()
-        sock.close()
 
 
 class Killed:
@@ -59,28 +43,16 @@ class Killed:
 
     def __init__(self, folder, link, hub, most, moment_s):
         self.heard, framer = [], Framer()
-        command = [
-            sys.executable,
-            "-m",
-            "tui",
-            "record",
-            "--link",
-            link,
-            "--hub",
-            str(hub),
-            "--out",
-            str(folder),
-        ]
-        with subprocess.Popen(
-            command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.DEVNULL
-        ) as recorder:
-            client = until(lambda: self._connected(hub, recorder), SOON_S) if most else None
+        recorder = Running("record", "--link", link, "--hub", str(hub), "--out", str(folder))
+        try:
+            client = until(lambda: self._connected(hub, recorder.process), SOON_S) if most else None
             while len(self.heard) < most:
                 data = client.recv(1 << 16)
                 assert data, "the recorder has ended by itself"
                 self.heard += framer.feed(data)
             threading.Event().wait(moment_s)
-            assert recorder.poll() is None, "the recorder has ended by itself"
+            assert recorder.process.poll() is None, "the recorder has ended by itself"
+        finally:
             recorder.kill()
         if client is not None:
             self.heard += framer.feed(self._rest(client))
@@ -96,7 +68,7 @@ class Killed:
 
     @staticmethod
     def _rest(client):
-        """What was under way when it died."""
+        """The bytes under way when it died."""
         rest = b""
         try:
             while data := client.recv(1 << 16):
@@ -119,7 +91,7 @@ def kill_over_and_over(root, times, seed):
             begun = [folder for folder in list_folders(root) if folder.path not in finished]
             if most:
                 (folder,) = begun
-                kept = [frame.raw for path in folder.telemetry() for _, frame in read_tlog(path)]
+                kept = raws(*folder.telemetry())
                 heard = [frame.raw for frame in killed.heard]
                 assert heard[0] in kept, f"kill {kill} of seed {seed}"
                 first = kept.index(heard[0])

@@ -2,13 +2,11 @@
 
 import gzip
 import json
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from fakes.processes import Running
+from fakes.recordings import raws
 from full_disk import fill
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -16,7 +14,7 @@ from bridge import exit_codes
 from bridge.links.memory import memory_pair
 from bridge.onboard.orders import status_texts
 from bridge.wire.framing import Encoder
-from bridge.wire.tlog import TlogWriter, read_tlog
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import About, list_folders, new_folder
 from tui import cli
@@ -64,13 +62,13 @@ def test_record_keeps_every_frame_in_a_dive_folder(far_end, tmp_path, capsys):
         far_end.write(raw)
     line = ["record", "--link", "any", "--out", str(tmp_path), "--name", "Lake 7", "--seconds", "0.6"]
     code = cli.main([*line, "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     assert code == exit_codes.DONE
-    assert found["frames"] == 50
-    assert found["links"]["memory:a"][0]["received"] == 50
-    folder = Path(found["folder"])
+    assert output["frames"] == 50
+    assert output["links"]["memory:a"][0]["received"] == 50
+    folder = Path(output["folder"])
     assert folder.name.endswith("Z-lake-7")
-    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == sent
+    assert raws(folder / "telemetry.tlog") == sent
 
 
 @pytest.mark.parametrize(
@@ -104,30 +102,16 @@ def test_record_tells_what_the_vehicle_says_without_what_steers_a_terminal(far_e
         far_end.write(encoder.encode(message))
     far_end.write(encoder.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
     cli.main(["record", "--link", "any", "--out", str(tmp_path), "--seconds", "0.5"])
-    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("vehicle 7")]
-    assert told == ["vehicle 7: depth [2Jhold " + "is lost " * 12, f"vehicle 7: {'x' * 50}"]
+    output = [line for line in capsys.readouterr().err.splitlines() if line.startswith("vehicle 7")]
+    assert output == ["vehicle 7: depth [2Jhold " + "is lost " * 12, f"vehicle 7: {'x' * 50}"]
 
 
 def test_control_c_ends_a_recording_in_order(tmp_path):
-    command = [
-        Path(sys.executable).with_name("seatrial"),
-        "record",
-        "--link",
-        "udpin:127.0.0.1:0",
-        "--out",
-        tmp_path,
-    ]
-    # GNU readline, which other tests load, leaves its own COLUMNS to children that are given no environment.
-    with subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=dict(os.environ)
-    ) as running:
-        told = running.stderr.readline()
-        running.send_signal(signal.SIGINT)
-        out, error = running.communicate(timeout=120)
-    assert "Ctrl-C ends it" in told
-    assert running.returncode == exit_codes.LINK, error
-    assert out.startswith("0 frames")
-    assert "Traceback" not in error
+    running = Running("record", "--link", "udpin:127.0.0.1:0", "--out", str(tmp_path))
+    running.until("Ctrl-C ends it")
+    assert running.end() == exit_codes.LINK
+    assert running.said("0 frames")
+    assert not running.said("Traceback")
 
 
 def test_replay_sends_every_frame_unchanged(recording, far_end, capsys):
@@ -155,11 +139,11 @@ def test_replay_from_beyond_the_end_says_how_long_the_dive_is(recording, far_end
 def test_import_says_what_there_is_and_files_a_copy(recording, tmp_path, capsys):
     out = tmp_path / "dives" / "lake"
     code = cli.main(["import", str(recording), "--out", str(out), "--json", "-"])
-    found = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     assert code == exit_codes.DONE
-    assert [signal["name"] for signal in found["signals"]] == ["attitude"]
-    assert [signal["samples"] for signal in found["signals"]] == [100]
-    assert any("No velocity" in note for note in found["notes"])
+    assert [signal["name"] for signal in output["signals"]] == ["attitude"]
+    assert [signal["samples"] for signal in output["signals"]] == [100]
+    assert any("No velocity" in note for note in output["notes"])
     assert (out / "telemetry.tlog").read_bytes() == recording.read_bytes()
     assert "still.tlog" in (out / "dive.yaml").read_text(encoding="utf-8")
 

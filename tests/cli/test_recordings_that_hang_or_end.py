@@ -1,4 +1,4 @@
-"""A recording that hangs, ends, or lets one go, is told as what it is by all that goes by way of it."""
+"""A recording that hangs, ends, or drops a client: every verb that uses its hub says which."""
 
 import os
 import signal
@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 import pytest
+from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import QuietLink
-from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock, SystemClock
@@ -27,7 +27,7 @@ def holding(unix_s, **changed):
 
 @pytest.fixture
 def stopped():
-    """A recording that has told nothing for 13 s, though its process, this one, is there."""
+    """A recording whose state is 13 s old, though its process, this one, is there."""
     write_holding(holding(SystemClock().unix_s() - 13.0))
 
 
@@ -43,9 +43,9 @@ def stopped():
 def test_every_verb_names_the_process_that_hangs_and_how_to_end_it(line, monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(line.split()) == exit_codes.LINK
-    told = " ".join(capsys.readouterr().err.split())
-    assert f"{HANGS} (what it wrote is kept), then begin another" in told
-    assert "no recording runs" not in told
+    output = " ".join(capsys.readouterr().err.split())
+    assert f"{HANGS} (what it wrote is kept), then begin another" in output
+    assert "no recording runs" not in output
     assert list(tmp_path.iterdir()) == []
 
 
@@ -89,7 +89,7 @@ class Course(QuietLink):
         self.link = ByWay(self, [LINK], self.wait)
 
     def tell(self):
-        """What a recording does each second."""
+        """Write the state, as a recording does each second."""
         write_holding(holding(self.clock.unix_s()))
 
     def read(self, timeout_s):

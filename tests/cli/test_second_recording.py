@@ -1,11 +1,11 @@
-"""A recording beside another, of another vehicle: found by its links and its dive, and never told to be stopped."""
+"""A second recording, of another vehicle: found by its links and its dive, and never stopped in place of the first."""
 
 import os
 
 import pytest
 from diving_vehicle import Dive
+from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import FakeLink
-from telling import HUB, LINK, telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -56,11 +56,11 @@ def opened(monkeypatch):
 
 def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
     now_s = SystemClock().unix_s()
-    assert [one.folder for one in recordings_now()] == ["/dives/first", "/dives/second"]
+    assert [item.folder for item in recordings_now()] == ["/dives/first", "/dives/second"]
     assert held(now_s).folder == "/dives/first"
-    assert [one.folder for one in held_beside(now_s)] == ["/dives/second"]
+    assert [item.folder for item in held_beside(now_s)] == ["/dives/second"]
     write_holding(two)
-    assert [one.folder for one in recordings_now()] == ["/dives/second"]
+    assert [item.folder for item in recordings_now()] == ["/dives/second"]
     assert [path.name for path in state_file().parent.glob("recording.*")] == ["recording.json"]
 
 
@@ -83,12 +83,12 @@ def test_each_link_is_reached_by_way_of_the_recording_that_holds_it(opened, spec
 
 @pytest.mark.usefixtures("two")
 def test_a_link_by_way_of_the_second_never_comes_back_by_way_of_the_first(monkeypatch):
-    found = []
-    monkeypatch.setattr(links, "Aside", lambda again, _: found.append(again))
+    results = []
+    monkeypatch.setattr(links, "Aside", lambda again, _: results.append(again))
     coming_back(dead(SECOND), SECOND, SystemClock())
     release()
     with pytest.raises(LinkError, match="no recording runs that could be listened to"):
-        found[0]()
+        results[0]()
 
 
 def test_why_the_second_let_a_program_go_is_told_of_the_second(two):

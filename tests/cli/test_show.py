@@ -1,4 +1,4 @@
-"""What verbs show: numbers, JSON, sentences on a dive, and tables that fit 80 columns."""
+"""Output of verbs: numbers, JSON, sentences on a dive, and tables that fit 80 columns."""
 
 import errno
 import json
@@ -192,9 +192,9 @@ def rows(runs):
 
 def tables():
     """Each table that a verb shows, with a row of it."""
-    found, runs = identification(), ("PID", "shadow", "FF", "both")
-    other = replace(found, method="pinn", parameters=tuple(
-        replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in found.parameters
+    result, runs = identification(), ("PID", "shadow", "FF", "both")
+    other = replace(result, method="pinn", parameters=tuple(
+        replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in result.parameters
     ))  # fmt: skip
     speeds = tuple(SteadyError(speed, -0.1234567, 0.1234567, 9) for speed in (0.2, 0.5))
     axes = tuple(
@@ -207,9 +207,9 @@ def tables():
         "Surge motion, m/s Acceleration 0.1235 0.1235 0.1235 0.0091": lambda to: put(
             to, [demo.tracking_table(list(demo.MODES), rows(3))]
         ),
-        "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes": lambda to: identify.tell(to, dive(), found),
+        "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes": lambda to: identify.tell(to, dive(), result),
         "D_r 1235 3704 N m/(rad/s) 14 disagree": lambda to: identify.tell_comparison(
-            to, compare(found, other)
+            to, compare(result, other)
         ),
         "yaw, rad/s Steady state 0.123 0.123 0.123 0.123": lambda to: put(
             to, [validate.error_table(runs, rows(len(runs)))]

@@ -43,15 +43,15 @@ def simulate(tmp_path, mission, *more):
 
 def test_a_mission_of_ones_own_becomes_a_dive_folder(tmp_path, mission, capsys):
     assert simulate(tmp_path, mission, "--json", "-") == exit_codes.DONE
-    found = json.loads(capsys.readouterr().out)
-    assert Path(found["folder"]).name.endswith("Z-a-short-one-off")
-    dive = read_dive(Path(found["folder"]))
+    output = json.loads(capsys.readouterr().out)
+    assert Path(output["folder"]).name.endswith("Z-a-short-one-off")
+    dive = read_dive(Path(output["folder"]))
     assert 6.0 < dive.duration_s < 7.5
     assert {"velocity", "gyro", "fog", "pwm", "nu_ref", "tau_cmd", "depth", "attitude"} <= (
         set(dive.signals()) | {"depth"}
     )
     assert dive.configuration_index() == 1
-    assert load_folder(Path(found["folder"])).about().events == ()
+    assert load_folder(Path(output["folder"])).about().events == ()
 
 
 def test_the_seed_decides_the_noise(tmp_path, mission, capsys):
@@ -157,10 +157,10 @@ def test_a_bridge_without_any_port_tells_of_each_and_answers_with_the_code_of_a_
 ):
     sensors = "{imu: {kind: mti300, port: /dev/ttyNone}, dvl: {kind: wayfinder, port: /dev/ttyGone}}"
     assert bridge(tmp_path, monkeypatch, sensors) == exit_codes.LINK
-    told = capsys.readouterr().err
-    assert told.count("warning: imu: there is no port /dev/ttyNone") == 1
-    assert told.count("warning: dvl: there is no port /dev/ttyGone") == 1
-    assert "no device's port could be opened (dvl, imu)" in told
+    output = capsys.readouterr().err
+    assert output.count("warning: imu: there is no port /dev/ttyNone") == 1
+    assert output.count("warning: dvl: there is no port /dev/ttyGone") == 1
+    assert "no device's port could be opened (dvl, imu)" in output
 
 
 class FaultyBridge:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from fakes.vehicle import VEHICLE, FakeVehicle
+from parameter_vehicle import put_at_any_link
 
 from bridge import exit_codes
 from bridge.onboard.parameters import parameters_of
@@ -35,8 +36,7 @@ class Edited(FakeVehicle):
 def vehicle(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     vehicle = Edited(tmp_path)
-    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    put_at_any_link(monkeypatch, vehicle)
     (tmp_path / "ours.param").write_text("FF1_M_U,111.5\nFF1_D_U,56.25\n", encoding="utf-8")
     return vehicle
 

@@ -21,8 +21,8 @@ DRY_KG = 72.0
 
 
 def wrench(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
-    found = effect.act(course, np.array(values)).wrench
-    return found[at]
+    result = effect.act(course, np.array(values)).wrench
+    return result[at]
 
 
 RIGHTING, LOW_MASS, LOW_THRUST = rigid_body.PITCH_ROLL_COUPLING
@@ -108,7 +108,7 @@ def test_what_a_refit_takes_up_is_told_as_mass_and_damping(course: Made) -> None
 
 
 def carried(course: Course, first: np.ndarray) -> np.ndarray:
-    """What a mass at an arm takes to be carried along, less a mass at the origin; from a point's acceleration."""
+    """Force that a mass on an arm needs beyond one at the origin, from a point's acceleration."""
     velocity, omega = course.nu[-1, :3], course.nu[-1, 3:]
     rate, turning = course.nu_dot[-1, :3], course.nu_dot[-1, 3:]
     origin = rate + np.cross(omega, velocity)
@@ -117,8 +117,8 @@ def carried(course: Course, first: np.ndarray) -> np.ndarray:
 
 
 def test_a_mass_off_the_middle_takes_a_point_mass_s_acceleration(rich_course: Course) -> None:
-    found = wrench(rigid_body.CG_OFFSET_IN_SPACE, rich_course, 0.03, -0.02)
-    assert found == pytest.approx(-carried(rich_course, DRY_KG * np.array([0.03, -0.02, 0.0])))
+    result = wrench(rigid_body.CG_OFFSET_IN_SPACE, rich_course, 0.03, -0.02)
+    assert result == pytest.approx(-carried(rich_course, DRY_KG * np.array([0.03, -0.02, 0.0])))
 
 
 def test_level_and_in_space_are_one_where_nothing_rolls_pitches_or_heaves(course: Made) -> None:

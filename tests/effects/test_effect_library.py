@@ -120,19 +120,19 @@ def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shap
 ) -> None:
     assert not any(np.any(value) for value in parts(effect.act(rich_course, effect.none())).values())
     act = effect.act(rich_course, effect.start())
-    found = parts(act)
+    result = parts(act)
     count, thrusters = rich_course.asked_n.shape
     wide = {"wrench": 6, "shaft_n": thrusters, "depth": 1} | dict.fromkeys(
         ("velocity", "gyro", "attitude", "specific_force", "water"), 3
     )
-    assert bool(found) == bool(effect.parameters)
-    for name, value in found.items():
+    assert bool(result) == bool(effect.parameters)
+    for name, value in result.items():
         assert np.isfinite(value).all()
         assert np.any(value)
         assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else (count, wide[name]))
-    if set(found) & {"mass", "damping"}:
+    if set(result) & {"mass", "damping"}:
         assert effect.refit_absorbs
-        assert set(found) <= {"mass", "damping", "quadratic", "wrench"}
+        assert set(result) <= {"mass", "damping", "quadratic", "wrench"}
         assert effect.feedforward == "nominal"
     # Shaft speeds show what happens before the shaft and nothing else.
     assert (act.shaft_n is not None) == effect.seen_in_rpm == (effect.name in BEFORE_THE_SHAFT)

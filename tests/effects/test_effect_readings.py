@@ -1,4 +1,4 @@
-"""What sensors read: a steady leg, a turn, a tilt."""
+"""Readings of sensors: a steady leg, a turn, a tilt."""
 
 from collections.abc import Callable
 from typing import Any
@@ -33,26 +33,26 @@ Made = Callable[..., Course]
 def test_a_sensor_reads_more_as_its_law_says(
     course: Made, effect: Effect, nu: Any, values: tuple[float, ...], array: str, expected: Any
 ) -> None:
-    found = getattr(effect.act(course(nu=nu), np.array(values)), array)
-    assert found[-1] == pytest.approx(np.array(expected))
+    result = getattr(effect.act(course(nu=nu), np.array(values)), array)
+    assert result[-1] == pytest.approx(np.array(expected))
 
 
 def test_a_late_dvl_reads_what_the_speed_was(course: Made) -> None:
     nu = np.zeros((400, 6))
     nu[:, 0] = 0.2 * 0.05 * np.arange(400)
-    found = sensors.DVL_DELAY.act(course(nu=nu, nu_dot=[0.2, 0, 0, 0, 0, 0]), np.array([0.15])).velocity
-    assert found[-1] == pytest.approx([-0.03, 0, 0])
-    assert found[0] == pytest.approx([0, 0, 0])
+    result = sensors.DVL_DELAY.act(course(nu=nu, nu_dot=[0.2, 0, 0, 0, 0, 0]), np.array([0.15])).velocity
+    assert result[-1] == pytest.approx([-0.03, 0, 0])
+    assert result[0] == pytest.approx([0, 0, 0])
 
 
 def test_a_tilted_accelerometer_reads_the_turned_force_to_first_order(rich_course: Course) -> None:
     small = np.array([1e-6, -2e-6])
-    found = sensors.IMU_GRAVITY_LEAK.act(rich_course, small).specific_force
+    result = sensors.IMU_GRAVITY_LEAK.act(rich_course, small).specific_force
     nu, rate = rich_course.nu[-1], rich_course.nu_dot[-1]
     force = rate[:3] + np.cross(nu[3:], nu[:3]) - GRAVITY_M_S2 * rich_course.world[2][-1]
     roll, pitch = small
     turn = np.array([[1, 0, pitch], [0, 1, -roll], [-pitch, roll, 1]])
-    assert found[-1] == pytest.approx(turn.T @ force - force, rel=1e-4)
+    assert result[-1] == pytest.approx(turn.T @ force - force, rel=1e-4)
 
 
 def test_a_wrong_log_shows_nowhere_along_a_course(rich_course: Course) -> None:

@@ -21,14 +21,14 @@ SURGE = np.array([1.0, 1, 1, 1, 0, 0, 0, 0])
 
 def pushed(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
     """The wrench that it adds at an instant, and by default in the end."""
-    found = effect.act(course, np.array(values)).wrench
-    return found[at]
+    result = effect.act(course, np.array(values)).wrench
+    return result[at]
 
 
 def more(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
-    """What each thruster gives more, by an effect that shaft speeds show."""
-    found = effect.act(course, np.array(values)).shaft_n
-    return found[at]
+    """Extra force of each thruster by an effect that shaft speeds show."""
+    result = effect.act(course, np.array(values)).shaft_n
+    return result[at]
 
 
 def surge(thrust_n: float) -> np.ndarray:
@@ -95,8 +95,8 @@ def test_a_longer_lag_lacks_what_has_not_come_yet(course: Made) -> None:
 def test_a_delay_lacks_the_whole_step_until_it_is_over(course: Made) -> None:
     sharp = replace(stepping(course), lag_s=0.0)
     for steps, lacking in ((-1, 0.0), (0, -10.0), (1, -10.0), (2, 0.0)):
-        found = more(actuators.COMMAND_DELAY, sharp, 0.1, at=200 + steps)
-        assert found == pytest.approx(lacking * SURGE, abs=1e-9)
+        result = more(actuators.COMMAND_DELAY, sharp, 0.1, at=200 + steps)
+        assert result == pytest.approx(lacking * SURGE, abs=1e-9)
 
 
 def test_a_battery_sags_with_time_or_as_its_voltage_squared(course: Made) -> None:

@@ -109,7 +109,7 @@ def whats(model, target):
 def test_effects_of_hull_and_thrusters_have_their_place(model):
     rich = with_effects(model, (DRAG, WEAK, STARTS, ASTERN), EFFECTS)
     assert rich.quadratic == (60.0, 90.0, 0.0, 0.0, 0.0, 3.0)
-    assert [one.gain for one in rich.thrusters] == [1.0, 0.75, *[1.0] * 6]
+    assert [thruster.gain for thruster in rich.thrusters] == [1.0, 0.75, *[1.0] * 6]
     assert rich.thrusters[1].thrust_n(10.0) == pytest.approx(0.75 * 9.2)
     assert rich.thrusters[1].thrust_n(-10.0) == pytest.approx(-0.75 * 9.2 * 0.7)
     assert rich.unheld == ()

@@ -210,14 +210,14 @@ def test_ardusubs_plant_holds_the_whole_model(rich):
 
 
 def test_ardusubs_own_submarine_gets_its_coefficients_from_its_own_formula(rich):
-    own = json.loads(export(rich, "ardusub-json").text)["frame_property"]
+    data = json.loads(export(rich, "ardusub-json").text)["frame_property"]
     area = math.pi / 4 * (4 / 3 * math.pi * 0.2**3 * 3 / 4) ** (2 / 3)
-    drag = [1023.6 * area / 2 * c for c in own["linear_drag_coefficient"]]
-    turning = [1000.0 * area / 2 * 0.2 * c for c in own["angular_drag_coefficient"]]
+    drag = [1023.6 * area / 2 * c for c in data["linear_drag_coefficient"]]
+    turning = [1000.0 * area / 2 * 0.2 * c for c in data["angular_drag_coefficient"]]
     assert drag == pytest.approx(rich.quadratic[:3])
     assert turning == pytest.approx(rich.quadratic[3:])
-    assert own["weight"] == own["mass"] == rich.mean_mass_kg
-    assert own["thrust"] == rich.curve[-1][1]
+    assert data["weight"] == data["mass"] == rich.mean_mass_kg
+    assert data["thrust"] == rich.curve[-1][1]
 
 
 @pytest.mark.parametrize(
@@ -251,8 +251,8 @@ def planar():
 def test_an_unknown_mass_is_no_part_of_the_one_mass_for_all_directions(planar):
     mean_kg = (111.6 + 112.41) / 2
     hull = xml(planar, "stonefish").find("robot/base_link")
-    own = json.loads(export(planar, "ardusub-json").text)["frame_property"]
-    assert float(hull.find("mass").get("value")) == own["mass"] == own["weight"] == pytest.approx(mean_kg)
+    data = json.loads(export(planar, "ardusub-json").text)["frame_property"]
+    assert float(hull.find("mass").get("value")) == data["mass"] == data["weight"] == pytest.approx(mean_kg)
     masses = "mass by direction (M_u 111.6 kg, M_v 112.4 kg, M_w unknown)"
     for target in ("stonefish", "ardusub-json"):
         assert "the mean of what is known, 112 kg, is written" in whats(planar, target)[masses]

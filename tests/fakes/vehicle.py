@@ -1,4 +1,4 @@
-"""One fake vehicle: a link whose far end is a vehicle with its real parameter server, in simulated time."""
+"""The one fake vehicle: a link whose far end is a vehicle with its real parameter server, in simulated time."""
 
 from collections import deque
 from pathlib import Path
@@ -12,13 +12,15 @@ from bridge.links.link import Link
 from bridge.onboard.orders import status_texts
 from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Configuration, Thruster, Vehicle, load_vehicle
-from bridge.vehicle.parameters import vehicle_table
+from bridge.vehicle.parameters import COMMIT, MODE, Parameter, vehicle_table
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.status_codes import Topic, coded
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 NEVER = float("inf")
+WIDE = 1e6
+"""Bounds of parameters that a test makes up."""
 
 _SHAPE = Configuration(
     dry_mass_kg=72.0,
@@ -88,31 +90,33 @@ class FakeLink(QuietLink):
 class FakeVehicle(QuietLink):
     """A link to a vehicle; its faults are attributes.
 
-    With `steps`, a read lets time pass for as long as it waits. `drops` are the names of parameters whose writes are
-    ignored, True for all; `stuck`: a write is answered with the value that stays; `echoes`: with the new value, which
-    is not kept; `lacks`: it has no such parameter; `bound`: it takes orders from another ground. `result` answers
-    COMMAND_LONG. `twin` is heard on the same link.
+    With `steps`, a read lets time pass for as long as it waits. `holds` are parameters in place of the vehicle's own,
+    all in force; a vehicle with those keeps what is in force when it starts anew.
+
+    A write: `drops` are the names of parameters whose writes are ignored, True for all; `stuck`: it is answered with
+    the value that stays; `echoes`: with the new value, which is not kept; `stores`: with the new value, and another is
+    kept; `refuses`: with the new value, an error, and the old one; `silent`: it is kept and not answered, `coalesces`:
+    two of three are; `lacks`: there is no such parameter; `bound`: it takes orders from another ground. `errors`
+    False: it knows no PARAM_ERROR. `result` answers COMMAND_LONG. `twin` is heard on the same link.
     """
 
     name = "memory:vehicle"
 
     def __init__(
-        self, clock=None, source=(1, 1), *, file=VEHICLE, vehicle=None, store=None, mode=None, autopilot=0,
+        self, clock=None, source=(1, 1), *, file=VEHICLE, vehicle=None, holds=None, store=None, mode=None, autopilot=0,
         phase_s=0.0, booted_s=None, steps=True, messages_a_read=1000,
     ):  # fmt: skip
-        self.clock, self.source, self.store, self.autopilot = (
-            clock or SimulatedClock(),
-            source,
-            store,
-            autopilot,
-        )
+        self.clock, self.source = clock or SimulatedClock(), source
+        self.holds, self.store, self.autopilot = holds, store, autopilot
         self.kind = dialect.MAV_TYPE_SUBMARINE if autopilot == 0 else dialect.MAV_TYPE_ONBOARD_CONTROLLER
         self.file, self.vehicle, self.steps, self.messages_a_read = file, vehicle, steps, messages_a_read
         self.encoder, self.framer, self.queue = Encoder(*source), Framer(), deque()
         self.armed = self.mute = self.deaf = self.stuck = self.echoes = self.lacks = self.bound = False
-        self.drops = ()
-        self.beats = self.tells_mode = True
-        self.listens_first = self.chatters = self.closed = False
+        self.drops = self.refuses = self.silent = ()
+        self.stores = {}
+        self.beats = self.tells_mode = self.errors = True
+        self.listens_first = self.chatters = self.closed = self.coalesces = False
+        self.dead_until_s = -NEVER
         self.arms_at_s = self.reboots_at_s = self.lost_at_s = NEVER
         self.fails_at_s = deque()
         self.values_a_read = 20
@@ -128,8 +132,33 @@ class FakeVehicle(QuietLink):
     def boot(self):
         """Start anew, with what the store kept: without one, all is lost."""
         self.booted_s = self.next_beat_s = self.clock.now_s
-        table = vehicle_table(self.vehicle or load_vehicle(self.file).vehicle)
+        if self.holds is None:
+            table = vehicle_table(self.vehicle or load_vehicle(self.file).vehicle)
+        else:
+            table = [Parameter(name, -WIDE, WIDE, 0.0) for name in self.holds if name != MODE]
         self.server = ParameterServer(self.store, table, system=self.source[0], component=self.source[1])
+        for name, value in (self.holds or {}).items():
+            self.server.write(name, value, False)
+        if self.holds is not None:
+            self.server.write(COMMIT, self.server.staged_crc, False)
+
+    def restart(self, silent_s=2.0, *, forgets=True):
+        """Start anew and be silent for so long, with what is in force; what is staged alone is lost if it `forgets`."""
+        server = self.server
+        self.holds = self.flying() | {MODE: float(server.mode)}
+        self.boot()
+        self.dead_until_s = self.clock.now_s + silent_s
+        if not forgets:
+            self.server = server
+
+    def flying(self):
+        """The set in force."""
+        return dict(self.server._active)
+
+    @property
+    def values(self):
+        """All that a ground would read."""
+        return {name: self.server.value(name) for name in self.server.names}
 
     def give_a_model(self):
         """Put a set in force."""
@@ -144,6 +173,9 @@ class FakeVehicle(QuietLink):
             if self.fails_at_s:
                 self.fails_at_s.popleft()
             raise LinkLost(f"{self.name}: the other side has gone, the cable is out; plug it in")
+        if now_s < self.dead_until_s:
+            self.queue.clear()
+            return b""
         self.armed = self.armed or now_s >= self.arms_at_s
         if now_s >= self.reboots_at_s:
             self.reboots_at_s = NEVER
@@ -172,7 +204,7 @@ class FakeVehicle(QuietLink):
     def write(self, data):
         for frame in self.framer.feed(data):
             message = decode(frame)
-            if message is None or self.deaf:
+            if message is None or self.deaf or self.clock.now_s < self.dead_until_s:
                 continue
             self.heard.append(message.get_type())
             self.listens_first = False
@@ -192,17 +224,28 @@ class FakeVehicle(QuietLink):
 
     def _set(self, message):
         name = message.param_id
-        if self.drops is True or name in (self.drops or ()):
+        if self.drops is True or name in self.drops:
             return
         if self.bound:
             self.say(*status_texts(coded(Topic.STRANGER, "any words", 255), 4, 1), *self.server.deny(message))
         elif self.lacks:
             self.say(dialect.MAVLink_param_error_message(255, 190, name.encode(), -1, 1))
         elif self.stuck or self.echoes:
-            value = message.param_value if self.echoes else self.server.value(name)
-            self.say(dialect.MAVLink_param_value_message(name.encode(), value, 9, 1, 0))
+            self._echo(name, message.param_value if self.echoes else self.server.value(name))
+        elif name in self.refuses:
+            self._echo(name, message.param_value)
+            self.say(dialect.MAVLink_param_error_message(255, 190, name.encode(), -1, 3))
+            self._echo(name, self.server.value(name))
+        elif name in self.stores:
+            self.server.write(name, self.stores[name], self.armed)
+            self._echo(name, message.param_value)
+        elif name in self.silent or (self.coalesces and len(self.sets) % 3):
+            self.server.handle(message, self.armed)
         else:
             self._handle(message)
+
+    def _echo(self, name, value):
+        self.say(dialect.MAVLink_param_value_message(name.encode(), value, 9, 1, 0))
 
     def _handle(self, message):
         self.say(*self.server.handle(message, self.armed))
@@ -210,7 +253,11 @@ class FakeVehicle(QuietLink):
             self.say(*status_texts(text, 4, 1))
 
     def say(self, *messages):
-        self.queue += [self.encoder.encode(message) for message in messages]
+        self.queue += [
+            self.encoder.encode(message)
+            for message in messages
+            if self.errors or message.get_type() != "PARAM_ERROR"
+        ]
 
     def close(self):
         self.closed = True

@@ -4,7 +4,6 @@ import random
 
 from diving_vehicle import Dive
 
-from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import made_whole, write_records
 from tui.commands.fetch import Fetcher
@@ -25,7 +24,7 @@ def fetcher_of(dive):
 
 
 def all_frames(tmp_path, seconds=120.0, seed=0):
-    """What the vehicle sent, dated by the ground's clock as if nothing was lost."""
+    """All frames that the vehicle sent, dated by the ground's clock."""
     dive = Dive(tmp_path / f"ring{seed}", seed)
     dive.dive(7.35 * seed)
     dive.heard.clear()
@@ -40,7 +39,7 @@ def each_once(frames):
 
 
 def heard_by(frames, clock, rng, share=0.7, latest_s=0.03):
-    """What a recorder heard of it: a share, each late by chance, dated by its own clock."""
+    """The frames that a recorder heard: a share, each late by chance, dated by its own clock."""
     out = []
     for stamp_us, raw in frames:
         if rng.random() < share:
@@ -50,7 +49,7 @@ def heard_by(frames, clock, rng, share=0.7, latest_s=0.03):
 
 
 def of_it(frames, begins_s=0.0, ends_s=1e9, share=1.0, seed=0):
-    """What a recorder heard between two times, with a jitter of 3 ms."""
+    """The frames between two times, with a jitter of 3 ms."""
     rng, first_us, newest_us, out = random.Random(seed), frames[0][0], 0, []
     for stamp_us, raw in frames:
         if begins_s <= (stamp_us - first_us) * 1e-6 < ends_s and rng.random() < share:
@@ -64,7 +63,3 @@ def put_together(tmp_path, ground, other):
     write_records(tmp_path / "ground.tlog", ground)
     write_records(tmp_path / "other.tlog", other)
     return made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], SOURCE)
-
-
-def raws(path):
-    return [frame.raw for _, frame in read_tlog(path)]

@@ -8,7 +8,9 @@ from dataclasses import replace
 
 import pytest
 from diving_vehicle import Dive
-from merged_dives import all_frames, fetcher_of, heard_by, raws
+from fakes.recordings import raws
+from fakes.telling import telling
+from merged_dives import all_frames, fetcher_of, heard_by
 
 from bridge import exit_codes
 from bridge.errors import LogError
@@ -20,7 +22,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.peers import ground_heartbeat
-from gcs_plugin.recording.state import Holding, release, write_holding
+from gcs_plugin.recording.state import release, write_holding
 from tui import cli
 from tui.commands import merge as merging
 from tui.commands.merge import merge
@@ -50,7 +52,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def other(tmp_path, frames):
-    """What another recorder heard of the dive."""
+    """Another recorder's recording of the dive."""
     write_records(tmp_path / "other.tlog", heard_by(frames, lambda unix_s: unix_s, random.Random(1)))
     return tmp_path / "other.tlog"
 
@@ -64,9 +66,8 @@ def recorded(folder, frames):
 
 
 def of_a_recorder(folder):
-    """What the state file says where a recording of this process goes into that dive."""
-    return Holding(os.getpid(), "", ("serial:/dev/x:9600",), str(folder.path), "2026-11-20T09:12:03Z",
-                   0, 0, 0, 1.0, (), locks.time.time())  # fmt: skip
+    """The state of a recording by this process into that dive."""
+    return telling(hub="", links=("serial:/dev/x:9600",), folder=str(folder.path))
 
 
 def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> None:
@@ -155,10 +156,10 @@ def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
     made_whole = merging.made_whole
 
     def slowly(*how):
-        found = made_whole(*how)
+        result = made_whole(*how)
         with own.open("ab") as file:
             file.write(other.read_bytes()[-500:])
-        return found
+        return result
 
     monkeypatch.setattr(merging, "made_whole", slowly)
     with pytest.raises(LogError, match=r"its recording grew meanwhile.*end that recording, and merge again"):
@@ -194,10 +195,10 @@ def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, mon
         merge(folder, file)
 
     working = [threading.Thread(target=put, args=(file,)) for file in files]
-    for one in working:
-        one.start()
-    for one in working:
-        one.join()
+    for item in working:
+        item.start()
+    for item in working:
+        item.join()
     alone = DiveFolder(tmp_path / "alone")
     alone.path.mkdir()
     write_records(alone.path / "telemetry.tlog", [])

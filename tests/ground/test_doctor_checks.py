@@ -1,4 +1,4 @@
-"""The dry doctor: what was heard, judged one check at a time."""
+"""The dry checks of the doctor, each by itself."""
 
 import math
 import re
@@ -95,11 +95,11 @@ def talker():
 def examined(talker, vehicle="ruvifist", free_bytes=10**12):
     observed = observe(talker, talker.clock, 10.0)
     if vehicle is None:
-        found = dry_findings(observed, None, free_bytes, "/dives")
+        result = dry_findings(observed, None, free_bytes, "/dives")
     else:
         file = load_vehicle(vehicle)
-        found = dry_findings(observed, file.vehicle, free_bytes, "/dives", configuration=file.configuration)
-    return {finding.name: finding for finding in found}
+        result = dry_findings(observed, file.vehicle, free_bytes, "/dives", configuration=file.configuration)
+    return {finding.name: finding for finding in result}
 
 
 def trouble(found):
@@ -107,20 +107,20 @@ def trouble(found):
 
 
 def test_a_healthy_vehicle_has_nothing_wrong(talker):
-    found = examined(talker)
-    assert trouble(found) == {}
-    assert found["imu"].sentence.startswith("IMU: 50")
-    assert found["link"].sentence.startswith("talker:: a vehicle beats, disarmed")
-    assert found["loss"].sentence.endswith("frames of system 1, component 1 arrived")
-    assert len(found) == 24
-    assert findings_against_wet(list(found.values())) == []
+    result = examined(talker)
+    assert trouble(result) == {}
+    assert result["imu"].sentence.startswith("IMU: 50")
+    assert result["link"].sentence.startswith("talker:: a vehicle beats, disarmed")
+    assert result["loss"].sentence.endswith("frames of system 1, component 1 arrived")
+    assert len(result) == 24
+    assert findings_against_wet(list(result.values())) == []
 
 
 def test_silence_is_a_failed_link(talker):
     talker.rates, talker.answers_time = {}, False
-    found = examined(talker)
-    assert found["link"].sentence == "talker:: nothing arrived in 10 s; check cable and address"
-    assert set(found) == {"link", "disk"}
+    result = examined(talker)
+    assert result["link"].sentence == "talker:: nothing arrived in 10 s; check cable and address"
+    assert set(result) == {"link", "disk"}
 
 
 def test_losses_are_told(talker):
@@ -194,9 +194,9 @@ def test_a_sensor_that_the_vehicle_does_not_have_is_not_missed(talker):
 def test_without_a_vehicle_file_nobody_misses_a_receiver_or_speed_controllers(talker):
     for signal in ("rpm", "battery", "gnss"):
         del talker.rates[signal]
-    found = examined(talker, None)
-    assert trouble(found) == {}
-    assert not {"rpm", "battery", "gnss"} & set(found)
+    result = examined(talker, None)
+    assert trouble(result) == {}
+    assert not {"rpm", "battery", "gnss"} & set(result)
 
 
 @pytest.mark.parametrize(
@@ -209,9 +209,9 @@ def test_without_a_vehicle_file_nobody_misses_a_receiver_or_speed_controllers(ta
 )
 def test_the_file_of_another_vehicle_or_another_shape_fails(talker, vehicle, veh_cfg, words):
     talker.rates["veh_cfg"] = (1.0, (veh_cfg,))
-    found = examined(talker, vehicle)
-    assert words in found["configuration"].sentence
-    (refused,) = findings_against_wet(list(found.values()))
+    result = examined(talker, vehicle)
+    assert words in result["configuration"].sentence
+    (refused,) = findings_against_wet(list(result.values()))
     assert refused.sentence == "not begun, no thruster turned; first mend what failed: 'configuration'"
 
 
@@ -219,18 +219,18 @@ def test_the_file_of_another_vehicle_or_another_shape_fails(talker, vehicle, veh
 def test_a_configuration_that_is_no_whole_number_is_not_said(talker, veh_cfg):
     talker.rates["veh_cfg"] = (1.0, (veh_cfg,))
     assert reported_veh_cfg(observe(talker, talker.clock, 10.0)) is None
-    found = examined(talker, "ruvifist:hovering")
-    assert findings_against_wet(list(found.values())) == []
+    result = examined(talker, "ruvifist:hovering")
+    assert findings_against_wet(list(result.values())) == []
 
 
 @pytest.mark.parametrize("fills_up", [(), (0.0,) * 26])
 def test_another_number_of_thrusters_than_the_file_has_fails(talker, fills_up):
     talker.rates["pwm"] = (20.0, ((1500.0,) * 6 + fills_up))
-    found = examined(talker, "ruvifist:survey")
-    assert trouble(found) == {
+    result = examined(talker, "ruvifist:survey")
+    assert trouble(result) == {
         "thrusters": "the vehicle commands 6 thrusters, 'ruvifist:survey' has 8; give this vehicle's own file"
     }
-    assert findings_against_wet(list(found.values()))
+    assert findings_against_wet(list(result.values()))
 
 
 def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
@@ -240,9 +240,9 @@ def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
         twin.encoder.frame(0, bytes(9))
     read = talker.read
     talker.read = lambda timeout_s: read(timeout_s) + twin.read(0.0)
-    found = examined(talker)
-    assert "two vehicles beat as system 1, component 1" in found["vehicles"].sentence
-    (refused,) = findings_against_wet(list(found.values()))
+    result = examined(talker)
+    assert "two vehicles beat as system 1, component 1" in result["vehicles"].sentence
+    (refused,) = findings_against_wet(list(result.values()))
     assert refused.level is Level.FAIL
 
 

@@ -100,9 +100,9 @@ def test_each_thruster_gets_its_one_pulse_on_time(vehicle):
     assert [channel for _, channel, _ in vehicle.orders] == list(range(8))
     assert all(abs(at_s - p.start_s) < 0.1 for (at_s, _, _), p in zip(vehicle.orders, PLANNED, strict=True))
     assert vehicle.clock.now_s < duration_s(PLANNED) + 1.0
-    found = find_pulses(record_of(frames, 8).pwm)
-    assert [p.thruster for p in found] == list(range(8))
-    assert all(0.9 < p.end_s - p.start_s < 1.1 for p in found)
+    result = find_pulses(record_of(frames, 8).pwm)
+    assert [p.thruster for p in result] == list(range(8))
+    assert all(0.9 < p.end_s - p.start_s < 1.1 for p in result)
 
 
 @pytest.mark.parametrize("typed", [None, "", "yes", "RUVIFIST"])
@@ -245,11 +245,11 @@ def test_ardusub_is_kept_in_its_motor_test_from_the_first_order_to_the_last():
     vehicle = ArduSub()
     record = record_of(run(vehicle), 8)
     assert vehicle.armed
-    found = find_pulses(record.pwm)
-    assert [p.thruster for p in found] == list(range(8))
-    assert all(0.85 < p.end_s - p.start_s < 1.15 for p in found)
+    result = find_pulses(record.pwm)
+    assert [p.thruster for p in result] == list(range(8))
+    assert all(0.85 < p.end_s - p.start_s < 1.15 for p in result)
     # The commands are told on the autopilot's clock, which wraps, and stand on the companion's.
-    assert all(abs(p.start_s - q.start_s) < 0.2 for p, q in zip(found, PLANNED, strict=True))
+    assert all(abs(p.start_s - q.start_s) < 0.2 for p, q in zip(result, PLANNED, strict=True))
 
 
 def test_ardusub_turns_nothing_for_long_when_the_link_dies():

@@ -42,16 +42,16 @@ def is_identity(turn):
 
 
 def sentences(key, record):
-    found = findings(diagnosis_of(key, record), FILES[key[0]].vehicle)
-    return {f.name: f.sentence for f in found if f.level is not Level.OK}
+    result = findings(diagnosis_of(key, record), FILES[key[0]].vehicle)
+    return {f.name: f.sentence for f in result if f.level is not Level.OK}
 
 
 @pytest.mark.parametrize("key", VEHICLES)
 def test_a_vehicle_with_nothing_wrong_gets_no_complaint(right, key):
-    found = findings(diagnosis_of(key, right[key]), FILES[key[0]].vehicle)
-    assert worst(found) is Level.OK
-    assert len(found) == 11
-    assert min(f.confidence for f in found) > 0.95
+    result = findings(diagnosis_of(key, right[key]), FILES[key[0]].vehicle)
+    assert worst(result) is Level.OK
+    assert len(result) == 11
+    assert min(f.confidence for f in result) > 0.95
 
 
 @pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
@@ -79,12 +79,12 @@ def test_every_reversed_and_every_dead_thruster_is_named(key, sign, words):
 @pytest.mark.parametrize("sensor", ["dvl", "imu"])
 def test_every_turn_and_mirror_of_a_sensor_is_named(right, key, sensor):
     for turn in TURNS[1:]:
-        found = diagnosis_of(key, turned(right[key], sensor, turn))
-        assert np.array_equal(found.turn[sensor], turn), describe(turn)
-        assert all(is_identity(m) for name, m in found.turn.items() if name != sensor)
-        assert list(found.thruster_of) == list(EIGHT)
-        assert (found.sign > 0).all()
-        assert found.confidence[sensor] > 0.8
+        result = diagnosis_of(key, turned(right[key], sensor, turn))
+        assert np.array_equal(result.turn[sensor], turn), describe(turn)
+        assert all(is_identity(m) for name, m in result.turn.items() if name != sensor)
+        assert list(result.thruster_of) == list(EIGHT)
+        assert (result.sign > 0).all()
+        assert result.confidence[sensor] > 0.8
 
 
 def test_a_gyro_of_the_wrong_sign_is_named(right):
@@ -101,13 +101,13 @@ def test_several_faults_at_once_are_told_apart(seed):
     wiring, signs = list(EIGHT), np.ones(8)
     wiring[a], wiring[b], signs[c] = int(b), int(a), -1.0
     turn = TURNS[int(rng.integers(1, 48))]
-    found = diagnosis_of(
+    result = diagnosis_of(
         key, turned(wet_check(FILES[key[0]], key[1], wiring=wiring, signs=signs, seed=seed), "dvl", turn)
     )
-    assert list(found.thruster_of) == wiring
-    assert list(found.sign) == list(signs)
-    assert np.array_equal(found.turn["dvl"], turn)
-    assert is_identity(found.turn["imu"])
+    assert list(result.thruster_of) == wiring
+    assert list(result.sign) == list(signs)
+    assert np.array_equal(result.turn["dvl"], turn)
+    assert is_identity(result.turn["imu"])
 
 
 def test_the_advice_mends_the_mounting(right):
@@ -133,13 +133,13 @@ def test_the_latency_of_each_sensor_is_found(key, late):
     record = wet_check(FILES[key[0]], key[1], latency_s=late)
     vehicle = FILES[key[0]].vehicle
     curve = thrust_curve(vehicle.thrust_curve, FILES[key[0]].path.parent)
-    found = latencies(vehicle, vehicle.configurations[key[1]], curve, record, diagnosis_of(key, record))
-    assert [f.sensor for f in found] == ["dvl", "imu", "fog"]
-    for latency in found:
+    result = latencies(vehicle, vehicle.configurations[key[1]], curve, record, diagnosis_of(key, record))
+    assert [f.sensor for f in result] == ["dvl", "imu", "fog"]
+    for latency in result:
         error_s = abs(latency.latency_s - late[latency.sensor])
         assert error_s < 3.5 * latency.std_s
         assert error_s < (0.04 if latency.sensor == "dvl" else 0.01)
-    told = {f.name: f for f in latency_findings(found)}
+    told = {f.name: f for f in latency_findings(result)}
     assert "add 0." in told["dvl latency"].sentence
     assert told["fog latency"].level is Level.OK
 
@@ -147,9 +147,9 @@ def test_the_latency_of_each_sensor_is_found(key, late):
 def test_a_sensor_that_is_not_aboard_is_not_judged(right):
     key = VEHICLES[0]
     record = right[key]
-    found = diagnosis_of(key, type(record)(record.pwm, velocity=record.velocity))
-    assert set(found.turn) == {"dvl"}
-    assert list(found.thruster_of) == list(EIGHT)
+    result = diagnosis_of(key, type(record)(record.pwm, velocity=record.velocity))
+    assert set(result.turn) == {"dvl"}
+    assert list(result.thruster_of) == list(EIGHT)
 
 
 def test_a_record_without_sensors_or_without_pulses_is_refused(right):
@@ -168,10 +168,10 @@ def test_pulses_of_two_thrusters_at_once_and_long_runs_are_no_pulses():
     value[40:60, 0] = 1600.0
     value[100:120, :2] = 1600.0
     value[150:330, 2] = 1400.0
-    found = find_pulses(Series(time_s, value))
-    assert [(p.thruster, p.pwm_us) for p in found] == [(0, 1600.0)]
-    assert found[0].start_s == pytest.approx(2.0)
-    assert found[0].end_s == pytest.approx(3.0)
+    result = find_pulses(Series(time_s, value))
+    assert [(p.thruster, p.pwm_us) for p in result] == [(0, 1600.0)]
+    assert result[0].start_s == pytest.approx(2.0)
+    assert result[0].end_s == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("key", VEHICLES)
@@ -197,11 +197,11 @@ def test_the_pulses_are_gentle_and_fit_into_a_minute(key):
 def test_a_recorded_check_is_read_from_its_frames(right):
     key = VEHICLES[0]
     frames = frames_of(turned(right[key], "dvl", np.diag([1.0, -1.0, 1.0])))
-    found = {f.name: f for f in wet_findings(FILES[key[0]], key[1], frames)}
-    assert found["dvl"].level is Level.FAIL
-    assert found["dvl"].sentence.startswith("DVL: y shows -y")
-    assert found["thruster 1"].level is Level.OK
-    assert found["fog latency"].level is Level.OK
+    results = {f.name: f for f in wet_findings(FILES[key[0]], key[1], frames)}
+    assert results["dvl"].level is Level.FAIL
+    assert results["dvl"].sentence.startswith("DVL: y shows -y")
+    assert results["thruster 1"].level is Level.OK
+    assert results["fog latency"].level is Level.OK
     assert record_of(frames, 8).fog.time_s == pytest.approx(right[key].fog.time_s, abs=1e-6)
     with pytest.raises(LogError, match="no commands of 8 thrusters"):
         record_of(frames[:0], 8)

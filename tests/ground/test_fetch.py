@@ -2,7 +2,8 @@
 
 import pytest
 from diving_vehicle import BAD, Dive
-from merged_dives import SOURCE, dive_of, fetcher_of, raws
+from fakes.recordings import raws
+from merged_dives import SOURCE, dive_of, fetcher_of
 from soak import rest_in_soak
 
 from bridge.errors import LinkTimeout, LogError
@@ -54,7 +55,7 @@ def test_a_ring_is_fetched_whole_over_a_link_that_loses_doubles_reorders_and_del
 
 
 class KilledError(BaseException):
-    """What nothing catches, in place of a kill."""
+    """Stands in for a kill: nothing catches it."""
 
 
 def requests_of(tmp_path):
@@ -169,7 +170,7 @@ def whole_frames(folder):
 
 
 def span(dive):
-    """What the vehicle sent from the first to the last frame that the ground heard of it."""
+    """The vehicle's frames from the first to the last that the ground heard."""
     sent, known = dive.kept(), {raw for _, raw in dive.heard}
     places = [place for place, raw in enumerate(sent) if raw in known]
     return sent[places[0] : places[-1] + 1]

@@ -6,7 +6,6 @@ import pytest
 from fakes.lossy import Lossy
 from fakes.vehicle import SMALL, FakeVehicle, QuietLink
 
-from bridge.clock import SimulatedClock
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.feedforward import Switch
@@ -63,8 +62,8 @@ def drive(switch, link, clock, seconds, twins=None, each=lambda: None):
 
 
 @pytest.fixture
-def clock():
-    return SimulatedClock()
+def craft(clock):
+    return Craft(clock)
 
 
 @pytest.mark.parametrize("armed", [True, False])
@@ -80,8 +79,7 @@ def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
     assert not switch.refusal
 
 
-def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
-    craft = Craft(clock)
+def test_nothing_is_sent_before_a_vehicle_is_heard(craft, clock):
     craft.mute = True
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 30.0)
@@ -91,8 +89,7 @@ def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
     assert drive(switch, craft, clock, 5.0)
 
 
-def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(clock):
-    craft = Craft(clock)
+def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(craft, clock):
     craft.deaf = True
     craft.tells_mode = False
     switch = Switch(Mode.OFF)
@@ -136,8 +133,7 @@ def test_telemetry_from_before_the_first_order_is_no_answer_to_it(clock):
     assert not drive(switch, craft, clock, 10.0)
 
 
-def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
-    craft = Craft(clock)
+def test_one_that_switches_back_before_the_read_back_is_switched_again(craft, clock):
     switch = Switch(Mode.OFF)
     times = []
 
@@ -152,8 +148,7 @@ def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
     assert switch.sent > 2
 
 
-def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(clock):
-    craft = Craft(clock)
+def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(craft, clock):
     switch = Switch(Mode.OFF)
 
     def fall_silent():
@@ -166,16 +161,14 @@ def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(clock):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_thirty_per_cent_of_loss_each_way_only_take_longer(clock, seed):
-    craft = Craft(clock)
+def test_thirty_per_cent_of_loss_each_way_only_take_longer(craft, clock, seed):
     link = Lossy(craft, random.Random(seed), clock, loss=0.3, duplicate=0.1, reorder=0.1, delay_s=0.1)
     switch = Switch(Mode.OFF)
     assert drive(switch, link, clock, 40.0)
     assert craft.server.mode == 0
 
 
-def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(clock):
-    craft = Craft(clock)
+def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(craft, clock):
     craft.bound = True
     switch = Switch(Mode.OFF)
     assert not drive(switch, craft, clock, 5.0)
@@ -190,7 +183,7 @@ def test_off_waits_for_no_companion_and_goes_to_it_as_soon_as_it_beats(clock):
     autopilot.lacks = True
     switch = Switch(Mode.OFF)
     assert drive(switch, Both(autopilot, companion), clock, 10.0)
-    assert [(one.time_s, one.value) for one in autopilot.sets] == [(pytest.approx(STEP_S), 0.0)]
+    assert [(item.time_s, item.value) for item in autopilot.sets] == [(pytest.approx(STEP_S), 0.0)]
     assert companion.sets[0][::3] == (pytest.approx(0.9, abs=2 * STEP_S), 0.0)
     assert companion.server.mode == 0
 
@@ -218,8 +211,9 @@ def heard_before(*vehicles):
     return tuple(KnownVehicle(source, holds, heard_s) for source, holds, heard_s in vehicles)
 
 
-def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(clock):
-    craft = Craft(clock)
+def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(
+    craft, clock
+):
     craft.mute = True
     switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -8.0)))
     assert not drive(switch, craft, clock, 4.1)
@@ -230,8 +224,7 @@ def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is
     assert drive(switch, craft, clock, 5.0)
 
 
-def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(clock):
-    craft = Craft(clock)
+def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(craft, clock):
     craft.deaf = True
     switch = Switch(Mode.OFF)
     drive(switch, craft, clock, 2.0)
@@ -292,9 +285,9 @@ def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
 
 
 def twins_on(clock):
-    one, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
-    link = Both(one, other)
-    return one, other, link, Peers(link)
+    first, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
+    link = Both(first, other)
+    return first, other, link, Peers(link)
 
 
 def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherwise(clock):

@@ -35,6 +35,11 @@ from gcs_plugin.locks import alone_in
 SECOND_S = 1_795_165_923.0
 
 
+@pytest.fixture
+def folder(tmp_path):
+    return new_folder(tmp_path, SECOND_S, "x")
+
+
 def test_a_folder_is_named_by_utc_and_name_and_dives_of_one_minute_get_folders_of_their_own(tmp_path):
     names = [new_folder(tmp_path / "dives", SECOND_S, "Hovering / No. 2").path.name for _ in range(3)]
     assert names == [f"2026-11-20T0912Z-hovering-no-2{end}" for end in ("", "-2", "-3")]
@@ -93,8 +98,7 @@ def test_a_recording_that_can_not_be_opened_hides_no_dive(tmp_path):
     assert list_folders(tmp_path)[-1] == good
 
 
-def test_what_is_known_of_a_dive_is_kept_beside_it(tmp_path):
-    folder = new_folder(tmp_path, SECOND_S, "x")
+def test_what_is_known_of_a_dive_is_kept_beside_it(folder):
     assert folder.about() == About()
     folder.describe(About("v.yaml", "abc", "hovering", "calm: 3 °C\nclear"))
     folder.add_event(SECOND_S, "a new file")
@@ -104,8 +108,7 @@ def test_what_is_known_of_a_dive_is_kept_beside_it(tmp_path):
 
 
 @pytest.mark.parametrize(("notes", "kept"), [("", False), ("the tether was caught", True)])
-def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(tmp_path, notes, kept):
-    folder = new_folder(tmp_path, SECOND_S, "x")
+def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(folder, notes, kept):
     folder.describe(About("v.yaml", "abc", "hovering", notes))
     folder.open_telemetry(1).close()
     folder.discard()
@@ -113,8 +116,7 @@ def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(tmp_path, notes,
     assert not kept or [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
 
 
-def test_notes_written_by_many_programs_at_once_are_all_kept(tmp_path):
-    folder = new_folder(tmp_path, SECOND_S, "x")
+def test_notes_written_by_many_programs_at_once_are_all_kept(folder):
     words = "import sys; from pathlib import Path; from gcs_plugin.dives.folder import DiveFolder; sys.stdin.read(1); "
     words += "[DiveFolder(Path(sys.argv[1])).add_event(1.8e9, sys.argv[2] + str(n)) for n in range(10)]"
     writers = [
@@ -132,9 +134,8 @@ def test_notes_written_by_many_programs_at_once_are_all_kept(tmp_path):
 
 
 def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_all_the_same(
-    tmp_path, monkeypatch
+    folder, monkeypatch
 ):
-    folder = new_folder(tmp_path, SECOND_S, "x")
     monkeypatch.setattr("gcs_plugin.locks.CHANGE_S", 0.0)
     with alone_in(folder.path):
         folder.note("held")
@@ -148,15 +149,13 @@ def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_al
     assert folder.about().notes == "no locks"
 
 
-def test_a_damaged_description_is_named(tmp_path):
-    folder = new_folder(tmp_path, SECOND_S, "x")
+def test_a_damaged_description_is_named(folder):
     (folder.path / "dive.yaml").write_text("vehicle_fil: x\n")
     with pytest.raises(ConfigError, match="did you mean 'vehicle_file'"):
         folder.about()
 
 
-def test_recordings_come_in_the_order_in_which_they_were_begun(tmp_path):
-    folder = new_folder(tmp_path, SECOND_S, "x")
+def test_recordings_come_in_the_order_in_which_they_were_begun(folder, tmp_path):
     with pytest.raises(LogError, match="holds no telemetry"):
         load_folder(folder.path)
     for number in (1, 2, 10):

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 from diving_vehicle import Dive
-from merged_dives import SOURCE, all_frames, dive_of, each_once, fetcher_of, of_it, raws
+from fakes.recordings import raws
+from merged_dives import SOURCE, all_frames, dive_of, each_once, fetcher_of, of_it
 
 from bridge.files import PART
 from bridge.wire.framing import Encoder
@@ -24,7 +25,7 @@ DAY_US = 86_400_000_000
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory):
-    """What the vehicle sent in 80 s, dated by the ground's clock."""
+    """The vehicle's frames of 80 s, dated by the ground's clock."""
     return all_frames(tmp_path_factory.mktemp("sent"), 80.0)
 
 
@@ -89,7 +90,7 @@ def test_a_dive_of_which_all_is_there_is_whole(tmp_path, frames) -> None:
 
 def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(tmp_path, frames) -> None:
     gone = {raw for _, raw in frames[500:900:10]}
-    left = [one for one in frames if one[1] not in gone]
+    left = [frame for frame in frames if frame[1] not in gone]
     folder = dive_of(tmp_path, of_it(left, 0.0, 18.0) + of_it(left, 70.0))
     made = made_whole(folder.telemetry(), ring_of(tmp_path, left), SOURCE)
     assert made.lost == sum((raw[5], raw[6]) == SOURCE for raw in gone) > 10
@@ -199,7 +200,7 @@ def ring_with_damage(path, sent, hurt):
 
 
 def damage(tmp_path, sent, hurt, unheard=()):
-    """What it comes to for the dive between 50 s and 80 s: damaged in it, and beyond."""
+    """Damaged places in the dive between 50 s and 80 s, and beyond it."""
     ring = ring_with_damage(tmp_path / "ring.tlog", sent, hurt)
     heard = [sent[k] for k in range(place(sent, 50.0), place(sent, 80.0) + 1) if k not in unheard]
     write_records(tmp_path / "ground.tlog", heard)

@@ -6,7 +6,6 @@ import pytest
 from faked_ground import frames_of
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
 from bridge.links.open import open_link
 from bridge.wire.framing import Encoder
@@ -16,11 +15,6 @@ from tui.links import ByWay
 
 TRIES = 2000
 UNKNOWN = bytes([0xFD, 3, 0, 0, 7, 255, 190, 0x11, 0x22, 0x05, 1, 2, 3, 0xAA, 0xBB])
-
-
-@pytest.fixture
-def clock():
-    return SimulatedClock()
 
 
 @pytest.fixture
@@ -47,7 +41,7 @@ def join(hub):
 
 
 def taken(hub, until):
-    """What the hub takes until it is enough; loopback delivers at once, or nearly."""
+    """The frames that the hub takes until they are enough; loopback delivers at once, or nearly."""
     frames = []
     for _ in range(TRIES):
         frames += hub.taken()

@@ -1,4 +1,4 @@
-"""What was last accepted, as the files of uploads and roll backs tell it."""
+"""The values last accepted, read from the files of uploads and roll backs."""
 
 import dataclasses
 import json
@@ -79,9 +79,9 @@ def time_of(before):
 def test_each_parameter_is_as_it_was_accepted_last(receipts):
     receipts.keep(FF1_M_U=100.0, FF1_D_U=45.0)
     later = receipts.keep(FF1_M_U=104.0)
-    found = last_accepted(receipts.path)
-    assert found["FF1_M_U"] == AcceptedValue(104.0, MASS, time_of(later))
-    assert found["FF1_D_U"].value == 45.0
+    result = last_accepted(receipts.path)
+    assert result["FF1_M_U"] == AcceptedValue(104.0, MASS, time_of(later))
+    assert result["FF1_D_U"].value == 45.0
 
 
 def test_what_was_accepted_keeps_what_its_source_said_of_the_lines_that_were_sent(receipts):

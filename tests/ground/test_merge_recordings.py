@@ -7,7 +7,8 @@ from operator import itemgetter
 import numpy as np
 import pytest
 from diving_vehicle import Dive
-from merged_dives import SOURCE, all_frames, dive_of, each_once, heard_by, of_it, put_together, raws
+from fakes.recordings import raws
+from merged_dives import SOURCE, all_frames, dive_of, each_once, heard_by, of_it, put_together
 from soak import rows_rest_in_soak
 
 from bridge.errors import LogError
@@ -35,14 +36,14 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
         return unix_s + offset_s + drift * (unix_s - begin_s)
 
     ground = heard_by(frames, lambda unix_s: unix_s, rng)
-    found = put_together(tmp_path, ground, heard_by(frames, clock, rng))
+    result = put_together(tmp_path, ground, heard_by(frames, clock, rng))
     time_s = np.linspace(begin_s, begin_s + 600.0, 5)
-    truth_s = np.array([clock(one) - one for one in time_s])
-    within_s = found.clock.within_s(time_s[0], time_s[-1])
-    assert np.abs(found.clock.ahead_s(time_s) - truth_s).max() <= within_s < 0.02
+    truth_s = np.array([clock(time_) - time_ for time_ in time_s])
+    within_s = result.clock.within_s(time_s[0], time_s[-1])
+    assert np.abs(result.clock.ahead_s(time_s) - truth_s).max() <= within_s < 0.02
     often = Counter(raw for _, raw in frames)
     dated = {raw: stamp_us for stamp_us, raw in frames if often[raw] == 1}
-    off_s = [abs(stamp_us - dated[raw]) * 1e-6 for stamp_us, raw in found.records if raw in dated]
+    off_s = [abs(stamp_us - dated[raw]) * 1e-6 for stamp_us, raw in result.records if raw in dated]
     assert max(off_s) < 0.06
 
 
@@ -79,8 +80,8 @@ def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) ->
     ground = heard_by(frames, lambda unix_s: unix_s, rng)
     twice = frames + [(stamp_us + rng.randrange(50_000), raw) for stamp_us, raw in frames]
     twice.sort(key=itemgetter(0))
-    found = put_together(tmp_path, ground, twice)
-    merged = [raw for _, raw in found.records]
+    result = put_together(tmp_path, ground, twice)
+    merged = [raw for _, raw in result.records]
     sent = [raw for _, raw in frames]
     assert merged == sent[sent.index(merged[0]) : sent.index(merged[-1]) + 1]
 
@@ -107,7 +108,7 @@ STEP_AT_S = 30.0
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory):
-    """What the vehicle sent in a minute, each other than all others, dated by the ground's clock."""
+    """The vehicle's frames of a minute, all different, dated by the ground's clock."""
     return each_once(all_frames(tmp_path_factory.mktemp("sent"), 60.0))
 
 
@@ -132,13 +133,13 @@ def test_a_clock_that_was_set_is_refused_with_the_reason(tmp_path, frames, by_s)
 
 def test_a_clock_that_goes_on_evenly_has_no_step_however_silent_its_link_was(tmp_path, frames) -> None:
     other = of_it(frames, 0.0, 20.0) + of_it(frames, 40.0)
-    found = put_together(tmp_path, of_it(frames, share=0.7, seed=1), other)
-    assert found.missing
-    assert most_off_s(found, frames) < 0.01
+    result = put_together(tmp_path, of_it(frames, share=0.7, seed=1), other)
+    assert result.missing
+    assert most_off_s(result, frames) < 0.01
 
 
 def bare_boots(tmp_path):
-    """What a vehicle without a clock of its own sent in two boots: as heard, and as its ring keeps each boot."""
+    """Two boots of a vehicle without a date: as heard, and as its ring keeps each boot."""
     dive = Dive(tmp_path / "ring")
     dive.dive(30.0)
     first, dive.heard = dive.heard, []
@@ -160,11 +161,11 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
         write_records(file, part)
     heard = of_it(first + second, share=0.7, seed=1) if second_heard else of_it(first, share=0.7, seed=1)
     write_records(tmp_path / "ground.tlog", heard)
-    found = made_whole([tmp_path / "ground.tlog"], files, SOURCE)
+    result = made_whole([tmp_path / "ground.tlog"], files, SOURCE)
     sent = first + second if second_heard else first
-    assert [raw for _, raw in found.records] == [raw for _, raw in sent]
-    assert max(abs(one[0] - true[0]) for one, true in zip(found.records, sent, strict=True)) < 10_000
-    assert (found.guessed > 0, found.holes) == (not second_heard, ())
+    assert [raw for _, raw in result.records] == [raw for _, raw in sent]
+    assert max(abs(one[0] - true[0]) for one, true in zip(result.records, sent, strict=True)) < 10_000
+    assert (result.guessed > 0, result.holes) == (not second_heard, ())
 
 
 @pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])

@@ -48,7 +48,7 @@ class Ground:
 
 
 class Port(QuietLink):
-    """What one program hears of the vehicle, as by a hub: all that it says."""
+    """A program's view of the vehicle, as through a hub: all frames."""
 
     name = "port:"
 
@@ -103,7 +103,7 @@ def test_in_no_order_does_a_raise_that_began_before_outlast_an_off_that_was_conf
 
 
 def changes(craft):
-    return sum(one.value == Mode.BOTH for one in craft.sets)
+    return sum(item.value == Mode.BOTH for item in craft.sets)
 
 
 @pytest.mark.parametrize("off_after_s", [0.0, 0.3, 0.7, 1.2, 1.8, 2.2])
@@ -160,20 +160,15 @@ def test_what_raises_and_what_only_asks_is_no_order_of_off():
 
 
 @pytest.fixture
-def clock():
-    return SimulatedClock()
-
-
-@pytest.fixture
 def half_done(clock):
     """A switch whose vehicle 1 is off and whose vehicle 2 is gone, their link, and vehicle 1."""
-    one, gone = Craft(clock, (1, 1)), Craft(clock, (2, 1))
+    first, gone = Craft(clock, (1, 1)), Craft(clock, (2, 1))
     gone.deaf = gone.mute = True
-    link = Both(one, gone)
+    link = Both(first, gone)
     switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
     assert not drive(switch, link, clock, 6.0)
     assert switch.waits_for == switch.silent == (2,)
-    return switch, link, one
+    return switch, link, first
 
 
 def test_one_that_was_raised_since_is_told_as_it_says_now_and_not_fought(half_done, clock):

@@ -8,12 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fakes.telling import telling
 
 from bridge.clock import SimulatedClock, utc_text
 from bridge.errors import LinkError, LogError
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.orders import Order
-from gcs_plugin.recording.state import Holding, held, hung, release, state_file, write_holding
+from gcs_plugin.recording.state import held, hung, release, state_file, write_holding
 
 LONG_S = 600.0
 
@@ -26,9 +27,7 @@ class Recording:
         self.clock.advance_to(LONG_S)
         self.obeys, self.heard = obeys, []
         began_utc = utc_text(self.clock.unix_s() - LONG_S + began_s)
-        self.told = Holding(
-            os.getpid(), "tcp:127.0.0.1:4711", ("udpin:127.0.0.1:14550",), "/dives/a", began_utc, 1, 1, 0, 1.0, (), 0.0
-        )  # fmt: skip
+        self.told = telling(began_utc=began_utc)
         self.tell()
 
     def tell(self):
@@ -153,11 +152,14 @@ NOW_S = 1_790_000_000.0
 
 
 def holding(**changed):
-    told = Holding(
-        os.getpid(), "tcp:127.0.0.1:4711", ("udpin:127.0.0.1:14550", "serial:/dev/ttyUSB0"), "/dives/a",
-        "2026-11-20T09:12:03Z", 12345, 678901, 2, 147600.0, ("warning: the disk has 1.0 MB left",), NOW_S,
-    )  # fmt: skip
-    return replace(told, **changed)
+    full = {
+        "frames": 12345,
+        "bytes": 678901,
+        "lost": 2,
+        "disk_left_s": 147600.0,
+        "notices": ("warning: full",),
+    }
+    return telling(**full | {"written_unix_s": NOW_S} | changed)
 
 
 @pytest.mark.parametrize("disk_left_s", [147600.0, math.inf])

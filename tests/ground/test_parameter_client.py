@@ -6,7 +6,6 @@ import pytest
 from fakes.vehicle import SMALL, FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import set_crc
@@ -45,11 +44,6 @@ class SimulatedVehicle(FakeVehicle):
 def beat_of(system, component, kind, autopilot=8):
     encoder = Encoder(system, component)
     return lambda: encoder.encode(dialect.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3))
-
-
-@pytest.fixture
-def clock():
-    return SimulatedClock()
 
 
 @pytest.fixture
@@ -249,7 +243,7 @@ def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, 
     assert client.find_vehicle() == (1, 191)
     assert client.thrusters == (1, 1)
     assert client.apply(Order(make_plan(TARGETS, client.read_all()), tmp_path / "b.param")).good
-    assert {one.component for one in companion.sets} == {191}
+    assert {item.component for item in companion.sets} == {191}
 
 
 def test_of_two_vehicles_one_must_be_named(client, vehicle):
@@ -286,8 +280,8 @@ def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle,
 
 
 def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(vehicle, clock, tmp_path):
-    told = []
-    client = ParameterClient(vehicle, clock, progress=told.append)
+    reports = []
+    client = ParameterClient(vehicle, clock, progress=reports.append)
     plan = plan_of(client)
     begun_s, before = clock.now_s, truth(vehicle)
     vehicle.server.handle = lambda *_: []
@@ -300,10 +294,10 @@ def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(veh
         "to the values before"
     )
     assert truth(vehicle) == before
-    words = {progress.words for progress in told}
+    words = {progress.words for progress in reports}
     assert {f"staging, no answer for {n} s" for n in range(2, 20)} <= words
     assert "rolling back, no answer for 15 s" in words
-    assert {Stage.STAGE, Stage.UNDO} <= {progress.stage for progress in told}
+    assert {Stage.STAGE, Stage.UNDO} <= {progress.stage for progress in reports}
 
 
 @pytest.mark.parametrize("after_s", [0.1, 1.5, 2.5, 3.5])

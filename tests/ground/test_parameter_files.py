@@ -1,4 +1,4 @@
-"""Parameter files: what is read, what is refused with its line, what survives the round trip."""
+"""Parameter files: the forms that are read, lines that are refused, values that survive the round trip."""
 
 import struct
 
@@ -174,8 +174,8 @@ def test_what_would_be_zero_on_the_wire_is_given_by_nobody(value):
 
 @pytest.mark.parametrize("hidden", ["\x0c", "\x0b", "\x85", "\u2028", "\x1e"])
 def test_nothing_that_a_reader_takes_for_a_comment_is_a_parameter(hidden):
-    found = parse(f"FF0_M_U,24 # as before {hidden}FF_MODE,3\r\nFF0_D_U,5\rFF0_M_V,6\n", "x")
-    assert [entry.name for entry in found] == ["FF0_M_U", "FF0_D_U", "FF0_M_V"]
+    result = parse(f"FF0_M_U,24 # as before {hidden}FF_MODE,3\r\nFF0_D_U,5\rFF0_M_V,6\n", "x")
+    assert [entry.name for entry in result] == ["FF0_M_U", "FF0_D_U", "FF0_M_V"]
 
 
 @pytest.mark.parametrize("thing", ["a file", "a link to nothing"])

@@ -1,22 +1,22 @@
 """An upload as a whole: the old set or the new flies, and of two uploads at once one waits its turn."""
 
 import pytest
-from lossy_vehicle import SOURCE, Faults, LossyVehicle, flown, is_told_as_it_is
+from parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
 
 from bridge.errors import ParamRejected
-from bridge.vehicle.parameters import ACTIVE, set_crc
+from bridge.vehicle.parameters import COMMIT, set_crc
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import NONE_YET, Turn, begin, new_preimage, newest
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Stage, Upload
 
-BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "delay_s": 0.2}
-OLD = {f"FF{c}_{kind}_{dof}": 10.0 + c for c in (0, 1) for kind in "MD" for dof in "UVW"} | {"FF_MODE": 1.0}
+BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "jitter_s": 0.2}
+OLD = {f"FF{c}_{kind}_{dof}": 10.0 + c for c in (0, 1) for kind in "MD" for dof in "UVW"} | {"FF_MODE": 2.0}
 TARGETS = {"FF0_M_U": 24.5, "FF0_M_V": 40.5, "FF0_D_U": 42.25, "FF_MODE": 3.0}
 
 
-def upload_to(vehicle, targets=TARGETS, act=None):
-    upload = Upload(make_plan(targets, vehicle.values), SOURCE, 0.0)
+def upload_to(vehicle, targets=TARGETS, act=None, present=None):
+    upload = Upload(make_plan(targets, present or vehicle.values), SOURCE, 0.0)
     assert vehicle.run(upload, lambda: upload.ending is not None or (act and act(upload, vehicle)), 2000.0)
     assert vehicle.run(upload, lambda: upload.ending is not None, 2000.0)
     vehicle.settle(upload)
@@ -27,11 +27,11 @@ NEW = OLD | TARGETS
 
 
 def is_old(vehicle):
-    return {n: vehicle.values[n] for n in OLD} == OLD and vehicle.flying == flown(OLD)
+    return {n: vehicle.values[n] for n in OLD} == OLD and vehicle.flying() == flown(OLD)
 
 
 def test_a_vehicle_that_takes_nothing_from_here_ends_an_upload_soon_and_nothing_is_called_rolled_back():
-    vehicle = LossyVehicle(OLD, Faults(refuses=set(TARGETS), errors=True), 0)
+    vehicle = Reached(OLD, bound=True)
     ending = upload_to(vehicle)
     assert is_old(vehicle)
     assert ending.outcome is Outcome.REFUSED
@@ -47,13 +47,13 @@ def test_a_vehicle_that_takes_nothing_from_here_ends_an_upload_soon_and_nothing_
 @pytest.mark.parametrize("faults", [{}, BAD_LINK])
 @pytest.mark.parametrize("seed", range(10))
 def test_an_off_of_another_in_the_middle_is_raised_by_nothing_that_an_upload_writes(seed, faults, stage):
-    vehicle = LossyVehicle(OLD, Faults(**faults), seed)
+    vehicle = Reached(OLD, seed, **faults)
     ordered = []
 
     def forced_off(upload, vehicle):
         if upload.stage is stage and not ordered:
             ordered.append(vehicle.now_s)
-            vehicle.values["FF_MODE"] = 0.0
+            vehicle.server.write("FF_MODE", 0.0, False)
             upload.overrule(vehicle.now_s)
 
     ending = upload_to(vehicle, act=forced_off)
@@ -65,18 +65,18 @@ def test_an_off_of_another_in_the_middle_is_raised_by_nothing_that_an_upload_wri
 
 
 def test_an_upload_of_the_mode_alone_that_an_off_overrules_says_so_and_sends_nothing():
-    vehicle = LossyVehicle(OLD, Faults(), 0)
+    vehicle = Reached(OLD)
     ending = upload_to(vehicle, {"FF_MODE": 3.0}, act=lambda upload, vehicle: upload.overrule(vehicle.now_s))
-    assert (ending.outcome, vehicle.values["FF_MODE"]) == (Outcome.NOT_SENT, 1.0)
+    assert (ending.outcome, vehicle.values["FF_MODE"]) == (Outcome.NOT_SENT, 2.0)
     assert ending.sentence == "OFF was ordered meanwhile and wins: FF_MODE is not raised; nothing was written"
 
 
 def test_the_mode_is_switched_only_after_the_commit():
-    vehicle = LossyVehicle(OLD)
+    vehicle = Reached(OLD)
     seen = []
 
     def watch(_, vehicle):
-        seen.append((vehicle.values["FF_MODE"], vehicle.flying["FF0_M_U"]))
+        seen.append((vehicle.values["FF_MODE"], vehicle.flying()["FF0_M_U"]))
         return False
 
     upload_to(vehicle, act=watch)
@@ -85,39 +85,40 @@ def test_the_mode_is_switched_only_after_the_commit():
 
 
 def test_what_is_so_already_is_not_written_and_what_was_staged_and_never_committed_is_committed():
-    vehicle = LossyVehicle(OLD)
+    vehicle = Reached(OLD)
     assert upload_to(vehicle, {"FF0_M_U": 10.0}).outcome is Outcome.SAME
     assert vehicle.sends == 0
-    vehicle.values["FF0_M_U"] = 24.5
+    vehicle.server.write("FF0_M_U", 24.5, False)
     assert upload_to(vehicle, {"FF0_M_U": 24.5}).outcome is Outcome.APPLIED
-    assert vehicle.flying["FF0_M_U"] == 24.5
+    assert vehicle.flying()["FF0_M_U"] == 24.5
 
 
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize(
     "fault",
-    [{"refuses": {"FF0_M_V"}}, {"stores_other": {"FF0_D_U": 0.5}}, {"refuses": {"FF_MODE"}}, {"armed": True}],
+    [{"refuses": {"FF0_M_V"}}, {"stores": {"FF0_D_U": 0.5}}, {"refuses": {"FF_MODE"}}, {"armed": True}],
     ids=lambda fault: next(iter(fault)) + str(next(iter(fault.values()))),
 )
 def test_one_refusal_takes_everything_back(seed, fault):
-    vehicle = LossyVehicle(OLD, Faults(**BAD_LINK, **fault, errors=bool(seed % 2)), seed)
+    vehicle = Reached(OLD, seed, **BAD_LINK, **fault, errors=bool(seed % 2))
     ending = upload_to(vehicle)
     assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
     assert Outcome.APPLIED not in {r.outcome for r in ending.results.values()}
     is_told_as_it_is(vehicle, ending, OLD, NEW)
-    if "stores_other" not in fault:
+    if "stores" not in fault:
         assert ending.outcome is Outcome.ROLLED_BACK
 
 
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
 @pytest.mark.parametrize("seed", range(8))
 def test_a_vehicle_armed_in_any_stage_has_the_old_set_or_all_of_the_new(stage, seed):
-    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1), seed)
+    vehicle = Reached(OLD, seed, jitter_s=0.1)
+    vehicle.server.unproven = lambda: ""
 
     def arm(upload, vehicle):
-        if upload.stage is not stage or not vehicle.writes:
+        if upload.stage is not stage or not vehicle.sets:
             return False
-        vehicle.faults.armed = True
+        vehicle.armed = True
         upload.abort("the vehicle was armed", vehicle.now_s)
         return True
 
@@ -129,13 +130,12 @@ def test_a_vehicle_armed_in_any_stage_has_the_old_set_or_all_of_the_new(stage, s
 
 
 def test_a_commit_that_nobody_answered_is_said_with_the_number_to_look_for():
-    vehicle = LossyVehicle(OLD)
+    vehicle = Reached(OLD)
 
-    def cut(upload, vehicle):
-        if upload.stage is Stage.COMMIT:
-            vehicle.faults.cut_s = vehicle.now_s + 0.06
-            return True
-        return False
+    def cut(_, vehicle):
+        if vehicle.flying() == flown(NEW):
+            vehicle.cut()
+        return vehicle.link.incoming.cut
 
     ending = upload_to(vehicle, act=cut)
     assert ending.outcome is Outcome.UNVERIFIED
@@ -145,7 +145,7 @@ def test_a_commit_that_nobody_answered_is_said_with_the_number_to_look_for():
 
 
 def test_a_vehicle_that_starts_anew_at_every_commit_ends_at_the_deadline():
-    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1), seed=1)
+    vehicle = Reached(OLD, 1, jitter_s=0.1)
     upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
 
     def ended():
@@ -161,18 +161,18 @@ def test_a_vehicle_that_starts_anew_at_every_commit_ends_at_the_deadline():
 def test_a_vehicle_without_commit_is_written_directly_and_taken_back_directly(seed):
     values = {"SERVO1_MIN": 1100.0, "SERVO1_MAX": 1900.0, "SERVO1_TRIM": 1500.0}
     targets = {"SERVO1_MIN": 1000.0, "SERVO1_MAX": 2000.0}
-    good = LossyVehicle(values, Faults(**BAD_LINK), seed, commits=False)
-    assert upload_to(good, targets).outcome is Outcome.APPLIED
-    assert good.values == values | targets
-    stubborn = LossyVehicle(values, Faults(**BAD_LINK, refuses={"SERVO1_MAX"}), seed, commits=False)
-    ending = upload_to(stubborn, targets)
+    good = Reached(values, seed, **BAD_LINK)
+    assert upload_to(good, targets, present=values).outcome is Outcome.APPLIED
+    assert {name: good.values[name] for name in values} == values | targets
+    stubborn = Reached(values, seed, **BAD_LINK, refuses={"SERVO1_MAX"})
+    ending = upload_to(stubborn, targets, present=values)
     assert ending.outcome is Outcome.ROLLED_BACK
-    assert stubborn.values == values
+    assert {name: stubborn.values[name] for name in values} == values
     assert ending.results["SERVO1_MAX"].outcome is Outcome.REFUSED
 
 
 def test_what_is_done_only_grows_through_the_stages_and_ends_whole():
-    vehicle, told = LossyVehicle(OLD), []
+    vehicle, told = Reached(OLD), []
     upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
 
     def note():
@@ -180,9 +180,9 @@ def test_what_is_done_only_grows_through_the_stages_and_ends_whole():
         return upload.ending is not None
 
     assert vehicle.run(upload, note)
-    assert [one[1][0] for one in told] == sorted(one[1][0] for one in told)
+    assert [item[1][0] for item in told] == sorted(item[1][0] for item in told)
     # Twelve of the set, the commit, and the mode.
-    assert {one[1][1] for one in told} == {14}
+    assert {item[1][1] for item in told} == {14}
     first_of = {stage: next(done for at, done in told if at is stage) for stage in (Stage.COMMIT, Stage.LIVE)}
     assert first_of == {Stage.COMMIT: (12, 14), Stage.LIVE: (13, 14)}
     assert told[-1] == (Stage.DONE, (14, 14))
@@ -252,25 +252,26 @@ def test_where_files_can_t_be_locked_everybody_has_the_turn(tmp_path, monkeypatc
 def test_a_set_that_another_program_put_in_force_meanwhile_is_not_committed_over_if_it_is_another(
     flies, outcome
 ):
-    theirs = BEFORE | flies
-    vehicle = LossyVehicle(BEFORE)
+    theirs = BEFORE | {"FF0_M_U": 81.0} | flies
+    vehicle = Reached(BEFORE)
     upload = Upload(make_plan({"FF0_M_U": 81.0}, vehicle.values), SOURCE, 0.0)
     assert vehicle.run(
         upload, lambda: upload.stage is Stage.STAGE and vehicle.values["FF0_M_U"] == 81.0, 100.0
     )
-    vehicle.flying, vehicle.values[ACTIVE] = theirs, float(set_crc(theirs))
+    for name, value in (flies | {COMMIT: set_crc(theirs)}).items():
+        vehicle.server.write(name, value, False)
     assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
-    assert (upload.ending.outcome, vehicle.flying) == (outcome, theirs)
+    assert (upload.ending.outcome, vehicle.flying()) == (outcome, theirs)
     if outcome is Outcome.ROLLED_BACK:
         assert upload.ending.sentence.startswith("another program changed which set the vehicle flies")
 
 
 def test_stopped_between_the_last_read_back_and_the_commit_nothing_is_committed():
-    vehicle = LossyVehicle(BEFORE)
+    vehicle = Reached(BEFORE)
     upload = Upload(make_plan({"FF0_M_U": 81.0}, vehicle.values), SOURCE, 0.0)
     all_read_back = lambda: upload.stage is Stage.STAGE and upload.progress == (3, 4)  # noqa: E731
     assert vehicle.run(upload, all_read_back, 100.0)
     upload.abort("the vehicle was armed during the upload", vehicle.now_s)
     assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
-    assert (upload.ending.outcome, vehicle.flying) == (Outcome.ROLLED_BACK, BEFORE)
+    assert (upload.ending.outcome, vehicle.flying()) == (Outcome.ROLLED_BACK, BEFORE)
     assert {name: vehicle.values[name] for name in BEFORE} == BEFORE

@@ -1,16 +1,16 @@
-"""The power fails at any moment: what the disk then holds of a recording, in which only that is which was synced."""
+"""Recordings after a loss of power at any moment, on a disk that keeps only synced bytes and names."""
 
 import os
 import shutil
 
 import pytest
+from fakes.recordings import raws, ring_raws
 
 from bridge.clock import SimulatedClock
 from bridge.links.memory import memory_pair
 from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
 from bridge.wire.framing import Encoder
 from bridge.wire.segments import segments_in
-from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.recording.recorder import Recorder
 
@@ -19,7 +19,7 @@ UNIX_S = 1_790_000_000.0
 
 
 class Disk:
-    """What outlasts a loss of power: names of folders and bytes of files as they were when each was last synced."""
+    """The disk after a loss of power: names in folders and bytes of files as of their last sync."""
 
     def __init__(self, monkeypatch):
         self.names, self.bytes = {}, {}
@@ -55,10 +55,6 @@ def disk(monkeypatch):
     return Disk(monkeypatch)
 
 
-def frames_in(files):
-    return [frame.raw for file in files if file.stat().st_size for _, frame in read_tlog(file)]
-
-
 class Power:
     """Stands in for the end of a recording: while it is waited for, frames come, and after each the power may fail."""
 
@@ -83,9 +79,9 @@ class Power:
         return self.left_s <= 0
 
     def look(self):
-        """All but what came in the last half second, and a step, is there."""
+        """All frames but those of the last half second, and a step, are there."""
         left = self.disk.after(self.folder, self.folder.with_name("after"))
-        kept = frames_in(file for dive in sorted(left.iterdir()) for file in DiveFolder(dive).telemetry())
+        kept = raws(*(file for dive in sorted(left.iterdir()) for file in DiveFolder(dive).telemetry()))
         old = [raw for at_s, raw in self.said if at_s <= self.clock.now_s - 0.5 - STEP_S]
         assert kept[: len(old)] == old
         self.looks += bool(old)
@@ -101,7 +97,7 @@ def test_a_recorder_loses_half_a_second_at_most_when_the_power_fails(disk, tmp_p
     power.recorder.sync()
     power.left_s = 5.0
     power.recorder.sync_until(power)
-    assert len(frames_in([following.path / "telemetry.tlog"])) > 50
+    assert len(raws(following.path / "telemetry.tlog")) > 50
     power.recorder.close()
 
 
@@ -134,7 +130,7 @@ def test_a_vehicles_own_recording_loses_half_a_second_at_most_when_its_power_fai
         keeper.work()
         said.append((clock.now_s, raw))
         left = disk.after(ring, tmp_path / "after")
-        kept = frames_in([left / segment.name for segment, _ in segments_in(left)])
+        kept = ring_raws(left)
         old = [raw for at_s, raw in said if at_s <= clock.now_s - 0.5 - STEP_S]
         assert kept[: len(old)] == old
     assert len(segments_in(ring)) == 5

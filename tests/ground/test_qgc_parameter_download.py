@@ -31,7 +31,7 @@ COMPANION = dialect.MAV_COMP_ID_ONBOARD_COMPUTER
 
 @dataclass
 class Qgc:
-    """What the ground station knows and asks; `missing` counts how often each component and index was asked for,
+    """State of the ground station; `missing` counts how often each component and index was asked for,
     `failed` are those that it gave up.
     """
 
@@ -47,7 +47,7 @@ class Qgc:
     gaps_due_s: float | None = None
 
     def refresh(self, now_s):
-        """What connecting does, and the button."""
+        """Connecting, or the button Refresh."""
         self.failed, self.asking, self.flying = [], False, set()
         for component, count in self.counts.items():
             self.missing |= dict.fromkeys(((component, index) for index in range(count)), 0)

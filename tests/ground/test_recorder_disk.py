@@ -4,11 +4,11 @@ import shutil
 
 import pytest
 from faked_ground import Disk, Ground, frames_of
+from fakes.recordings import raws
 from fakes.vehicle import FakeLink
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.recorder import Recorder
 
@@ -86,23 +86,23 @@ def test_an_early_warning_names_the_minutes_left():
 
 def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
     ground, frame = Ground(), frames_of(1)[0]
-    told = []
+    reports = []
 
     def hear(count, seconds):
         for _ in range(seconds):
             ground.hear(frame * count, after_s=1.0)
-            told.append(ground.recorder.disk_left_s)
+            reports.append(ground.recorder.disk_left_s)
 
     hear(100, 120)
     usual_s = ground.disk.free / (100 * len(frame))
-    assert told[-1] == pytest.approx(usual_s, rel=0.01)
+    assert reports[-1] == pytest.approx(usual_s, rel=0.01)
     hear(200, 4)
-    assert told[-1] == pytest.approx(usual_s, rel=0.15)
+    assert reports[-1] == pytest.approx(usual_s, rel=0.15)
     hear(100, 120)
     hear(0, 24)
-    assert told[-1] == float("inf")
+    assert reports[-1] == float("inf")
     hear(100, 4)
-    assert told[-1] == pytest.approx(usual_s, rel=0.05)
+    assert reports[-1] == pytest.approx(usual_s, rel=0.05)
 
 
 def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer():
@@ -177,12 +177,6 @@ class Lake:
         return count.frames, count.lost
 
 
-def held(folder):
-    return [
-        frame.raw for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, frame in records
-    ]
-
-
 @pytest.fixture
 def lake(tmp_path):
     return Lake(tmp_path / "dives")
@@ -194,26 +188,26 @@ def test_a_recording_never_overwrites_another(lake):
 
 
 def test_a_folder_that_is_deleted_ends_with_an_error_and_goes_on_made_anew(lake):
-    raws = frames_of(30)
-    lake.hear(raws[:10])
+    sent = frames_of(30)
+    lake.hear(sent[:10])
     shutil.rmtree(lake.root)
-    lake.hear(raws[10:20])
-    lake.hear(raws[20:])
+    lake.hear(sent[10:20])
+    lake.hear(sent[20:])
     lake.recorder.close()
     assert lake.sentences() == [
         f"{lake.folder.path / 'telemetry.tlog'}: was deleted while it was written; a new file is begun in the "
         "folder, made anew; its 20 frames are not in the dive's folder any more",
         "the recording goes on in its file 2",
     ]
-    assert held(lake.folder) == raws[20:]
+    assert raws(*lake.folder.heard()) == sent[20:]
     assert lake.folder.about() == ABOUT
     assert lake.counts() == (10, 20)
 
 
 def test_a_file_that_is_deleted_is_told_as_often_as_that_happens(lake):
-    raws = frames_of(30)
+    sent = frames_of(30)
     for n in range(3):
-        lake.hear(raws[10 * n : 10 * n + 10])
+        lake.hear(sent[10 * n : 10 * n + 10])
         for file in lake.folder.heard():
             file.unlink()
         lake.hear([])
@@ -230,14 +224,14 @@ def test_a_file_that_is_deleted_just_before_the_end_is_not_called_kept(lake):
 
 
 def test_a_folder_that_is_moved_keeps_its_frames_and_the_place_is_told(lake, tmp_path):
-    raws = frames_of(30)
-    lake.hear(raws[:10])
+    sent = frames_of(30)
+    lake.hear(sent[:10])
     lake.folder.path.rename(tmp_path / "aside")
-    lake.hear(raws[10:20])
-    lake.hear(raws[20:])
+    lake.hear(sent[10:20])
+    lake.hear(sent[20:])
     lake.recorder.close()
-    assert [frame.raw for _, frame in read_tlog(tmp_path / "aside" / "telemetry.tlog")] == raws[:20]
-    assert held(lake.folder) == raws[20:]
+    assert raws(tmp_path / "aside" / "telemetry.tlog") == sent[:20]
+    assert raws(*lake.folder.heard()) == sent[20:]
     assert lake.counts() == (10, 20)
     assert str(tmp_path / "aside" / "telemetry.tlog") in lake.sentences()[0]
 

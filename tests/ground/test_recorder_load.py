@@ -58,7 +58,7 @@ print(n, flush=True)
 
 
 class Load:
-    """What a recorder made of all that was sent: `shares` is the part of a core of each phase."""
+    """A recorder under load: its counts, and in `shares` the part of a core that each phase took."""
 
     def __init__(self, folder: Path, kind: str, *phases: str) -> None:
         self.notices: list[str] = []
@@ -130,7 +130,7 @@ def test_a_burst_over_udp_is_recorded_or_told_as_lost_by_this_computer(tmp_path)
 
 @pytest.mark.soak
 def test_ten_minutes_and_a_burst_are_recorded_whole_on_a_pty_and_over_udp(tmp_path):
-    told = []
+    reports = []
     for kind in ("pty", "udp"):
         (tmp_path / kind).mkdir()
         load = Load(tmp_path / kind, kind, STEADY, BURST)
@@ -138,7 +138,7 @@ def test_ten_minutes_and_a_burst_are_recorded_whole_on_a_pty_and_over_udp(tmp_pa
         assert load.is_whole
         steady, burst = load.shares
         assert steady <= MOST_OF_A_CORE, kind
-        told.append(
+        reports.append(
             f"{kind}: {load.recorded} of {load.sent} frames, {steady:.0%} of a core, {burst:.0%} in the burst"
         )
-    keep("recorder_load", "; ".join(told))
+    keep("recorder_load", "; ".join(reports))

@@ -32,15 +32,15 @@ class Craft:
 
 
 def told(frames):
-    """What is told in words of the bytes that arrive at these times, and when."""
+    """Times and words of the restarts reported for bytes that arrive at these times."""
     peers, framer = Peers(), Framer()
-    found = []
+    results = []
     for at_s, raw in sorted(frames, key=lambda one: one[0]):
         for frame in framer.feed(raw):
             peer = peers.on_frame(frame, "udpin:1", at_s)
             if peer is not None and peer.restart is not None:
-                found.append((at_s, peer.restart.words(UNIX_S)))
-    return found
+                results.append((at_s, peer.restart.words(UNIX_S)))
+    return results
 
 
 def life(craft, seconds, late_s=lambda _: 0.0):
@@ -75,8 +75,8 @@ def test_what_was_told_twice_alone_is_not_believed_yet():
 
 def test_a_companion_is_named_by_its_component_and_its_autopilots_clock_is_its_own():
     companion = restarted(source=(1, 191), kind=18, autopilot=8)
-    found = told(companion + life(Craft(-5000.0), range(165)))
-    assert [words[:52] for _, words in found] == ["vehicle 1 (component 191) started anew at 14:15:03 U"]
+    result = told(companion + life(Craft(-5000.0), range(165)))
+    assert [words[:52] for _, words in result] == ["vehicle 1 (component 191) started anew at 14:15:03 U"]
 
 
 def test_autopilot_and_bridge_with_clocks_of_their_own_on_one_link_start_nothing():
@@ -99,7 +99,7 @@ def test_frames_that_come_late_twice_and_out_of_their_order_start_nothing(
     chance = random.Random(seed)
     once = life(Craft(booted_s, unix_s=unix_s), range(600), lambda _: chance.random() * most_late_s)
     again = [(at_s + chance.random() * most_late_s, raw) for at_s, raw in once if chance.random() < 0.2]
-    assert told([one for one in once + again if chance.random() > 0.3]) == []
+    assert told([item for item in once + again if chance.random() > 0.3]) == []
 
 
 @pytest.mark.parametrize("late_s", [[3.2, 0, 6.1], [0, 0, 5.5, 3.4], [6.6, 5.6, 4.6, 0, 0]])
@@ -252,7 +252,7 @@ def heard_on_links(*told, system=1):
 
 
 def clock(link, booted_s, late_s=(0.0,), begin=0, end=60):
-    """A clock that is told once a second on a link, each time so late."""
+    """Boot times once a second on a link, each so late."""
     return [(k + late_s[k % len(late_s)], link, k - booted_s) for k in range(begin, end)]
 
 

@@ -1,4 +1,4 @@
-"""Every reader of a file that others may have written, listed once: what is good for it, what is crafted against it."""
+"""Every reader of a file that others may have written, with good and crafted input."""
 
 import json
 import random
@@ -100,14 +100,14 @@ def dataflash(rng: random.Random, hostile: bool = True) -> bytes:
     for number, (name, letters, columns) in enumerate(RECORDS, 10):
         kind = number
         if hostile and rng.random() < 0.3:
-            letters = "".join(rng.choice(tuple(SIZES)) if rng.random() < 0.3 else one for one in letters)
+            letters = "".join(rng.choice(tuple(SIZES)) if rng.random() < 0.3 else item for item in letters)
         if hostile and rng.random() < 0.2:
             names = columns.split(",")
             names[rng.randrange(len(names))] = rng.choice((*names, "", "f0", "\x1b[2J", "TimeUS"))
             columns = ",".join(names)
         if hostile and rng.random() < 0.1:
             kind = rng.choice((0x80, 0, 255, 11))
-        length = 3 + sum(SIZES[one] for one in letters)
+        length = 3 + sum(SIZES[item] for item in letters)
         stated = rng.randrange(256) if hostile and rng.random() < 0.05 else length & 0xFF
         head = struct.pack("<BB4s16s64s", kind, stated, name.encode(), letters.encode(), columns.encode())
         data += b"\xa3\x95\x80" + head

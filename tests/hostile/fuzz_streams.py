@@ -1,4 +1,4 @@
-"""Every parser of what arrives on a wire, listed once: how it is fed, what is good for it, what is crafted."""
+"""Every parser of bytes from a wire, with good and crafted input."""
 
 import json
 import random
@@ -98,7 +98,7 @@ def framer() -> Feed:
 
 
 def ground() -> Feed:
-    """What hears the vehicle: watcher, table of senders, texts."""
+    """The ground's side: watcher, table of senders, texts."""
     parser, watcher, peers = Framer(), Watcher(None), Peers()
     said: list[str] = []
     texts = StatusTexts(lambda _source, _severity, text: said.append(text.words))
@@ -119,7 +119,7 @@ def ground() -> Feed:
 
 
 def bridge() -> Feed:
-    """What the vehicle answers to: parameters, files, orders."""
+    """The vehicle's side: parameters, files, orders."""
     vehicle, clock = load_vehicle("ruvifist").vehicle, SimulatedClock()
     near, far = memory_pair()
     service = Bridge(vehicle, clock, [near], ParameterServer(None, vehicle_table(vehicle)))
@@ -140,7 +140,7 @@ def bridge() -> Feed:
 
 
 class OneFile:
-    """What the file server hands out."""
+    """The file server's folder."""
 
     def sizes(self) -> list[tuple[str, int]]:
         return [(RING_FILE, 1000)]
@@ -152,7 +152,7 @@ class OneFile:
 
 
 def files() -> Feed:
-    """What the vehicle is asked for by MAVLink FTP."""
+    """Requests of MAVLink FTP."""
     server = FileServer(OneFile(), lambda _: 1e6)
 
     def feed(data: bytes, time_s: float) -> list[Any]:
@@ -163,7 +163,7 @@ def files() -> Feed:
 
 
 def hub() -> Feed:
-    """What a client of the recorder sends it."""
+    """A client of the recorder's hub."""
     clock = SimulatedClock()
     listening = Hub(clock)
     _, host, port = listening.address.split(":")
@@ -172,10 +172,10 @@ def hub() -> Feed:
         clock.advance_to(max(time_s, clock.now_s))
         with socket.create_connection((host, int(port))) as client:
             client.sendall(data)
-            found = listening.taken()
-        found += listening.taken()
+            result = listening.taken()
+        result += listening.taken()
         assert listening.clients <= 1
-        return found
+        return result
 
     weakref.finalize(feed, listening.close)
     return feed

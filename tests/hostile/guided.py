@@ -62,18 +62,18 @@ def reading(reader: Reader, folder: Path) -> Callable[[bytes], None]:
 def main(name: str, seconds: str, folder: Path) -> None:
     corpus = folder / "corpus"
     corpus.mkdir(parents=True)
-    found = next(one for one in (*STREAMS, *READERS) if one.name == name)
-    if isinstance(found, Stream):
-        one, good = feeding(found), (found.good,)
+    result = next(first for first in (*STREAMS, *READERS) if first.name == name)
+    if isinstance(result, Stream):
+        first, good = feeding(result), (result.good,)
     else:
-        one, good = reading(found, folder / "read"), found.good
-    for number, data in enumerate((*good, *(found.craft(random.Random(seed)) for seed in range(SEEDS)))):
+        first, good = reading(result, folder / "read"), result.good
+    for number, data in enumerate((*good, *(result.craft(random.Random(seed)) for seed in range(SEEDS)))):
         (corpus / str(number)).write_bytes(data)
     options = {
         "max_total_time": seconds, "max_len": LONGEST_BYTES, "timeout": LONGEST_S, "rss_limit_mb": MOST_MB,
         "artifact_prefix": f"{folder}/", "verbosity": 0,
     }  # fmt: skip
-    atheris.Setup([sys.argv[0], str(corpus), *(f"-{key}={value}" for key, value in options.items())], one)
+    atheris.Setup([sys.argv[0], str(corpus), *(f"-{key}={value}" for key, value in options.items())], first)
     atheris.Fuzz()
 
 

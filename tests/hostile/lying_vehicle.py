@@ -33,7 +33,7 @@ ABSURD = (
 SIZES = (b"0", b"1", b"00000000000000000001", b"100000", b"4294967295", b"4294967296", b"1" + b"0" * 100, b"")
 
 Lie = Callable[[Packet, Packet, random.Random], Packet]
-"""What is said to a request, given what is true."""
+"""The answer to a request, given the true one."""
 
 
 def _listed(entries: list[bytes]) -> bytes:
@@ -46,8 +46,10 @@ def _listed(entries: list[bytes]) -> bytes:
 
 
 def _made_up(asked: Packet, _true: Packet, rng: random.Random) -> Packet:
-    one = Segment(rng.randrange(10**6), rng.getrandbits(32), rng.randrange(10**6), rng.randrange(10**10))
-    return acknowledged(asked, _listed([f"F{replace(one, number=n).name}\t1000".encode() for n in range(4)]))
+    segment = Segment(rng.randrange(10**6), rng.getrandbits(32), rng.randrange(10**6), rng.randrange(10**10))
+    return acknowledged(
+        asked, _listed([f"F{replace(segment, number=n).name}\t1000".encode() for n in range(4)])
+    )
 
 
 def _absurd(asked: Packet, _true: Packet, rng: random.Random) -> Packet:

@@ -1,12 +1,13 @@
-"""A fetch writes files of its own folder alone, and compares what no checksum speaks for."""
+"""A fetch writes files of its own folder alone, and compares bytes without a checksum."""
 
 import errno
-import os
 import random
 from pathlib import Path
 
 import pytest
+import strange_things
 from lying_vehicle import VEHICLE, Vehicle
+from strange_things import THINGS, put
 from test_fetching import (
     KEPT,
     LONGEST_S,
@@ -26,35 +27,13 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.mirror import LOCK, doubtful
 from tui.commands.fetch import MIRROR, Fetched, Fetcher
 
+ours = strange_things.ours
+
 NAME = segment(0).name
-THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device", "a folder"]
-
-
-def put(place: Path, thing: str, ours: Path) -> None:
-    """What a folder of somebody else's may hold instead of a file."""
-    if thing == "a pipe":
-        os.mkfifo(place)
-    elif thing == "a folder":
-        place.mkdir()
-    else:
-        targets = {
-            "a link": ours,
-            "a link to nothing": ours.with_name("nothing"),
-            "a link to a device": "/dev/zero",
-        }
-        place.symlink_to(targets[thing])
-
-
-@pytest.fixture
-def ours(tmp_path: Path) -> Path:
-    """A file beside the dives that a link may lead to."""
-    path = tmp_path / "ours.txt"
-    path.write_text("ours", encoding="utf-8")
-    return path
 
 
 def said(dive: DiveFolder) -> str:
-    """What a fetch from an honest vehicle ends with; empty where it fetched."""
+    """The error of a fetch from an honest vehicle; empty if it fetched."""
     place = dive.path.parents[1] / "ring"
     return fetched(Vehicle(ring(place, SEGMENTS), None, random.Random(0), 1e9, LONGEST_S), dive)
 

@@ -42,12 +42,12 @@ def segment(number: int) -> Segment:
 
 
 def frames(number: int) -> list[tuple[int, bytes]]:
-    """What the vehicle kept in one segment, dated on its clock."""
+    """Frames of a segment, dated on the vehicle's clock."""
     encoder, out = Encoder(*VEHICLE), []
     for n in range(number * FRAMES, (number + 1) * FRAMES):
         imu = dialect.MAVLink_highres_imu_message(n * 50_000, 0.1, 0, -9.8, 0.1, n % 7, *[0] * 8, 63)
         boot = dialect.MAVLink_named_value_int_message(n * 50, b"BOOT_ID", BOOT)
-        out += [(UNIX_US + n * 50_000, encoder.encode(one)) for one in (imu, boot)]
+        out += [(UNIX_US + n * 50_000, encoder.encode(item)) for item in (imu, boot)]
     return out
 
 

@@ -76,12 +76,12 @@ def feed_hostile(stream: Stream, kind: str, total: int, seed: int) -> None:
         with soon(piece):
             feed(piece, time_s)
     assert most_mb() - before_mb < MOST_MORE_MB
-    found = []
+    results = []
     for _ in range(GOOD_AGAIN):
         time_s += 0.1
-        found.append(bool(feed(stream.good, time_s)))
-    assert any(found), "the next good ones are not found"
-    assert sum(found[GOOD_AGAIN // 2 :]) >= GOOD_AGAIN // 4
+        results.append(bool(feed(stream.good, time_s)))
+    assert any(results), "the next good ones are not found"
+    assert sum(results[GOOD_AGAIN // 2 :]) >= GOOD_AGAIN // 4
 
 
 def read_hostile(reader: Reader, kind: str, total: int, seed: int, folder: Path) -> None:

@@ -180,7 +180,7 @@ def test_a_file_goes_through_the_recorder_and_its_recording_holds_none_of_it(tmp
     assert hub.heard == frames
     assert theirs.read(0.0) == framed(FILLED[-1])
     assert not any(KEY[at : at + 4] in path.read_bytes() for at in range(len(KEY)))
-    assert [packet_in(frame.raw).size for _, frame in read_tlog(path)] == [one.size for one in FILLED]
+    assert [packet_in(frame.raw).size for _, frame in read_tlog(path)] == [item.size for item in FILLED]
 
 
 SETUP = 256
@@ -188,7 +188,7 @@ COUNT = 60
 
 
 def foreign(path: Path, *more: bytes) -> Path:
-    """What another program recorded: frames of a vehicle, a key among them, and what was hurt at the end."""
+    """Another program's recording: frames of a vehicle, a key among them, and damage at the end."""
     encoder = Encoder(1, 1)
     frames = [
         encoder.encode(dialect.MAVLink_attitude_message(50 * n, 0.1, 0.2, 0.01 * n, 0.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""What a dive, a command or a result names is a bounded file that is read and never run."""
+"""Files named by a dive, a command or a result are bounded, read and never run."""
 
 import ast
 import asyncio
@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import strange_things
 from fuzz_files import IDENTIFIED
 from fuzz_files import identification as fuzz_files_identification
+from strange_things import THINGS
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, LogError, ParamError, ParamRejected
@@ -48,6 +50,8 @@ from tui.commands.prior import accepted_in
 from tui.dive_list import row_of
 from tui.parameter_files import Leave, read_identification
 from tui.recordings import vehicle_named
+
+ours = strange_things.ours
 
 ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = ("bridge", "gcs_plugin", "identify", "tui", "blueos")
@@ -100,7 +104,7 @@ def calls(tree: ast.AST) -> Iterator[tuple[str, ast.Call]]:
 
 
 def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
-    found, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
+    result, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
     assert len(files) > 200
     for file in files:
         place = str(file.relative_to(ROOT))
@@ -110,8 +114,8 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
                 continue
             loader = name == "yaml.load" and place != "bridge/plain.py"
             if name in FORBIDDEN or loader or "shell" in words:
-                found.append(f"{place}:{call.lineno} {name}")
-    assert found == []
+                result.append(f"{place}:{call.lineno} {name}")
+    assert result == []
 
 
 def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path: Path) -> None:
@@ -271,26 +275,12 @@ def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
     assert held(0.0) is None
 
 
-THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device"]
-
-
-@pytest.fixture
-def ours(tmp_path: Path) -> Path:
-    path = tmp_path / "ours.txt"
-    path.write_text("ours", encoding="utf-8")
-    return path
-
-
-@pytest.fixture(params=THINGS)
+@pytest.fixture(params=[thing for thing in THINGS if thing != "a folder"])
 def put(request: pytest.FixtureRequest, ours: Path) -> Callable[[Path], Path]:
     """Puts something at a place that is no file of its own."""
 
     def at(place: Path) -> Path:
-        if request.param == "a pipe":
-            os.mkfifo(place)
-        else:
-            targets = {"a link": ours, "a link to nothing": ours.with_name("nothing")}
-            place.symlink_to(targets.get(request.param, "/dev/null"))
+        strange_things.put(place, request.param, ours)
         return place
 
     return at

@@ -84,10 +84,10 @@ def test_what_no_value_of_ours_is_like_is_said(tmp_path: Path, text: str, words:
 
 def log(name: str, letters: str, columns: str, count: int = 3) -> bytes:
     """A DataFlash log of one record type, and one of a type that is read."""
-    good = next(one[1:] for one in RECORDS if one[0] == "ATT")
+    good = next(record[1:] for record in RECORDS if record[0] == "ATT")
     data = b""
     for kind, (title, kinds, names) in enumerate((("ATT", *good), (name, letters, columns)), 10):
-        size = 3 + sum(SIZES[one] for one in kinds)
+        size = 3 + sum(SIZES[record] for record in kinds)
         data += b"\xa3\x95\x80" + bytes((kind, size)) + title.encode().ljust(4, b"\0")
         data += kinds.encode().ljust(16, b"\0") + names.encode().ljust(64, b"\0")
         for n in range(count):

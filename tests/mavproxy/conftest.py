@@ -5,7 +5,8 @@ import sys
 
 import pytest
 from console import MAVPROXY, Console
-from second_vehicle import SecondVehicle, free_port
+from fakes.ports import free_port
+from second_vehicle import SecondVehicle
 
 from bridge import exit_codes
 from tui import cli

@@ -50,7 +50,7 @@ class Console:
         os.close(its)
 
     def type(self, line, end="\n"):
-        """Type a line; what was printed before it is not searched any more."""
+        """Type a line; earlier output is not searched any more."""
         self._read(0.0)
         self._from = len(self.text)
         os.write(self._fd, (line + end).encode())
@@ -60,9 +60,9 @@ class Console:
         deadline_s = monotonic() + seconds
         while True:
             said = self.text[self._from :]
-            found = re.search(pattern, said)
-            if found:
-                return found
+            result = re.search(pattern, said)
+            if result:
+                return result
             assert monotonic() < deadline_s, f"MAVProxy does not say '{pattern}', but:\n{said}"
             assert self._read(0.5), f"MAVProxy has ended:\n{self.text}"
 
@@ -102,7 +102,7 @@ class Console:
         self.close()
 
     def _read(self, seconds):
-        """Take what it printed; False where it has ended."""
+        """Take its output; False if it has ended."""
         if not select.select([self._fd], [], [], seconds)[0]:
             return self.process.poll() is None
         try:
@@ -119,6 +119,6 @@ def write(folder, name, **values):
 
 
 def upload(mavproxy, line):
-    """Type an upload, then its code; what came of it."""
+    """Type an upload, then its code; its output."""
     code = mavproxy.ask(line, r"to write .* on vehicle \d:\n\s+seatrial params (yes \S+)\n")[1]
     return mavproxy.ask(f"seatrial params {code}", r"(?s)what became of it.*values before: (\S+)\n")

@@ -1,8 +1,9 @@
 """A bridge of system 2 without any device: a vehicle that beats, and keeps parameters."""
 
 import dataclasses
-import socket
 import threading
+
+from fakes.ports import free_port
 
 from bridge.clock import SystemClock
 from bridge.links.open import open_link
@@ -12,12 +13,6 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import vehicle_table
 
 STEP_S = 0.05
-
-
-def free_port():
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]
 
 
 class SecondVehicle:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 from console import MAVPROXY, Console
-from second_vehicle import SecondVehicle, free_port
+from fakes.ports import free_port
+from second_vehicle import SecondVehicle
 
 from bridge.clock import SystemClock
 from bridge.wire.tlog import read_tlog

@@ -1,4 +1,4 @@
-"""An upload from MAVProxy while the disk fills up: what came into force is told, and written down by the next one."""
+"""An upload from MAVProxy while the disk fills up: the set in force is reported, and the next upload writes it down."""
 
 import errno
 import os
@@ -32,7 +32,7 @@ class Sea:
         return SimpleNamespace(link="", heard_s=self.clock.now_s, beats=lambda *_: True)
 
     def ask(self, words):
-        """What is said until nothing is read or written any more."""
+        """The lines until nothing is read or written any more."""
         self.said.clear()
         self.parameters.command(words.split())
         while self.parameters.busy or self.parameters.tick():

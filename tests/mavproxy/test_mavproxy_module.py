@@ -57,7 +57,7 @@ def test_a_recording_holds_what_was_heard_and_sent_and_the_notes_and_goes_on_in_
     of_both = [frames_of(dive), frames_of(load_folder(folder / following))]
     assert {frame.system for frame in of_both[0]} == {1, 2, 255}
     assert 1 in {frame.system for frame in of_both[1]}
-    frames = [frame for one in of_both for frame in one]
+    frames = [frame for item in of_both for frame in item]
     for vehicle in (1, 2):
         numbers = [frame.sequence for frame in frames if frame.system == vehicle]
         assert numbers == [(numbers[0] + i) % 256 for i in range(len(numbers))], "a frame was not recorded"

@@ -1,4 +1,4 @@
-"""The code that the how-tos show does what they say."""
+"""The code in the how-tos works as they say."""
 
 import random
 import re
@@ -16,7 +16,7 @@ HOWTO = Path(__file__).resolve().parents[2] / "docs" / "howto"
 
 
 def shown(page: str) -> SimpleNamespace:
-    """What the page's one block of Python defines."""
+    """The names that the page's block of Python defines."""
     (block,) = re.findall(r"```python\n(.*?)```", (HOWTO / page).read_text(encoding="utf-8"), re.S)
     names: dict[str, object] = {}
     exec(block, names)
@@ -51,9 +51,9 @@ def test_the_sensor_that_is_shown_reads_what_it_writes_however_the_stream_is_cut
     )
     for cut in range(len(stream)):
         parser = page.LinesParser(0.05)
-        found = [*parser.feed(stream[:cut], 1.0), *parser.feed(stream[cut:], 1.0)]
-        assert [one.velocity[0] for one in found] == pytest.approx([0.1 * k for k in range(20)])
-        assert found[0].time_s == pytest.approx(0.95)
+        results = [*parser.feed(stream[:cut], 1.0), *parser.feed(stream[cut:], 1.0)]
+        assert [item.velocity[0] for item in results] == pytest.approx([0.1 * k for k in range(20)])
+        assert results[0].time_s == pytest.approx(0.95)
 
 
 def test_the_sensor_that_is_shown_takes_nothing_that_is_broken_and_holds_on_to_little():

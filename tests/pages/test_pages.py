@@ -100,8 +100,8 @@ def test_every_test_of_a_promise_is_there_and_a_long_one_is_left_to_make_soak(na
     for node in (*promise.tests, *promise.long):
         file, _, test = node.partition("::")
         text = (ROOT / file).read_text(encoding="utf-8")
-        before, found, _ = text.partition(f"def {test}(")
-        assert found, f"{node} is not there"
+        before, result, _ = text.partition(f"def {test}(")
+        assert result, f"{node} is not there"
         decorators = before.rpartition("\n\n")[2]
         assert ("pytest.mark.soak" in decorators) == (node in promise.long), node
 
@@ -216,5 +216,5 @@ def leads_somewhere(page, link):
         return False
     headings = re.findall(r"^#+ (.*)", target.read_text(encoding="utf-8"), re.M) if heading else ()
     return not heading or heading in (
-        re.sub(r"[^\w -]", "", one.lower()).replace(" ", "-") for one in headings
+        re.sub(r"[^\w -]", "", item.lower()).replace(" ", "-") for item in headings
     )

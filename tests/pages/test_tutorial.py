@@ -56,9 +56,9 @@ def day(tmp_path, port, followed):
 
 def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(followed):
     assert "Weak thruster 1 explains the gap" in followed.said
-    found = json.loads((followed.folder / "first.json").read_text(encoding="utf-8"))
-    assert found["outcome"] == "converged"
-    lines = sum(one["identifiable"] for one in found["parameters"][:12])
+    data = json.loads((followed.folder / "first.json").read_text(encoding="utf-8"))
+    assert data["outcome"] == "converged"
+    lines = sum(item["identifiable"] for item in data["parameters"][:12])
     assert lines == 10, f"the page counts the lines of an upload, of which there are {lines}"
     assert list((followed.folder / "receipts").glob("*-accepted.param"))
 

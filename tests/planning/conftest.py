@@ -1,4 +1,4 @@
-"""What every test of planning shares: the trials that were dived."""
+"""Trials that were dived, shared by all tests of planning."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""`seatrial plan`: what it prints, writes and refuses, and that a plan keeps what it promised."""
+"""`seatrial plan`: output, files and refusals, and plans that keep their promise."""
 
 import json
 from dataclasses import replace
@@ -54,38 +54,38 @@ def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here
     assert "this dive alone" not in shown
     assert "*" not in shown
     assert "seatrial simulate --vehicle ruvifist:hovering --mission plan.yaml" in shown
-    told = json.loads((here / "plan.json").read_text())
-    assert load_mission(here / "plan.yaml").duration_s == pytest.approx(told["duration_s"])
-    assert told["duration_s"] <= 60.0
-    by_name = {parameter["name"]: parameter for parameter in told["parameters"]}
+    data = json.loads((here / "plan.json").read_text())
+    assert load_mission(here / "plan.yaml").duration_s == pytest.approx(data["duration_s"])
+    assert data["duration_s"] <= 60.0
+    by_name = {parameter["name"]: parameter for parameter in data["parameters"]}
     assert by_name["I_r"]["before"]["relative_std"] is None
     assert 0 < by_name["I_r"]["after"]["relative_std"] < 0.1
-    assert told["manoeuvres"][0]["drives"][0]["axis"] == "yaw"
-    assert told["manoeuvres"][0]["drives"][0]["mission_key"] == "yaw_rad_s"
+    assert data["manoeuvres"][0]["drives"][0]["axis"] == "yaw"
+    assert data["manoeuvres"][0]["drives"][0]["mission_key"] == "yaw_rad_s"
     assert by_name["M_u"]["after"]["relative_std"] is None
-    assert told["manoeuvres"][0]["instruction"] in (here / "plan.yaml").read_text()
+    assert data["manoeuvres"][0]["instruction"] in (here / "plan.yaml").read_text()
 
 
 def test_it_starts_from_an_identification(here, capsys):
     source = identified(here / "hovering.json", 0.001)
     assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "-", *QUICK]) == 0
-    found = capsys.readouterr()
-    told = json.loads(found.out)
-    assert told["configuration"] == "hovering"
-    inertia, damping = (told["parameters"][NAMES.index(name)] for name in ("I_r", "D_r"))
+    output = capsys.readouterr()
+    data = json.loads(output.out)
+    assert data["configuration"] == "hovering"
+    inertia, damping = (data["parameters"][NAMES.index(name)] for name in ("I_r", "D_r"))
     assert inertia["before"]["relative_std"] == pytest.approx(0.001)
     assert inertia["after"]["relative_std"] < 0.001
     assert inertia["after"]["low95"] < inertia["value"] < inertia["after"]["high95"]
     assert damping["guessed"]
     assert damping["after"]["relative_std"] < 0.1
     assert damping["after"]["low95"] is damping["after"]["high95"] is None
-    assert "which ended as 'converged'" in found.err
+    assert "which ended as 'converged'" in output.err
     assert inertia["after"]["relative_std"] < inertia["alone"]["relative_std"]
-    shown = " ".join(found.err.split())
+    shown = " ".join(output.err.split())
     assert "± this dive alone" in shown
     assert f"seatrial prior {source} --vehicle YOUR.yaml first" in shown
     assert "3 % for masses and 10 % for dampings" in shown
-    assert told["notes"][0].startswith("The plan keeps to 6 m across (--space) and 1.5 m up and down")
+    assert data["notes"][0].startswith("The plan keeps to 6 m across (--space) and 1.5 m up and down")
 
 
 def test_what_the_dive_before_doubted_is_marked_and_told_right_under_the_table(here, capsys):
@@ -101,9 +101,9 @@ def test_what_the_dive_before_doubted_is_marked_and_told_right_under_the_table(h
     assert under[0].startswith("*: the dive before is in doubt here: what is promised of I_r holds only")
     assert under[1].endswith(sentence)
     assert sum(sentence in line for line in shown) == 1
-    told = json.loads((here / "plan.json").read_text())
-    assert {p["name"] for p in told["parameters"] if p["doubted"]} == {"I_r", "M_w"}
-    assert told["notes"][:2] == under
+    data = json.loads((here / "plan.json").read_text())
+    assert {p["name"] for p in data["parameters"] if p["doubted"]} == {"I_r", "M_w"}
+    assert data["notes"][:2] == under
 
 
 def test_an_older_plan_is_replaced_and_any_other_file_stays(here, capsys):
@@ -141,9 +141,9 @@ def test_bad_input_is_one_sentence_and_exit_code_2(here, capsys, arguments, says
     (here / "junk.json").write_text("{")
     (here / "empty.json").write_text("{}")
     assert main(["plan", *arguments]) == 2
-    told = capsys.readouterr().err
-    assert says in told
-    assert told.count("\n") == 1
+    output = capsys.readouterr().err
+    assert says in output
+    assert output.count("\n") == 1
 
 
 # Of 8 true 95 % intervals, 6 or more hold the truth in 99.4 % of all cases; of 16, 13 or more in 99.3 %.
@@ -168,11 +168,11 @@ def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_in
             file, "hovering", mission, tmp_path, seed=seed, unix_s=1.79e9 + seed, parameters=parameters_of(file, None),
             mode=None, progress=lambda _: None,
         )  # fmt: skip
-        found = estimate(read_dive(folder.path, None, file), file, "hovering", lambda *_: None)
-        assert found.outcome is Outcome.CONVERGED
+        result = estimate(read_dive(folder.path, None, file), file, "hovering", lambda *_: None)
+        assert result.outcome is Outcome.CONVERGED
         for name, promised in zip(NAMES, plan.after, strict=True):
             if np.isfinite(promised):
-                one = found[name]
+                one = result[name]
                 ratios.append(one.std / one.value / promised)
                 errors.append((one.value - truth.model[name]) / one.std)
     assert len(ratios) == 8 * len(seeds)

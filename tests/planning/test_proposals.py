@@ -1,4 +1,4 @@
-"""What a motion tells of mass and damping, what is known before, and the manoeuvres that are proposed."""
+"""Information of a motion on mass and damping, priors, and the proposed manoeuvres."""
 
 import math
 from dataclasses import replace
@@ -63,18 +63,18 @@ def test_a_manoeuvre_ends_where_it_began_and_at_rest(family) -> None:
 
 def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
     limits = Limits(space_m=3.0, speed_m_s=0.3)
-    found = propose(FILE, "hovering", KNOWN, limits, 150.0, [SURGE, YAW])
-    assert found.duration_s <= 150.0
-    assert found.trial.over(limits) <= 1.05
-    assert found.trial.thrust_share <= 0.52
+    result = propose(FILE, "hovering", KNOWN, limits, 150.0, [SURGE, YAW])
+    assert result.duration_s <= 150.0
+    assert result.trial.over(limits) <= 1.05
+    assert result.trial.thrust_share <= 0.52
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("space_m", [0.6, 3.0])
 def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
-    found = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 200.0, [SURGE, SWAY])
-    assert 150.0 < found.duration_s <= 200.0
-    assert all(0 < part.drift_m < part.needs_m <= space_m for part in found.parts)
+    result = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 200.0, [SURGE, SWAY])
+    assert 150.0 < result.duration_s <= 200.0
+    assert all(0 < part.drift_m < part.needs_m <= space_m for part in result.parts)
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
     ids=["not to the surface", "as given", "as across"],
 )
 def test_every_manoeuvre_keeps_the_room_up_and_down(limits: Limits, room_m: float) -> None:
-    found = propose(FILE, "hovering", KNOWN, limits, 120.0, [HEAVE])
+    result = propose(FILE, "hovering", KNOWN, limits, 120.0, [HEAVE])
     assert limits.heave_m == room_m
-    assert all(0.5 * min(room_m, 0.5) < part.trial.depth_m <= room_m for part in found.parts)
+    assert all(0.5 * min(room_m, 0.5) < part.trial.depth_m <= room_m for part in result.parts)
 
 
 def test_too_little_room_is_said_with_what_could_give_more() -> None:
@@ -101,8 +101,8 @@ def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest() -
     fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [SURGE])
     assert np.isinf(fresh.before[place])
     assert np.array_equal(fresh.alone, fresh.after)
-    found = propose(FILE, "hovering", known_to({"D_u": 0.004}), Limits(), 60.0, [SURGE])
-    assert found.after[place] ** -2 == pytest.approx(found.alone[place] ** -2 + 0.004**-2, rel=1e-3)
+    result = propose(FILE, "hovering", known_to({"D_u": 0.004}), Limits(), 60.0, [SURGE])
+    assert result.after[place] ** -2 == pytest.approx(result.alone[place] ** -2 + 0.004**-2, rel=1e-3)
 
 
 def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower() -> None:
@@ -118,8 +118,8 @@ def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower() -> None:
 
 def test_what_is_known_least_is_aimed_at() -> None:
     sharp = known_to({"M_u": 1e-4, "D_u": 1e-4, "M_v": 1e-4, "D_v": 1e-4})
-    found = propose(FILE, "hovering", sharp, Limits(), 90.0, [SURGE, YAW])
-    assert {dof for part in found.parts for dof in part.manoeuvre.dofs} == {YAW}
+    result = propose(FILE, "hovering", sharp, Limits(), 90.0, [SURGE, YAW])
+    assert {dof for part in result.parts for dof in part.manoeuvre.dofs} == {YAW}
 
 
 def test_too_little_time_is_said_with_what_it_would_take() -> None:
@@ -142,17 +142,17 @@ def test_an_axis_that_no_thruster_pushes_is_left_out_or_refused() -> None:
 def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_reads_them(
     tmp_path: Path,
 ) -> None:
-    found = propose(FILE, "hovering", KNOWN, Limits(), 100.0, [SURGE, YAW])
+    result = propose(FILE, "hovering", KNOWN, Limits(), 100.0, [SURGE, YAW])
     path = tmp_path / "plan.yaml"
-    path.write_text(mission_text(found, "ruvifist: a plan", "seatrial simulate", TANK), encoding="utf-8")
+    path.write_text(mission_text(result, "ruvifist: a plan", "seatrial simulate", TANK), encoding="utf-8")
     mission = load_mission(path)
-    promised = mission_legs([part.manoeuvre for part in found.parts])
-    assert mission.duration_s == pytest.approx(found.duration_s)
+    promised = mission_legs([part.manoeuvre for part in result.parts])
+    assert mission.duration_s == pytest.approx(result.duration_s)
     assert [leg for leg in mission.legs if leg.phase != "rest"] == [
         leg for leg in promised if leg.phase != "rest"
     ]
-    assert all(instruction(part) in path.read_text(encoding="utf-8") for part in found.parts)
-    first = found.parts[0]
+    assert all(instruction(part) in path.read_text(encoding="utf-8") for part in result.parts)
+    first = result.parts[0]
     assert first.manoeuvre.period_s == 4.0
     assert instruction(first).startswith("surge: square wave ±")
     assert needs(first).endswith(" m across")
@@ -164,10 +164,10 @@ def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_r
 def test_a_turn_fills_its_time_has_no_pulse_widths_and_stays_in_place() -> None:
     plan = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
     assert 55.0 <= plan.duration_s <= 60.0
-    found = plan.parts[0]
-    assert pulses(found.manoeuvre, TANK) == ""
-    assert needs(found) == "stays in place"
-    assert instruction(found).endswith(" s, stays in place")
+    result = plan.parts[0]
+    assert pulses(result.manoeuvre, TANK) == ""
+    assert needs(result) == "stays in place"
+    assert instruction(result).endswith(" s, stays in place")
 
 
 STEP_S = 0.05
@@ -211,9 +211,9 @@ def test_it_is_the_exact_gaussian_information_within_a_few_percent(period_s: flo
     noise = AxisNoise(1.0, 1.5, 0.004**2 / 10)
     velocity = square_wave(20.0, period_s, 32.0)
     exact = exact_information(velocity, noise, 2)
-    found = of_axis(STEP_S, velocity, MASS, DAMPING, noise)
+    result = of_axis(STEP_S, velocity, MASS, DAMPING, noise)
     # The trim force and the ends of the record, which the spectrum leaves out, cost the slow wave most.
-    assert np.sqrt(found) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.08)
+    assert np.sqrt(result) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.08)
     assert abs(exact[0, 1]) < 0.1 * np.sqrt(exact[0, 0] * exact[1, 1])
 
 
@@ -346,7 +346,10 @@ def test_what_a_dive_had_no_readings_for_is_doubted_and_what_it_said_too_little_
     parameters = identified()["parameters"]
     reasons = {"M_w": "no velocity in heave was recorded", "D_w": "no velocity in heave was recorded",
                "D_u": "the dive says too little of surge"}  # fmt: skip
-    told = [{**one, "reason": reasons[one["name"]]} if one["name"] in reasons else one for one in parameters]
+    told = [
+        {**parameter, "reason": reasons[parameter["name"]]} if parameter["name"] in reasons else parameter
+        for parameter in parameters
+    ]
     known = after(identified(parameters=told), FILE, "hovering", "a.json")
     sentence = "Of M_w and D_w it told nothing: no velocity in heave was recorded."
     assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}

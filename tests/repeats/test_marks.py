@@ -1,4 +1,4 @@
-"""What a single run shows: exact where the run is made by the vehicle file's own formula."""
+"""The marks of a single run, exact for a run made by the vehicle file's formula."""
 
 from dataclasses import replace
 

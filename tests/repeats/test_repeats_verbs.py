@@ -64,10 +64,10 @@ def test_a_weak_thruster_shows_in_runs_that_tell_no_model(place: Path, sound, ca
     wanted = ["--accepted", str(place / "sound.json"), "--json", str(answer), *given(place, sound)]
     assert main(["diagnose", str(place / "weak"), *wanted]) == exit_codes.DONE
     assert "Weak thruster 3 explains the gap" in " ".join(capsys.readouterr().out.split())
-    told = json.loads(answer.read_text(encoding="utf-8"))
-    assert [effect["name"] for effect in told["effects"]] == ["weak_thruster"]
-    assert told["effects"][0]["parameters"]["thruster"]["value"] == 3
-    assert len(told["runs"]["used"]) == 8
+    data = json.loads(answer.read_text(encoding="utf-8"))
+    assert [effect["name"] for effect in data["effects"]] == ["weak_thruster"]
+    assert data["effects"][0]["parameters"]["thruster"]["value"] == 3
+    assert len(data["runs"]["used"]) == 8
 
 
 def test_runs_of_another_manoeuvre_are_left_out_and_told(place: Path, sound, tmp_path: Path, capsys) -> None:

@@ -1,4 +1,4 @@
-"""A diagnosis made by hand, with a cause, a gap and what was tried; and its page as a reader sees it."""
+"""A diagnosis made by hand, with a cause, a gap and its candidates; and its page as a reader sees it."""
 
 import math
 from dataclasses import replace
@@ -36,7 +36,7 @@ NAN = math.nan
 
 
 def effect(name: str, number: int = 0) -> Effect:
-    return next(one for one in LIBRARY if one.name == name and one.number == number)
+    return next(item for item in LIBRARY if item.name == name and item.number == number)
 
 
 def found(name: str, number: int = 0, **other: object) -> Finding:
@@ -141,7 +141,7 @@ def prediction(name: str) -> Prediction:
 
 
 class Text(HTMLParser):
-    """What a reader sees, a line an element, and the attributes of every element."""
+    """The visible text, a line an element, and the attributes of every element."""
 
     def __init__(self, html: str) -> None:
         super().__init__()

@@ -119,12 +119,12 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
     both = wording.verdict_sentence(diagnosis(verdict="ambiguous", findings=(lag, current)))
     assert "can't tell thruster lag from command delay and steady current from thrust bias: " in both
     (line,) = wording.cause_lines(said)
-    told = (
+    sentence = (
         "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
         "log of 50 Hz."
     )
-    assert line.endswith(told)
-    assert f"{told}\nLikeness: at 1 no method could tell" in read(said)
+    assert line.endswith(sentence)
+    assert f"{sentence}\nLikeness: at 1 no method could tell" in read(said)
 
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
@@ -302,7 +302,7 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     ]
     widths = [bar.get_width() for bar in figure.draw(10.0).axes[0].patches]
     assert widths[:2] == pytest.approx([1.0, math.log1p(4.8) / math.log1p(61.2)])
-    named = {(one.name, one.number): one.label for one in LIBRARY}
+    named = {(item.name, item.number): item.label for item in LIBRARY}
     told = {key for key in named if any(5.0 - 0.2 * k > 2.0 for k in places(key))} | {("quadratic_drag", 0)}
     shown = sum("nats" in line and line[0].isdigit() and "others" not in line for line in page.lines)
     assert shown == len(told)

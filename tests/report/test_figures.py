@@ -66,8 +66,8 @@ def dive(name: str, sha256: str) -> Dive:
 
 
 def test_every_recording_stands_once_with_its_hash_and_the_vehicle_file_with_its_own():
-    one, other = dive("one", "ab" * 32), dive("other", "cd" * 32)
-    sources, *_ = provenance([one, other, one], FILE, {}).tables
+    first, other = dive("one", "ab" * 32), dive("other", "cd" * 32)
+    sources, *_ = provenance([first, other, first], FILE, {}).tables
     assert sources.rows == (
         ("one", "telemetry.tlog", "1 min 40 s", "recording", "ab" * 32),
         ("other", "telemetry.tlog", "1 min 40 s", "recording", "cd" * 32),

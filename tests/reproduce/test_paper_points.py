@@ -171,13 +171,13 @@ def motion(seed, mass, damping, noise=0.0, moving=(1.0, 1.0, 1.0)):
 
 
 def test_exact_data_give_both_matrices_exactly():
-    found = {term.name: term.value for term in matrices(motion(1, MASS, DAMPING))}
+    results = {term.name: term.value for term in matrices(motion(1, MASS, DAMPING))}
     letters = "uvr"
     for i in range(3):
         for j in range(3):
-            assert found[f"D_{letters[i]}{letters[j]}"] == pytest.approx(DAMPING[i, j], abs=1e-6)
+            assert results[f"D_{letters[i]}{letters[j]}"] == pytest.approx(DAMPING[i, j], abs=1e-6)
             if i <= j:
-                assert found[f"M_{letters[i]}{letters[j]}"] == pytest.approx(MASS[i, j], abs=1e-6)
+                assert results[f"M_{letters[i]}{letters[j]}"] == pytest.approx(MASS[i, j], abs=1e-6)
 
 
 def test_nothing_off_the_diagonal_is_found_within_its_errors():
@@ -220,9 +220,9 @@ def turning(lag_s=0.0, past_rad=0.0, way=1.0, offset=0.0) -> Dive:
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize("offset", [0.0, math.tau])
 def test_a_heading_that_trails_a_ramp_lags_by_the_seconds_that_it_trails(way, offset):
-    found = turned(turning(lag_s=1.0, way=way, offset=offset))
-    assert found.lag_s == pytest.approx(1.0, abs=1e-6)
-    assert found.overshoot_deg == pytest.approx(0.0, abs=1e-6)
+    result = turned(turning(lag_s=1.0, way=way, offset=offset))
+    assert result.lag_s == pytest.approx(1.0, abs=1e-6)
+    assert result.overshoot_deg == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -268,6 +268,6 @@ def test_a_motion_lasts_from_its_first_to_its_last_moment():
 def test_the_demand_is_of_the_four_thrusters_that_push_along():
     file = load_vehicle("ruvifist")
     each = float(thrust_curve(file.vehicle.thrust_curve, file.path.parent).thrust(1600.0))
-    found = demand(surging(), file, "survey", 0.2)
-    assert found.thrust_n == pytest.approx(4 * each)
-    assert found.ideal_power == pytest.approx(4 * each**1.5)
+    result = demand(surging(), file, "survey", 0.2)
+    assert result.thrust_n == pytest.approx(4 * each)
+    assert result.ideal_power == pytest.approx(4 * each**1.5)

@@ -171,15 +171,15 @@ def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_
     line = ["reproduce", "--seed", "7", "--network", "8", "1", "3", "--out", str(tmp_path), "--json", "-"]
     assert cli.main(line) == exit_codes.DONE
     shown = capsys.readouterr()
-    found = json.loads(shown.out)
+    data = json.loads(shown.out)
     assert asked == [(7, 8)]
-    assert found["seed"] == 7
-    folder = Path(found["folder"])
+    assert data["seed"] == 7
+    folder = Path(data["folder"])
     assert folder.parent == tmp_path
     html = (folder / "reproduction.html").read_text(encoding="utf-8")
     assert html.startswith("<!DOCTYPE html>")
     assert not re.search(BESIDE, html)
-    assert json.loads((folder / "result.json").read_text(encoding="utf-8")) == found
+    assert json.loads((folder / "result.json").read_text(encoding="utf-8")) == data
     assert "Fig. 14" in shown.err
 
 
@@ -229,10 +229,10 @@ def test_a_value_that_no_vehicle_can_have_is_refused_with_its_name():
 
 def test_without_inertia_means_the_least_that_the_parameters_take():
     least, _ = bounds(BY_NAME["I_r"], FILE.vehicle.configurations["survey"])
-    found = without_inertia(VALUES, FILE, "survey")
-    assert found == {**VALUES, "I_r": least}
+    result = without_inertia(VALUES, FILE, "survey")
+    assert result == {**VALUES, "I_r": least}
     assert least < 0.1 * VALUES["I_r"]
-    carrying(FILE, "survey", found)
+    carrying(FILE, "survey", result)
 
 
 def square(number, progress):
@@ -247,11 +247,11 @@ def refuse(_progress):
 
 def test_each_result_comes_back_under_its_own_name_from_another_process():
     heard = []
-    found = side_by_side(
+    result = side_by_side(
         {"a": partial(square, 3), "b": partial(square, 4)}, lambda done: heard.append(dict(done))
     )
-    assert {name: value for name, (value, _) in found.items()} == {"a": 9, "b": 16}
-    assert os.getpid() not in {process for _, process in found.values()}
+    assert {name: value for name, (value, _) in result.items()} == {"a": 9, "b": 16}
+    assert os.getpid() not in {process for _, process in result.values()}
     assert heard[0] == {"a": 0.0, "b": 0.0}
 
 

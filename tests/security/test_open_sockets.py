@@ -1,4 +1,4 @@
-"""What is open on networks: on this computer alone unless told, and all of it listed at the start."""
+"""Open sockets: on this computer alone by default, and all of them listed at the start."""
 
 import os
 import socket
@@ -39,15 +39,15 @@ def own_sockets():
             continue
         if target.startswith("socket:["):
             inodes.add(target[8:-1])
-    found = set()
+    result = set()
     for protocol in ("tcp", "udp"):
         for row in Path(f"/proc/self/net/{protocol}").read_text().splitlines()[1:]:
             words = row.split()
             if words[9] in inodes:
                 address, port = words[1].split(":")
                 host = socket.inet_ntoa(bytes.fromhex(address)[::-1])
-                found.add((protocol.upper(), host, int(port, 16)))
-    return found
+                result.add((protocol.upper(), host, int(port, 16)))
+    return result
 
 
 @pytest.mark.parametrize("spec", ["udpin::0", "tcpin::0", "udpout::9", "udpout:localhost:9"])
@@ -115,8 +115,8 @@ def opens_a_link(parser):
 
 
 def test_no_verb_that_opens_a_link_is_left_out_here():
-    found = {verb for verb in cli.VERBS if opens_a_link(cli.verb_parser(verb))}
-    assert found == {line.split()[0] for line in VERBS} | {"tui"}
+    results = {verb for verb in cli.VERBS if opens_a_link(cli.verb_parser(verb))}
+    assert results == {line.split()[0] for line in VERBS} | {"tui"}
 
 
 class Ended(QuietLink):

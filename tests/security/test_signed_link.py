@@ -1,4 +1,4 @@
-"""A signed link: who is heard, who is counted, and when the crew is told."""
+"""A signed link: accepted and refused frames, and the warnings to the crew."""
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -28,7 +28,7 @@ class Side:
         return round((self.clock.unix_s() - EPOCH_UNIX_S) * STEPS_A_S)
 
     def arrives(self, time: int, key: SigningKey = KEY, link: int = 0) -> bytes:
-        """What is handed on of a frame signed so."""
+        """The bytes that pass of a frame signed so."""
         self.outside.write(signed(self.stranger.encode(BEAT), key.secret, link, time))
         return self.link.read(0.0)
 
@@ -39,11 +39,6 @@ class Side:
     def waits(self, seconds: float) -> None:
         self.clock.advance_to(self.clock.boot_s() + seconds)
         self.link.read(0.0)
-
-
-@pytest.fixture
-def clock():
-    return SimulatedClock()
 
 
 @pytest.fixture
@@ -101,7 +96,7 @@ def test_each_kind_of_frame_that_is_refused_is_counted(side):
 
 
 def test_a_frame_signed_sixty_seconds_ago_is_let_in_and_one_ten_microseconds_older_is_not(side):
-    """Times are told in steps of 10 us."""
+    """Times are in steps of 10 us."""
     assert side.arrives(side.now() - 60 * 100_000, link=0)
     assert side.arrives(side.now() - 60 * 100_000 - 1, link=1) == b""
     assert side.gate.counts == {Refusal.OLD: 1}
@@ -186,7 +181,7 @@ def test_a_spoofed_frame_beside_the_true_ones_is_counted_and_troubles_nobody(sid
 
 
 def flood(side, systems, key=None):
-    """What systems that somebody made up send, signed with `key` where there is one."""
+    """Frames of made-up systems, signed with `key` if given."""
     for system in systems:
         raw = Encoder(system, 1).encode(BEAT)
         side.outside.write(signed(raw, key.secret, 0, side.now()) if key else raw)

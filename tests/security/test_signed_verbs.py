@@ -1,8 +1,9 @@
-"""Verbs that open links, with a key: what is recorded, what is said, and that the key is nowhere."""
+"""Verbs that open links, with a key: recording, output, and the key in neither."""
 
 import json
 
 import pytest
+from fakes.recordings import raws
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
@@ -21,7 +22,7 @@ BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
 
 @pytest.fixture(autouse=True)
 def own_state(monkeypatch, tmp_path):
-    """What is kept between runs, kept apart."""
+    """State between runs, in a folder of its own."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
@@ -77,7 +78,7 @@ def test_a_recording_of_a_signed_link_holds_unsigned_frames_and_nothing_holds_th
     said = capsys.readouterr()
     assert code == exit_codes.DONE
     (folder,) = (tmp_path / "dives").iterdir()
-    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == plain_beats()
+    assert raws(folder / "telemetry.tlog") == plain_beats()
     beats = sent_to(far_end)
     assert beats
     assert all(is_of(frame.raw, key.secret) for frame in beats)
@@ -111,16 +112,16 @@ def test_a_recording_that_lets_nothing_in_says_so_within_three_seconds(
 ):
     for raw in plain_beats():
         far_end.write(raw)
-    told = []
-    monkeypatch.setattr("tui.commands.record.write_holding", lambda holding, **_: told.append(holding))
+    reports = []
+    monkeypatch.setattr("tui.commands.record.write_holding", lambda holding, **_: reports.append(holding))
     line = ["record", "--link", "any", "--sign-key", str(key_file), "--out", str(tmp_path / "dives")]
     assert cli.main([*line, "--seconds", "3"]) == exit_codes.LINK
     assert "system 1, component 1, sends is refused, since it is not signed; give its side the same key" in (
         capsys.readouterr().err
     )
-    assert "give its side the same key" in told[-1].trouble
-    assert told[-1].refused == "20 unsigned refused"
-    assert told[-1].sign_key == str(key_file)
+    assert "give its side the same key" in reports[-1].trouble
+    assert reports[-1].refused == "20 unsigned refused"
+    assert reports[-1].sign_key == str(key_file)
 
 
 def test_watch_of_a_signed_link_shows_what_it_refuses(far_end, key_file, capsys):
@@ -144,8 +145,8 @@ def test_doctor_has_a_line_for_what_a_signed_link_refused(far_end, key_file, tmp
         str(tmp_path),
     ]
     cli.main([*line, "--json", "-"])
-    (found,) = [one for one in json.loads(capsys.readouterr().out) if one["name"] == "signing"]
-    assert found == {"name": "signing", "level": "warning", "sentence": "any: 4 unsigned refused"}
+    (result,) = [load for load in json.loads(capsys.readouterr().out) if load["name"] == "signing"]
+    assert result == {"name": "signing", "level": "warning", "sentence": "any: 4 unsigned refused"}
 
 
 def test_a_bridge_with_a_key_signs_takes_no_unsigned_order_and_says_so_to_its_ground(

@@ -1,4 +1,4 @@
-"""Ways to feed one stream of bytes to a parser, and what no parser may do with any of them."""
+"""Ways to feed a stream of bytes to a parser, and the checks that hold for each."""
 
 import random
 from collections.abc import Callable, Iterable, Iterator

@@ -45,8 +45,8 @@ def test_an_answer_may_arrive_in_any_pieces_also_with_pauses_between():
     for gap_s in (0.0, 0.01):
         for pieces in (*splits(VECTOR), tuple(bytewise(VECTOR))):
             parser = four()
-            found = [s for i, piece in enumerate(pieces) for s in parser.feed(piece, 1.0 + i * gap_s)]
-            assert [s.rpm for s in found] == [3500.0]
+            results = [s for i, piece in enumerate(pieces) for s in parser.feed(piece, 1.0 + i * gap_s)]
+            assert [s.rpm for s in results] == [3500.0]
 
 
 @pytest.mark.parametrize("kept", range(10))

@@ -173,14 +173,14 @@ def test_a_rate_beyond_the_rated_range_is_flagged():
 def flagged(rates: np.ndarray) -> list[int]:
     """The frames that are marked invalid, checked to be the same however the stream is cut."""
     data = encode_kvh1750(rates)
-    found = [
+    results = [
         np.concatenate([block.valid for piece in pieces for block in parser.feed(piece, 0.0)])
         for pieces in ([data], random_chunks(data, random.Random(1)), bytewise(data))
         for parser in (Kvh1750Parser(),)
     ]
-    for valid in found[1:]:
-        np.testing.assert_array_equal(valid, found[0])
-    return list(np.flatnonzero(~found[0]))
+    for valid in results[1:]:
+        np.testing.assert_array_equal(valid, results[0])
+    return list(np.flatnonzero(~results[0]))
 
 
 def spike(deg_s: float) -> np.ndarray:

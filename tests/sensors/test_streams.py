@@ -1,4 +1,4 @@
-"""What holds of every parser of frames or lines: any pieces, noise around, flipped bits, bounded memory."""
+"""Checks of every parser of frames or lines: any pieces, noise around, flipped bits, bounded memory."""
 
 import random
 from collections.abc import Callable
@@ -62,7 +62,7 @@ every_device = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 
 
 def values(samples):
-    """What the samples hold but for their times; NaN equals itself in text."""
+    """Values of the samples without their times, as text, in which NaN equals itself."""
     return [repr(s.rate) if isinstance(s, FogBlock) else repr(s).partition(", ")[2] for s in samples]
 
 

@@ -71,8 +71,8 @@ def test_the_encoder_writes_the_vectors_byte_for_byte():
 
 def test_a_false_length_withholds_no_more_than_the_packets_that_it_spans():
     liar = b"\xaa\x10\x01\xff\x0f\x02\x05\xf8\x0f"
-    found = samples(liar + LOCKED * 45)
-    assert len(found) == 45
+    result = samples(liar + LOCKED * 45)
+    assert len(result) == 45
 
 
 def test_a_length_beyond_every_packet_is_passed_over():

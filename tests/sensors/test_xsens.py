@@ -149,8 +149,8 @@ def test_what_is_no_measurement_is_passed_over(message):
 def test_two_sequences_of_one_length_are_told_apart():
     swapped = encode_mtdata2([BASE[1], BASE[0]])
     parser = XsensParser()
-    found = fed(parser, [encode_mtdata2(BASE), swapped, encode_mtdata2(BASE)])
-    assert {(s.specific_force, s.rate) for s in found} == {(FORCE, RATE)}
+    result = fed(parser, [encode_mtdata2(BASE), swapped, encode_mtdata2(BASE)])
+    assert {(s.specific_force, s.rate) for s in result} == {(FORCE, RATE)}
 
 
 def test_the_device_clock_takes_the_jitter_out_of_arrivals():

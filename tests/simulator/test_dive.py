@@ -235,8 +235,8 @@ def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_
         pass
     vehicle.tick(ahead)
     assert vehicle.body.pwm_us == (1500.0,) * 8
-    told = [m for f in Framer().feed(far.read(0.0)) if (m := decode(f)).get_type() == "DEBUG_FLOAT_ARRAY"]
-    said = {m.name: m.data[:6] for m in told}
+    messages = [m for f in Framer().feed(far.read(0.0)) if (m := decode(f)).get_type() == "DEBUG_FLOAT_ARRAY"]
+    said = {m.name: m.data[:6] for m in messages}
     assert said["TAU_CMD"] == said["TAU_PID"] == [0.0] * 6
     assert said["NU_REF"][0] == pytest.approx(0.4)
 
@@ -294,7 +294,7 @@ class Dive:
             self.ticks += 1
 
     def asks(self, mode: Mode) -> list[Any]:
-        """What the ground hears on its order, but for telemetry."""
+        """The answers to the ground's order, without telemetry."""
         self.heard()
         self.ground.write(GROUND.encode(dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", float(mode), 9)))
         self.fly(0.1)

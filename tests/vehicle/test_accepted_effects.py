@@ -45,10 +45,10 @@ def tick(coefficients: dict[str, float], mode: Mode, navigation: Navigation = LE
 
 
 def test_every_id_fits_into_a_mavlink_parameter_and_none_is_given_twice():
-    ids = [one.parameter_id(99) for one in OF_ANY_VEHICLE.values()]
+    ids = [item.parameter_id(99) for item in OF_ANY_VEHICLE.values()]
     assert max(map(len, ids)) <= 16
     assert len(set(ids)) == len(ids)
-    assert all(one.high <= OF_ANY_VEHICLE[one.name].high for one in effect_coefficients(SHAPE))
+    assert all(item.high <= OF_ANY_VEHICLE[item.name].high for item in effect_coefficients(SHAPE))
 
 
 def test_the_wrench_gains_what_the_hull_needs_at_the_speed_that_is_wanted():
@@ -78,7 +78,9 @@ def test_the_wrench_gains_what_the_hull_needs_at_the_speed_that_is_wanted():
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_with_no_effect_in_force_the_pulses_are_to_the_last_bit_those_of_the_linear_model(mode):
-    absent = dict.fromkeys((one.name for one in effect_coefficients(SHAPE)), 0.0)
+    absent = dict.fromkeys(
+        (effect_coefficient.name for effect_coefficient in effect_coefficients(SHAPE)), 0.0
+    )
     assert known_effects(absent, SHAPE).losses is None
     np.testing.assert_array_equal(tick(MODEL | absent, mode), tick(MODEL, mode))
     linear = MODEL["M_u"] * 0.1 + MODEL["D_u"] * 0.4
@@ -161,7 +163,7 @@ def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value
         for c in (MODEL | {"T1_gain": value}, MODEL)
     )
     for number in range(3):
-        told, wanted = (one.step(0.05 * number, LEVEL, REFERENCE) for one in (pilot, without))
+        told, wanted = (item.step(0.05 * number, LEVEL, REFERENCE) for item in (pilot, without))
     assert list(told.pwm_us) == pytest.approx(list(wanted.pwm_us))
     (text,) = (text for text in pilot.take_texts() if "FF without" in text)
     assert text.startswith("FF without T1_gain")

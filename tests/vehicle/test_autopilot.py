@@ -244,7 +244,7 @@ def test_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dea
 
 
 def applied(actuation: Actuation) -> tuple[float, ...]:
-    """What the feed-forward gave the thrusters in surge, sway and yaw."""
+    """The feed-forward's force in surge, sway and yaw."""
     return tuple(actuation.tau_cmd[dof] - actuation.tau_pid[dof] for dof in (0, 1, 5))
 
 

@@ -80,14 +80,14 @@ HEADINGS = {
 def rows(of: type) -> dict[str, list[str]]:
     """The cells beside each field of the one table that names all of a dataclass's fields."""
     wanted = {field.name for field in fields(of)}
-    found = []
+    results = []
     for table in re.findall(r"(?:^\|.*\n)+", PAGE, re.M):
         lines = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in table.splitlines()]
         named = {name: line[1:] for line in lines[2:] for name in re.findall(r"`(\w+)`", line[0])}
         if lines[0][0] == HEADINGS[of] and set(named) == wanted:
-            found.append(named)
-    assert len(found) == 1, f"no one table names just {sorted(wanted)} of {of.__name__}"
-    return found[0]
+            results.append(named)
+    assert len(results) == 1, f"no one table names just {sorted(wanted)} of {of.__name__}"
+    return results[0]
 
 
 @pytest.mark.parametrize("of", HEADINGS, ids=lambda of: of.__name__)

@@ -190,16 +190,19 @@ def fly(
         shadow.step(TICK_S, TRUE, {}, given, forces, six(u, 0.0, r))
 
 
-def test_a_minute_in_which_the_model_tells_the_force_is_good():
-    shadow = Shadow(SHADOWED_REACH)
+@pytest.fixture
+def shadow() -> Shadow:
+    return Shadow(SHADOWED_REACH)
+
+
+def test_a_minute_in_which_the_model_tells_the_force_is_good(shadow):
     assert shadow.fault == NONE_FLOWN
     fly(shadow, 62.0)
     assert shadow.fault == ""
 
 
 @pytest.mark.parametrize("seconds", [0.1, 13.0, 59.0])
-def test_less_than_a_minute_is_told_as_such(seconds):
-    shadow = Shadow(SHADOWED_REACH)
+def test_less_than_a_minute_is_told_as_such(shadow, seconds):
     fly(shadow, seconds)
     assert shadow.fault == f"shadow: {2 * (seconds // 2):.0f} of 60 s flown"
 
@@ -207,8 +210,7 @@ def test_less_than_a_minute_is_told_as_such(seconds):
 @pytest.mark.parametrize(
     ("share", "good"), [(0.5, False), (0.7, True), (1.5, True), (2.0, True), (2.5, False)]
 )
-def test_a_force_of_another_size_than_the_models_is_not_explained(share, good):
-    shadow = Shadow(SHADOWED_REACH)
+def test_a_force_of_another_size_than_the_models_is_not_explained(shadow, share, good):
     fly(shadow, 62.0, surge=share)
     explained = 1 - (1 - 1 / share) ** 2
     words = f"shadow: {max(100 * explained, 0):.0f} % of surge explained, needs 70"
@@ -216,8 +218,7 @@ def test_a_force_of_another_size_than_the_models_is_not_explained(share, good):
     assert len(words) <= 50
 
 
-def test_a_current_that_the_model_knows_nothing_of_is_told():
-    shadow = Shadow(SHADOWED_REACH)
+def test_a_current_that_the_model_knows_nothing_of_is_told(shadow):
     fly(shadow, 62.0, extra_n=40.0)
     assert "of surge explained, needs 70" in shadow.fault
 
@@ -230,8 +231,7 @@ def test_one_axis_that_is_wrong_spoils_it_and_one_that_was_not_moved_does_not():
     assert ahead.fault == ""
 
 
-def test_a_vehicle_that_lay_still_has_shown_nothing():
-    shadow = Shadow(SHADOWED_REACH)
+def test_a_vehicle_that_lay_still_has_shown_nothing(shadow):
     fly(shadow, 62.0, ahead=0.0)
     assert shadow.fault == "shadow: no axis moved for 10 of 60 s"
     fly(shadow, 50.0, ahead=0.0)
@@ -239,8 +239,7 @@ def test_a_vehicle_that_lay_still_has_shown_nothing():
     assert shadow.fault == ""
 
 
-def test_only_the_last_minute_counts():
-    shadow = Shadow(SHADOWED_REACH)
+def test_only_the_last_minute_counts(shadow):
     fly(shadow, 30.0, surge=3.0)
     fly(shadow, 40.0)
     assert "of surge explained" in shadow.fault
@@ -248,8 +247,7 @@ def test_only_the_last_minute_counts():
     assert shadow.fault == ""
 
 
-def test_what_broke_it_is_told_until_a_minute_has_been_flown_since():
-    shadow = Shadow(SHADOWED_REACH)
+def test_what_broke_it_is_told_until_a_minute_has_been_flown_since(shadow):
     fly(shadow, 62.0)
     shadow.begin_anew("thrust at a limit")
     assert shadow.fault == "shadow: 0 of 60 s flown since thrust at a limit"
@@ -259,15 +257,13 @@ def test_what_broke_it_is_told_until_a_minute_has_been_flown_since():
     assert shadow.fault == ""
 
 
-def test_a_reading_that_is_no_number_begins_it_anew():
-    shadow = Shadow(SHADOWED_REACH)
+def test_a_reading_that_is_no_number_begins_it_anew(shadow):
     fly(shadow, 62.0)
     shadow.step(TICK_S, TRUE, {}, six(1.0), six(1.0), six(math.nan))
     assert shadow.fault == "shadow: 0 of 60 s flown since a bad reading"
 
 
-def test_a_pause_keeps_what_was_seen_and_takes_no_change_of_velocity_across():
-    shadow = Shadow(SHADOWED_REACH)
+def test_a_pause_keeps_what_was_seen_and_takes_no_change_of_velocity_across(shadow):
     fly(shadow, 62.0)
     shadow.pause()
     assert shadow.fault == ""
@@ -275,8 +271,7 @@ def test_a_pause_keeps_what_was_seen_and_takes_no_change_of_velocity_across():
     assert shadow.fault == ""
 
 
-def test_a_loop_that_stood_still_tells_nothing_of_the_time_between():
-    shadow = Shadow(SHADOWED_REACH)
+def test_a_loop_that_stood_still_tells_nothing_of_the_time_between(shadow):
     fly(shadow, 58.0)
     shadow.step(30.0, TRUE, {}, six(900.0), six(), six())
     fly(shadow, 6.0)

@@ -101,7 +101,7 @@ class Modes(RuleBasedStateMachine):
         self.bridge = Bridge(FILE.vehicle, self.clock, [near], self.server, veh_cfg=VEH_CFG)
 
     def take_up(self) -> None:
-        """What this test's model knows after a start: what was kept of this very hull."""
+        """The model after a start: the values kept for this very hull."""
         self.armed, self.disk_is_full = False, False
         self.mode, self.committed = self.kept.get(self.hull, (Mode.OFF, None))
         self.staged = dict(self.committed or self.defaults)
@@ -128,7 +128,7 @@ class Modes(RuleBasedStateMachine):
 
     @property
     def misfit(self) -> float:
-        """By what share of what the water does they are wrong; without end where one is no number."""
+        """Their error as a share of the water's force; infinite if a value is no number."""
         shares = [abs(self.flown.get(name, 0.0) / TRUE[name] - 1.0) for name in ("M_u", "D_u")]
         return max(math.inf if math.isnan(share) else share for share in shares)
 
@@ -259,7 +259,7 @@ class Modes(RuleBasedStateMachine):
         seconds=st.sampled_from([SHADOW_S + 2.5, SHADOW_S - 1.0]),
     )
     def fly_a_shadow(self, mass: float, damping: float, then: float, seconds: float) -> None:
-        """What leads to a raise while armed, or to its refusal; other rules come between its parts anywhere else."""
+        """Steps to a raise while armed, or to its refusal; other rules come between them."""
         self.off_is_always_taken()
         self.stage_a_model(mass, damping)
         self.commit(True)
@@ -347,7 +347,7 @@ class Modes(RuleBasedStateMachine):
             self.shadow_s = 0.0
 
     def judge(self, told: Actuation, stale: bool, finite: bool) -> None:
-        """What holds for every tick."""
+        """Checks of every tick."""
         model = self.flown
         before, self.applied = (
             self.applied,

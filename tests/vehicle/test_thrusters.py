@@ -38,8 +38,8 @@ def test_a_wrench_beyond_the_limit_keeps_its_direction_and_puts_the_busiest_thru
 
 
 def test_a_wrench_that_no_thruster_can_make_is_told_as_zero():
-    one = Configuration(10.0, (1.0, 1.0, 1.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),))
-    _, wrench, _ = Allocator(one, T200).allocate([3.0, 5.0, 0.0, 0.0, 0.0, 1.0])
+    configuration = Configuration(10.0, (1.0, 1.0, 1.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),))
+    _, wrench, _ = Allocator(configuration, T200).allocate([3.0, 5.0, 0.0, 0.0, 0.0, 1.0])
     np.testing.assert_allclose(wrench, [3.0, 0, 0, 0, 0, 0], atol=1e-12)
 
 

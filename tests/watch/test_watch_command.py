@@ -7,6 +7,7 @@ import threading
 from dataclasses import replace
 
 import pytest
+from fakes.telling import telling
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
@@ -17,7 +18,6 @@ from bridge.errors import LinkLost
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
-from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links
 from tui.commands import watch as watched
@@ -25,13 +25,11 @@ from tui.commands.watch import Look
 
 RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
-RECORDING = Holding(
-    7, "", ("udp",), "dives/a", "2026-11-20T09:12:03Z", 1234, 5_600_000, 0, 7200.0, (), 0.0
-)  # fmt: skip
+RECORDING = telling(frames=1234, bytes=5_600_000, disk_left_s=7200.0)
 
 
 def said():
-    """What a healthy vehicle says: signals and values."""
+    """Signals and values of a healthy vehicle."""
     return [
         ("nu_ref", REFERENCE), ("imu", imu()), ("fog", (0.1,)), ("dvl", dvl()), ("altitude", (3.0,)),
         ("pressure", (110000.0, 20.0)), ("attitude", (*LEVEL, *STILL)), ("pwm", (1500.0,) * 8),
@@ -168,7 +166,7 @@ def test_where_nothing_comes_it_says_so_and_ends_with_3(capsys):
 
 SPEC = "udpin:127.0.0.1:14550"
 FIRST, SECOND = "tcp:127.0.0.1:40001", "tcp:127.0.0.1:40002"
-HOLDING = Holding(7, FIRST, (SPEC,), "dives/a", "2026-11-20T09:12:03Z", 1, 1, 0, 7200.0, (), 0.0)
+HOLDING = telling(hub=FIRST, links=(SPEC,))
 
 
 class Switched(QuietLink):
@@ -204,7 +202,7 @@ class Ground:
         return self.links[name]
 
     def turn(self, link, turns=100):
-        """What is read by then; 0.1 s a turn."""
+        """The bytes of so many reads; 0.1 s each."""
         data = b""
         for _ in range(turns):
             data += link.read(0.01)

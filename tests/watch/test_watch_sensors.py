@@ -27,8 +27,8 @@ def vehicle(watcher):
 
 
 def row(watcher, signal, now_s):
-    (found,) = [row for row in watcher.picture(now_s).sensors if row.signal == signal]
-    return found
+    (result,) = [row for row in watcher.picture(now_s).sensors if row.signal == signal]
+    return result
 
 
 def test_a_value_is_stale_after_three_periods_and_gone_after_ten():
@@ -65,8 +65,8 @@ NO_FIX = (0.0, *(math.nan,) * 5, math.nan, 3.0)
 def test_a_sensor_is_judged_by_what_it_said(watcher, vehicle, signal, said, every_s, now_s, condition, words):
     for k, values in enumerate(said):
         vehicle.tells(signal, values, every_s * k)
-    found = row(watcher, signal, now_s)
-    assert (found.freshness, found.condition, found.words) == (Freshness.FRESH, condition, words)
+    result = row(watcher, signal, now_s)
+    assert (result.freshness, result.condition, result.words) == (Freshness.FRESH, condition, words)
 
 
 def test_a_sensor_that_falls_silent_is_degraded_then_missing_and_says_for_how_long(watcher, vehicle):
@@ -153,12 +153,12 @@ def test_velocity_rates_depth_and_heading_stand_beside_their_references(tracer, 
     at_two_metres = 100 * water.surface_pressure_hpa + 2.0 * water.density_kg_m3 * water.gravity_m_s2
     traced.tells("pressure", (at_two_metres, 20.0), 1.1)
     traces = tracer.picture(1.2).traces
-    found = {
+    results = {
         key: (float(t.value[-1]), float(t.reference[-1]))
         for key, t in traces.items()
         if t.reference is not None
     }
-    assert found == {
+    assert results == {
         "u": pytest.approx((0.3, 0.4)), "v": pytest.approx((-0.1, 0.1)), "w": pytest.approx((0.05, 0.2)),
         "p": pytest.approx((0.1, 0.01)), "q": pytest.approx((0.2, 0.02)), "r": pytest.approx((0.3, 0.03)),
         "depth": pytest.approx((2.0, 1.5), abs=1e-4), "heading": pytest.approx((0.0, 270.0), abs=1e-4),
@@ -242,8 +242,8 @@ def test_an_autopilots_velocity_is_turned_into_body_axes_where_no_dvl_speaks(tra
     x, y, z, w = turned.as_quat()
     traced.tells("attitude", (w, x, y, z, *STILL), 1.0)
     traced.says(mav.MAVLink_local_position_ned_message(1000, 0, 0, 0, 0.3, 0.7, 0.1), 1.1)
-    found = [last(tracer, key, 1.2) for key in "uvw"]
-    assert found == pytest.approx(turned.inv().apply((0.3, 0.7, 0.1)), abs=1e-6)
+    results = [last(tracer, key, 1.2) for key in "uvw"]
+    assert results == pytest.approx(turned.inv().apply((0.3, 0.7, 0.1)), abs=1e-6)
     traced.tells("dvl", dvl(0.2), 1.3)
     traced.says(mav.MAVLink_local_position_ned_message(1200, 0, 0, 0, 0.0, 0.7, 0.1), 1.4)
     assert last(tracer, "u", 1.5) == pytest.approx(0.2)

@@ -1,4 +1,4 @@
-"""What the picture says of a vehicle: who is watched, armed or not, its links and words."""
+"""The picture of a vehicle: which is watched, armed or not, its links and words."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A bridge for tests, in lock-step or in real time, and what the ground hears of it."""
+"""A bridge in lock-step or in real time, and the messages that the ground hears."""
 
 import math
 import threading
@@ -43,7 +43,7 @@ ALL = {
 
 
 class Rig:
-    """A bridge in lock-step, and what the ground hears."""
+    """A bridge in lock-step, and the ground's end of its link."""
 
     def __init__(self, system: int = 1, component: int = 1, **options: Any) -> None:
         self.clock = SimulatedClock()
@@ -72,7 +72,7 @@ class Rig:
         return [decode(frame) for frame in frames]
 
     def ask(self, message: Any, encoder: Encoder | None = None) -> list[Any]:
-        """What comes of a message, the beat left out."""
+        """The answers to a message, without the beat."""
         self.step(self.clock.now_s)
         self.ground.write((encoder or self.encoder).encode(message))
         return self.step()

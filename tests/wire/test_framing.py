@@ -109,8 +109,8 @@ def test_every_intact_frame_survives_one_flipped_bit_in_a_thousand_bytes():
         place = min(block + rng.randrange(1000), len(damaged) - 1)
         damaged[place] ^= 1 << rng.randrange(8)
         hurt.add(owner[place])
-    found = [f.raw for f in _feed_in_pieces(bytes(damaged), 4096) if f.known]
-    assert found == [frame for i, frame in enumerate(frames) if i not in hurt]
+    results = [f.raw for f in _feed_in_pieces(bytes(damaged), 4096) if f.known]
+    assert results == [frame for i, frame in enumerate(frames) if i not in hurt]
 
 
 def _feed_in_pieces(data: bytes, size: int) -> list:

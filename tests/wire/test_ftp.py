@@ -233,7 +233,7 @@ def test_a_bridge_refuses_parameters_as_a_file_in_the_same_step_and_hands_out_it
 
 
 class Wire:
-    """What pymavlink's FTP client takes for its connection: it speaks to a server."""
+    """A connection for pymavlink's FTP client, which speaks to a server."""
 
     source_system, source_component = 255, 190
 

@@ -252,7 +252,7 @@ def exact(value: Any) -> Any:
     if isinstance(value, float | np.floating):
         return "nan" if math.isnan(value) else struct.pack("<f", value)
     if isinstance(value, list | tuple | np.ndarray):
-        return [exact(one) for one in value]
+        return [exact(item) for item in value]
     return int(value)
 
 

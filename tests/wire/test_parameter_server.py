@@ -69,6 +69,11 @@ def fill(target: ParameterServer) -> None:
         assert target.write(name, 24.1, False) is None
 
 
+@pytest.fixture
+def target():
+    return server()
+
+
 def test_the_table_has_every_coefficient_of_every_configuration_behind_them_effects_and_four_of_its_own():
     names = server().names
     assert len(names) == ALL == 2 * (12 + 19 + 1) + 4
@@ -80,8 +85,7 @@ def test_the_table_has_every_coefficient_of_every_configuration_behind_them_effe
     assert all(len(name) <= 16 for name in names)
 
 
-def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true_index():
-    target = server()
+def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true_index(target):
     ((kind, value),) = ask(target, set_message("FF1_M_U", 96.4))
     assert kind == "PARAM_VALUE"
     told = (value.param_id, value.param_value, value.param_type, value.param_count, value.param_index)
@@ -109,8 +113,9 @@ def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true
         ("FF_VERSION", 2.0, False, Refusal.READ_ONLY),
     ],
 )
-def test_an_unfit_write_changes_nothing_and_is_answered_by_error_and_present_value(name, value, armed, error):
-    target = server()
+def test_an_unfit_write_changes_nothing_and_is_answered_by_error_and_present_value(
+    target, name, value, armed, error
+):
     before = {n: target.value(n) for n in target.names}
     (first, refusal), (second, held) = ask(target, set_message(name, value), armed)
     assert (first, second) == ("PARAM_ERROR", "PARAM_VALUE")
@@ -163,8 +168,7 @@ def test_an_unknown_parameter_is_answered_by_does_not_exist(message):
         ("FF0_T_OHM", 0.0, 1.0),
     ],
 )
-def test_a_coefficient_is_bounded_by_what_a_vehicle_of_this_mass_and_thrust_can_have(name, low, high):
-    target = server()
+def test_a_coefficient_is_bounded_by_what_a_vehicle_of_this_mass_and_thrust_can_have(target, name, low, high):
     least, most = np.float32(low), np.float32(high)
     for fit in (float(least), float(most), 0.0, -0.0):
         assert target.write(name, fit, False) is None
@@ -198,15 +202,13 @@ def test_every_vehicle_that_we_ship_and_the_truth_of_the_simulated_one_are_withi
     assert len(rows) == sum(12 + 19 + len(shape.thrusters) for shape in craft.configurations.values())
 
 
-def test_only_real32_is_taken():
-    target = server()
+def test_only_real32_is_taken(target):
     (_, refusal), (_, held) = ask(target, set_message("FF0_M_U", 50.0, kind=dialect.MAV_PARAM_TYPE_INT32))
     assert (refusal.error, held.param_value) == (Refusal.WRONG_TYPE, 0.0)
 
 
 @pytest.mark.parametrize(("system", "component"), [(2, 1), (1, 191), (0, 0), (0, 1), (1, 0)])
-def test_a_write_or_a_read_that_is_not_addressed_to_this_component_is_ignored(system, component):
-    target = server()
+def test_a_write_or_a_read_that_is_not_addressed_to_this_component_is_ignored(target, system, component):
     assert ask(target, set_message("FF0_M_U", 50.0, system=system, component=component)) == []
     assert ask(target, read_message("FF0_M_U", system=system, component=component)) == []
     assert target.value("FF0_M_U") == 0.0
@@ -215,16 +217,14 @@ def test_a_write_or_a_read_that_is_not_addressed_to_this_component_is_ignored(sy
 @pytest.mark.parametrize(
     ("system", "component", "served"), [(1, 1, ALL), (0, 0, ALL), (1, 0, ALL), (2, 1, 0), (1, 191, 0)]
 )
-def test_the_list_is_served_to_those_who_ask_this_component(system, component, served):
-    target = server()
+def test_the_list_is_served_to_those_who_ask_this_component(target, system, component, served):
     assert ask(target, dialect.MAVLink_param_request_list_message(system, component)) == []
     told = [received(m) for _ in range(20) for m in target.step(5)]
     assert [m.param_index for m in told] == list(range(served))
     assert [m.param_id for m in told] == list(target.names)[:served]
 
 
-def test_the_list_is_paced_and_a_second_request_misses_nothing():
-    target = server()
+def test_the_list_is_paced_and_a_second_request_misses_nothing(target):
     request = dialect.MAVLink_param_request_list_message(1, 1)
     ask(target, request)
     first = target.step(5)
@@ -237,8 +237,7 @@ def test_the_list_is_paced_and_a_second_request_misses_nothing():
     assert {m.param_index for m in second} == set(range(ALL))
 
 
-def test_a_staged_set_is_active_only_once_its_crc_is_committed():
-    target = server()
+def test_a_staged_set_is_active_only_once_its_crc_is_committed(target):
     fill(target)
     assert (target.active(0), target.active_crc, target.value("FF_ACTIVE")) == ({}, 0, 0.0)
     crc = set_crc({name: target.value(name) for name in target.names[:-4]})
@@ -252,8 +251,7 @@ def test_a_staged_set_is_active_only_once_its_crc_is_committed():
     assert target.active(1)["M_u"] == to_float32(24.1)
 
 
-def test_the_crc_of_another_set_commits_nothing():
-    target = server()
+def test_the_crc_of_another_set_commits_nothing(target):
     fill(target)
     stale = float(target.staged_crc)
     target.write("FF0_M_U", 25.0, False)
@@ -263,8 +261,7 @@ def test_the_crc_of_another_set_commits_nothing():
 
 
 @pytest.mark.parametrize("mode", [2.0, 3.0])
-def test_nothing_is_committed_while_armed_and_the_feed_forward_acts(mode):
-    target = server()
+def test_nothing_is_committed_while_armed_and_the_feed_forward_acts(target, mode):
     fill(target)
     flies = target.staged_crc
     target.write("FF_COMMIT", float(flies), False)
@@ -281,8 +278,7 @@ def test_nothing_is_committed_while_armed_and_the_feed_forward_acts(mode):
 
 
 @pytest.mark.parametrize("mode", [0.0, 1.0])
-def test_a_set_is_committed_while_armed_where_the_feed_forward_does_not_act(mode):
-    target = server()
+def test_a_set_is_committed_while_armed_where_the_feed_forward_does_not_act(target, mode):
     fill(target)
     target.write("FF_MODE", mode, True)
     assert target.write("FF_COMMIT", float(target.staged_crc), True) is None
@@ -319,8 +315,9 @@ def test_where_no_controller_watches_shadow_nothing_is_proven():
 
 
 @pytest.mark.parametrize("unset", ["M_u", "D_u", "M_v", "D_v", "I_r", "D_r"])
-def test_a_mass_inertia_or_damping_of_zero_is_not_set_and_turns_the_feed_forward_of_its_axis_off(unset):
-    target = server()
+def test_a_mass_inertia_or_damping_of_zero_is_not_set_and_turns_the_feed_forward_of_its_axis_off(
+    target, unset
+):
     fill(target)
     assert target.write(f"FF0_{unset.upper()}", 0.0, False) is None
     assert target.write("FF_COMMIT", float(target.staged_crc), False) is None

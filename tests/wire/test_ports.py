@@ -11,6 +11,7 @@ import pytest
 from fakes.ports import open_pty
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import in_real_time, vehicle
+from waiting import over_and_over
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError
@@ -32,7 +33,7 @@ WITHIN_S = 60.0
 
 
 class Ground:
-    """What the other end of the bridge's link hears."""
+    """The other end of the bridge's link."""
 
     def __init__(self, link: Any) -> None:
         self._link = link
@@ -55,7 +56,7 @@ class Ground:
         return not self._link.read(seconds)
 
     def text(self, part: str) -> str:
-        """What was said up to the words that hold `part`, in however many pieces."""
+        """All texts up to the one with `part`, in however many pieces."""
         said = ""
 
         def says(frame: Frame) -> bool:
@@ -89,22 +90,9 @@ def bridging(
         yield bridge, Ground(far), clock
 
 
-@contextmanager
-def feeding(device: Link, data: bytes) -> Iterator[None]:
-    """Writes `data` over and over: a port drops what came before it was opened."""
-    enough = threading.Event()
-
-    def feed() -> None:
-        while not enough.wait(0.02):
-            device.write(data)
-
-    thread = threading.Thread(target=feed)
-    thread.start()
-    try:
-        yield
-    finally:
-        enough.set()
-        thread.join(WITHIN_S)
+def feeding(device: Link, data: bytes) -> Any:
+    """Writes `data` over and over: a port drops bytes that came before it was opened."""
+    return over_and_over(lambda: device.write(data), 0.02)
 
 
 def test_bytes_on_a_port_become_frames_dated_by_their_arrival():

@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from fakes.recordings import ring_raws
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig, imu
 
@@ -19,7 +20,6 @@ from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.segments import Segment, segment_named, segments_in
-from bridge.wire.tlog import read_tlog
 
 SMALL = Bounds(total=4000, segment=1000)
 
@@ -34,16 +34,6 @@ def write_all(ring, wanted, boot_ms=0):
     for n, raw in enumerate(wanted):
         ring.write(1_790_000_000_000_000 + n, boot_ms + n, raw)
     ring.close()
-
-
-def held(folder):
-    """The frames of all segments that hold any, oldest first."""
-    return [
-        frame.raw
-        for segment, size in segments_in(folder)
-        if size
-        for _, frame in read_tlog(folder / segment.name)
-    ]
 
 
 def test_a_segment_is_known_by_its_name():
@@ -61,7 +51,7 @@ def test_a_ring_holds_its_newest_frames_whole_and_in_order_and_never_more_than_i
         ring.write(n, n, raw)
         largest = max(largest, sum(size for _, size in segments_in(tmp_path / "ring")))
     ring.close()
-    kept = held(tmp_path / "ring")
+    kept = ring_raws(tmp_path / "ring")
     assert largest <= SMALL.total
     assert kept == sent[-len(kept) :]
     assert sum(len(raw) + 8 for raw in kept) > SMALL.total - 2 * SMALL.segment
@@ -72,7 +62,7 @@ def test_a_restart_begins_a_segment_of_its_own_after_those_before(tmp_path):
     write_all(RingFiles(tmp_path, SMALL, 99), sent[:10])
     write_all(RingFiles(tmp_path, SMALL, 7), sent[10:20])
     write_all(RingFiles(tmp_path, SMALL, 50), sent[20:])
-    assert held(tmp_path) == sent
+    assert ring_raws(tmp_path) == sent
     assert [(s.boot, s.identity) for s, _ in segments_in(tmp_path)] == [(1, 99), (2, 7), (3, 50)]
 
 
@@ -80,7 +70,7 @@ def test_files_that_are_no_segments_are_left_alone(tmp_path):
     (tmp_path / "notes.txt").write_bytes(b"x" * 5000)
     write_all(RingFiles(tmp_path, SMALL, 7), frames(400))
     assert (tmp_path / "notes.txt").read_bytes() == b"x" * 5000
-    assert held(tmp_path) == frames(400)[-len(held(tmp_path)) :]
+    assert ring_raws(tmp_path) == frames(400)[-len(ring_raws(tmp_path)) :]
 
 
 class Disk:
@@ -180,13 +170,13 @@ def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later()
     clock, disk = SimulatedClock(), Disk()
     ring = RingKeeper(disk, 7, clock)
     disk.fault = "disk full"
-    told = []
+    reports = []
     for second in range(150):
         clock.advance_to(float(second))
         ring.put(0, float(second), frames(1))
         ring.work()
-        told += [second] * len(ring.take_texts())
-    assert told == [0, 60, 120]
+        reports += [second] * len(ring.take_texts())
+    assert reports == [0, 60, 120]
 
 
 def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch):
@@ -229,7 +219,7 @@ def test_a_full_disk_leaves_no_litter_and_the_ring_goes_on_in_a_new_segment(tmp_
     for n, raw in enumerate(sent[10:]):
         ring.write(n, n, raw)
     ring.close()
-    assert held(tmp_path) == sent
+    assert ring_raws(tmp_path) == sent
     assert all(size for _, size in segments_in(tmp_path))
 
 
@@ -252,9 +242,9 @@ def test_a_ring_that_is_taken_away_is_told_in_one_text_and_begun_anew(tmp_path, 
     (text,) = ring.take_texts()
     assert text == f"ring: files were {fate}, it begins anew"
     assert len(text.encode()) <= 50
-    assert held(folder) == sent[8:]
+    assert ring_raws(folder) == sent[8:]
     if fate == "moved away":
-        assert held(elsewhere) == sent[:8]
+        assert ring_raws(elsewhere) == sent[:8]
 
 
 WRITES = """
@@ -290,7 +280,7 @@ def killed_ring(folder: Path, after: int) -> int:
 
 def survives(folder: Path, after: int) -> None:
     written, endless = killed_ring(folder, after), frames(200) * 100
-    kept = held(folder)
+    kept = ring_raws(folder)
     # The frame under way at the kill may be there whole, or not.
     assert kept[-5:] in (endless[written - 5 : written], endless[written - 4 : written + 1])
 

@@ -1,4 +1,4 @@
-"""The bridge tells what the devices say."""
+"""The bridge sends the readings of its devices."""
 
 import math
 from collections import Counter
@@ -42,8 +42,7 @@ def test_it_is_a_submarine_alone_and_a_companion_beside_an_autopilot(component, 
     assert rig.step(1.0)[0].base_mode & 128
 
 
-def test_bytes_of_a_device_become_its_message_in_body_axes():
-    rig = Rig()
+def test_bytes_of_a_device_become_its_message_in_body_axes(rig):
     vector = bytes.fromhex(
         "aa1001620002055b00aa11570000004c00010000181a0b14023703fa00010000003f000080be0000003e0000000000004040666646"
         "409a993940333343403d0a27400080bb44000000000000c0410000bc410000803e30303132333400001c0fc610"
@@ -56,8 +55,7 @@ def test_bytes_of_a_device_become_its_message_in_body_axes():
     assert rig.bridge.navigation.velocity == (0.5, -0.25, 0.125)
 
 
-def test_noise_on_every_line_ends_no_driver():
-    rig = Rig()
+def test_noise_on_every_line_ends_no_driver(rig):
     for slot in ("dvl", "imu", "fog", "esc"):
         for seed in range(20):
             rig.bridge.receive(slot, np.random.default_rng(seed).bytes(500), 0.1 * seed)
@@ -68,23 +66,21 @@ def test_noise_on_every_line_ends_no_driver():
     assert rig.told("fog")
 
 
-def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes():
-    rig = Rig()
-    told = []
+def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes(rig):
+    reports = []
     for i in range(1, 101):
         rig.bridge.accept("imu", [imu(0.01 * i, (0.01 * i, 0.0, 9.81))])
         if i % 5 == 0:
             rig.step(0.01 * i)
-            told += rig.told("imu")
-    assert len(told) == pytest.approx(50, abs=1)
-    for reading in told[1:]:
+            reports += rig.told("imu")
+    assert len(reports) == pytest.approx(50, abs=1)
+    for reading in reports[1:]:
         # The force along x equals the time: a mean that was dated otherwise would show.
         assert reading.values[0] == pytest.approx(reading.time_s, abs=1e-5)
         assert reading.values[2:6] == pytest.approx((-9.81, 0.1, 0.2, 0.3), abs=1e-6)
 
 
-def test_attitude_goes_out_at_the_control_rate_level_and_north():
-    rig = Rig()
+def test_attitude_goes_out_at_the_control_rate_level_and_north(rig):
     rig.bridge.accept("imu", [imu(0.01), imu(0.02)])
     rig.step(0.05)
     (attitude,) = rig.told("attitude")
@@ -94,24 +90,22 @@ def test_attitude_goes_out_at_the_control_rate_level_and_north():
     assert rig.told("attitude") == []
 
 
-def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_it():
-    rig = Rig()
-    told = []
+def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_it(rig):
+    reports = []
     # The rate equals the time in ms at the end of each sample, so a mean tells which samples are in it.
     for tick in range(20):
         rates = [float(tick * 50 + i + 1) for i in range(50)]
         rig.bridge.accept("fog", [fog(0.05 * (tick + 1), rates)])
         rig.step(0.05 * (tick + 1))
-        told += rig.told("fog")
-    assert len(told) == pytest.approx(40, abs=1)
+        reports += rig.told("fog")
+    assert len(reports) == pytest.approx(40, abs=1)
     # The first interval begins with the first sample, every other one with the end of the one before.
-    for reading in told[1:]:
+    for reading in reports[1:]:
         assert reading.values[0] == pytest.approx(1000 * reading.time_s + 0.5, rel=1e-6)
-    assert np.diff([r.time_s for r in told[1:]]) == pytest.approx(0.025, abs=1e-6)
+    assert np.diff([r.time_s for r in reports[1:]]) == pytest.approx(0.025, abs=1e-6)
 
 
-def test_invalid_gyro_samples_are_left_out_of_the_mean():
-    rig = Rig()
+def test_invalid_gyro_samples_are_left_out_of_the_mean(rig):
     block = fog(0.1, [1.0] * 100)
     spoilt = np.arange(100) % 3 == 0
     rig.bridge.accept("fog", [FogBlock(block.time_s, np.where(spoilt, 1e3, 1.0), ~spoilt)])
@@ -123,8 +117,7 @@ def test_invalid_gyro_samples_are_left_out_of_the_mean():
     assert rig.told("fog") == []
 
 
-def test_a_mean_never_reaches_over_a_gap():
-    rig = Rig()
+def test_a_mean_never_reaches_over_a_gap(rig):
     rig.bridge.accept("fog", [fog(0.01, [5.0] * 10)])
     rig.bridge.accept("fog", [fog(0.25, [1.0] * 30)])
     rig.step(0.3)
@@ -137,8 +130,7 @@ def test_a_mean_never_reaches_over_a_gap():
     assert [r.values[0] for r in rig.told("imu")][-2:] == [0.0, 0.0]
 
 
-def test_a_control_tick_goes_out_whole_and_sets_the_configuration():
-    rig = Rig()
+def test_a_control_tick_goes_out_whole_and_sets_the_configuration(rig):
     rig.step(0.0)
     rig.bridge.publish(acted(1.0))
     rig.step(1.0)
@@ -148,8 +140,7 @@ def test_a_control_tick_goes_out_whole_and_sets_the_configuration():
     assert rig.told("nu_fb")[0] == Reading("nu_fb", 1.0, SIX)
 
 
-def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan():
-    rig = Rig()
+def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan(rig):
     rig.bridge.publish(acted(0.1, (1400.0, 1600.0)))
     rig.bridge.accept("esc", [EscSample(0.1, 0, 900.0, 16.0, 2.0)])
     rig.step(0.1)

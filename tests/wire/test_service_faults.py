@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from service_rig import Rig, acted, fog, vehicle
+from service_rig import acted, fog, vehicle
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
@@ -19,8 +19,7 @@ from bridge.wire.framing import Framer
 
 
 @pytest.mark.parametrize(("reads_fail", "writes_fail"), [(True, True), (True, False), (False, True)])
-def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(reads_fail, writes_fail):
-    rig = Rig()
+def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(rig, reads_fail, writes_fail):
     broken = FakeLink("serial:/dev/ttyX", reads_fail=reads_fail, writes_fail=writes_fail)
     bridge = Bridge(rig.vehicle, rig.clock, [broken, *rig.links], rig.parameters)
     texts = []
@@ -39,8 +38,7 @@ def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(read
     assert broken.sent
 
 
-def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away():
-    rig = Rig()
+def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away(rig):
     plugged: list[FakeLink] = []
 
     def connect() -> FakeLink:
@@ -71,8 +69,7 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away():
     assert said == f"link back: serial:/dev/ttyX, {dropped} writes lost"
 
 
-def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named():
-    rig = Rig()
+def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named(rig):
     texts: list[str] = []
     for i in range(1, 100):
         now_s = 0.1 * i
@@ -101,8 +98,7 @@ def test_a_device_on_the_network_that_makes_no_sense_is_named_by_its_address_not
     assert bridge.device_faults == {"dvl": said}
 
 
-def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks():
-    rig = Rig()
+def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks(rig):
     slots = ("imu", "fog", "depth", "esc")
     texts: list[str] = []
     faults = []
@@ -124,8 +120,7 @@ def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks
     assert faults == [no_port] * 70 + ["dvl silent: check cable"] * 20 + [""] * 10
 
 
-def test_long_words_go_out_in_pieces_that_belong_together():
-    rig = Rig()
+def test_long_words_go_out_in_pieces_that_belong_together(rig):
     rig.step(0.0)
     rig.bridge.say("x" * 120)
     pieces = rig.step()
@@ -135,16 +130,14 @@ def test_long_words_go_out_in_pieces_that_belong_together():
     assert pieces[0].id != 0
 
 
-def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out():
-    rig = Rig()
+def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out(rig):
     rig.bridge.publish(replace(acted(0.1), tau_pid=(1e300,) * 6))
     rig.step(0.1)
     assert rig.bridge.counts["unfit"] == 1
     assert rig.told("tau_cmd")
 
 
-def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames():
-    rig = Rig()
+def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames(rig):
     for i in range(40):
         rig.bridge.publish(acted(0.01 * i))
     rig.bridge.step()
@@ -158,8 +151,7 @@ def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames():
         assert sum(len(frame.raw) for frame in framer.feed(chunk)) == len(chunk)
 
 
-def test_it_hears_a_flood_in_parts_and_still_does_its_work():
-    rig = Rig()
+def test_it_hears_a_flood_in_parts_and_still_does_its_work(rig):
     for _ in range(500):
         rig.ground.write(rig.encoder.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)))
     rig.bridge.publish(acted(0.1))

@@ -18,8 +18,7 @@ from bridge.wire.status_codes import CrewText, Topic, decoded
 from tui import cli
 
 
-def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks():
-    rig = Rig()
+def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks(rig):
     rig.clock.advance_to(2.5)
     other_near, other_ground = memory_pair()
     bridge = Bridge(rig.vehicle, rig.clock, [*rig.links, other_near], rig.parameters)
@@ -46,16 +45,14 @@ def arm(value: float, system: int = 1, component: int = 1, command: int = 400) -
         (arm(1.0, command=22), dialect.MAV_RESULT_UNSUPPORTED, False),
     ],
 )
-def test_a_command_is_acknowledged(message, result, armed):
-    rig = Rig()
+def test_a_command_is_acknowledged(rig, message, result, armed):
     (ack,) = rig.ask(message)
     assert (ack.get_type(), ack.command, ack.result) == ("COMMAND_ACK", message.command, result)
     assert (ack.target_system, ack.target_component) == (255, 190)
     assert rig.bridge.armed is armed
 
 
-def test_arming_waits_for_a_set_when_the_mode_applies_it():
-    rig = Rig()
+def test_arming_waits_for_a_set_when_the_mode_applies_it(rig):
     rig.parameters.write("FF_MODE", 2.0, False)
     ack, words = rig.ask(arm(1.0))[::-1]
     assert ack.result == dialect.MAV_RESULT_DENIED
@@ -67,13 +64,11 @@ def test_arming_waits_for_a_set_when_the_mode_applies_it():
     assert rig.ask(arm(1.0))[0].result == dialect.MAV_RESULT_ACCEPTED
 
 
-def test_the_list_of_parameters_is_paced():
-    rig = Rig()
+def test_the_list_of_parameters_is_paced(rig):
     assert len(rig.ask(dialect.MAVLink_param_request_list_message(1, 1))) == 5
 
 
-def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning():
-    rig = Rig()
+def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning(rig):
 
     def commit(crc: int) -> list[tuple[str, int]]:
         told = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", float(crc), 9))
@@ -88,8 +83,7 @@ def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning
     assert commit(crc) == [("FF_COMMIT refused: armed, force FF off first", dialect.MAV_SEVERITY_WARNING)]
 
 
-def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same():
-    rig = Rig()
+def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same(rig):
     rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
 
     def write(name: bytes, value: float) -> list[Any]:
@@ -122,8 +116,7 @@ def answered(rig: Rig, kind: str, message: Any, count: int, encoder: Encoder | N
     return got
 
 
-def test_a_thousand_writes_are_taken_at_once_and_two_hundred_a_second_of_a_flood():
-    rig = Rig()
+def test_a_thousand_writes_are_taken_at_once_and_two_hundred_a_second_of_a_flood(rig):
     write = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
     assert answered(rig, "PARAM_VALUE", write, 1500) == 1000
     assert rig.bridge.counts["too fast"] == 500
@@ -140,8 +133,7 @@ def test_fifty_orders_of_strangers_are_denied_at_once_and_ten_a_second_of_a_floo
     assert not rig.bridge.armed
 
 
-def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored():
-    rig = Rig()
+def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored(rig):
     assert rig.ask(arm(1.0), Encoder(1, 1)) == []
     raw = bytearray(rig.encoder.encode(arm(1.0)))
     raw[-1] ^= 1
@@ -150,8 +142,7 @@ def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored():
     assert not rig.bridge.armed
 
 
-def test_an_order_behind_a_broken_start_is_heard_after_a_pause():
-    rig = Rig()
+def test_an_order_behind_a_broken_start_is_heard_after_a_pause(rig):
     rig.step(1.0)
     order = rig.encoder.encode(arm(1.0))
     rig.ground.write(bytes((order[0], 255)) + order[2:] + order)
@@ -204,8 +195,7 @@ def test_a_strange_ground_is_told_again_after_a_while_and_many_of_them_fill_no_l
     assert sum(answer.get_type() == "PARAM_ERROR" for answer in at_once) == 50
 
 
-def test_a_stranger_that_asks_for_what_is_not_there_hears_that():
-    rig = Rig()
+def test_a_stranger_that_asks_for_what_is_not_there_hears_that(rig):
     _, error = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF0_NONE", 1.0, 9), Encoder(254, 190))
     assert error.error == Refusal.UNKNOWN
 
@@ -221,8 +211,7 @@ def test_the_configured_ground_may_write(station, source):
 
 
 @pytest.mark.parametrize("target", [(0, 0), (1, 0), (0, 1), (2, 1), (1, 191)])
-def test_an_order_to_everyone_or_to_someone_else_is_left_to_them(target):
-    rig = Rig()
+def test_an_order_to_everyone_or_to_someone_else_is_left_to_them(rig, target):
     assert rig.ask(dialect.MAVLink_param_set_message(*target, b"FF0_M_U", 96.5, 9)) == []
     assert rig.ask(arm(1.0, *target)) == []
     assert rig.parameters.value("FF0_M_U") == 0.0

@@ -1,4 +1,4 @@
-"""What was not heard of a sender: by arrivals, its own clock and its numbers."""
+"""Silences of a sender, by arrivals, its clock and its sequence numbers."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def heard(sent_s, kept=None, arrives=lambda sent_s: sent_s, booted_s=0.0, clock_
 
 
 def told(found):
-    return [(round(one.begins_s, 1), round(one.seconds, 1)) for one in found]
+    return [(round(item.begins_s, 1), round(item.seconds, 1)) for item in found]
 
 
 def ticks(seconds, rate_hz):
@@ -36,14 +36,14 @@ def test_a_minute_that_is_not_heard_of_a_dive_is_a_silence():
 
 @pytest.mark.parametrize("clock_every", [1, 50])
 def test_a_silence_longer_than_all_that_was_heard_is_one(clock_every):
-    found = heard(ticks(3000, 20), but((20.0, 2981.0)), clock_every=clock_every)
-    assert told(found) == [(20.0, 2961.0)]
+    result = heard(ticks(3000, 20), but((20.0, 2981.0)), clock_every=clock_every)
+    assert told(result) == [(20.0, 2961.0)]
 
 
 def test_two_silences_are_told_and_the_longest_of_them():
-    found = heard(ticks(300, 50), but((50.0, 58.1), (100.0, 120.0)))
-    assert told(found) == [(50.0, 8.1), (100.0, 20.0)]
-    assert told([longest(found)]) == [(100.0, 20.0)]
+    result = heard(ticks(300, 50), but((50.0, 58.1), (100.0, 120.0)))
+    assert told(result) == [(50.0, 8.1), (100.0, 20.0)]
+    assert told([longest(result)]) == [(100.0, 20.0)]
     assert longest(()) is None
 
 
@@ -77,8 +77,8 @@ def test_frames_that_a_link_brings_late_are_no_silence():
 
 def test_of_a_stalled_link_what_it_did_not_keep_alone_is_unheard():
     stalled = lambda sent_s: 60.0 + sent_s * 1e-3 if 20.0 < sent_s < 60.0 else sent_s  # noqa: E731
-    found = heard(ticks(120, 50), but((30.0, 50.0)), arrives=stalled)
-    assert [one.seconds for one in found] == [pytest.approx(20.0, abs=0.1)]
+    result = heard(ticks(120, 50), but((30.0, 50.0)), arrives=stalled)
+    assert [item.seconds for item in result] == [pytest.approx(20.0, abs=0.1)]
 
 
 def test_a_ground_that_stood_still_has_a_silence_though_its_own_clock_shows_none():
@@ -107,8 +107,8 @@ def test_a_vehicle_that_starts_anew_and_is_heard_at_once_leaves_no_silence():
 
 
 def test_a_silence_after_which_the_numbers_go_on_by_chance_is_one_still():
-    found = heard(ticks(600, 100), but((100.0, 100.0 + 25.6 * 2 + 0.005)))
-    assert found == (Silence(pytest.approx(100.0), pytest.approx(51.21, abs=0.011)),)
+    result = heard(ticks(600, 100), but((100.0, 100.0 + 25.6 * 2 + 0.005)))
+    assert result == (Silence(pytest.approx(100.0), pytest.approx(51.21, abs=0.011)),)
 
 
 @pytest.mark.parametrize("count", [0, 1])
@@ -125,4 +125,4 @@ def test_two_clocks_under_one_address_are_looked_through_at_once():
 def test_of_very_many_pauses_the_longest_are_told():
     sent_s = np.cumsum(np.concatenate([np.tile([0.01, 6.0], 3000), [50.0], np.full(100_000, 0.02)]))
     number = np.arange(len(sent_s)) * 3 % 256
-    assert max(one.seconds for one in silences(sent_s, sent_s, number)) == pytest.approx(50.0)
+    assert max(silence.seconds for silence in silences(sent_s, sent_s, number)) == pytest.approx(50.0)

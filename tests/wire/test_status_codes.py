@@ -1,4 +1,4 @@
-"""Codes of the texts for the crew: what is encoded is decoded, whatever the words are."""
+"""Codes of the texts for the crew, independent of their words."""
 
 import pytest
 from hypothesis import given

@@ -117,9 +117,9 @@ def test_a_gzip_file_cut_anywhere_gives_what_is_there(tmp_path):
     path = tmp_path / "cut.tlog.gz"
     for cut in range(1500, len(packed), 997):
         path.write_bytes(packed[:cut])
-        found = read(path)
-        assert found == log[: len(found)]
-        assert len(found) > 0.5 * len(log) * cut / len(packed)
+        result = read(path)
+        assert result == log[: len(result)]
+        assert len(result) > 0.5 * len(log) * cut / len(packed)
     path.write_bytes(packed)
     assert read(path) == log
 
@@ -139,10 +139,10 @@ def test_one_flipped_bit_in_a_thousand_bytes_costs_only_the_frames_it_hit(tmp_pa
     path.write_bytes(damaged)
     reader = TlogReader(path)
     intact = [(stamp, raw) for i, (stamp, raw) in enumerate(log) if i not in hurt]
-    found = [(stamp, frame.raw) for stamp, frame in reader if frame.known]
-    assert [raw for _, raw in found] == [raw for _, raw in intact]
+    results = [(stamp, frame.raw) for stamp, frame in reader if frame.known]
+    assert [raw for _, raw in results] == [raw for _, raw in intact]
     assert len(late) > 5
-    assert all(abs(got - true) <= 110_000 for (got, _), (true, _) in zip(found, intact, strict=True))
+    assert all(abs(got - true) <= 110_000 for (got, _), (true, _) in zip(results, intact, strict=True))
     # A flipped length may reach past the next frame: one loss then covers two.
     assert 0 < reader.counts["checksum"] + reader.counts["unknown"] <= len(hurt)
 
@@ -185,9 +185,9 @@ def test_an_unknown_id_is_kept_unchecked(tmp_path):
     path = tmp_path / "unknown.tlog"
     path.write_bytes(to_bytes(log))
     reader = TlogReader(path)
-    found = list(reader)
-    assert [(stamp, frame.raw) for stamp, frame in found] == log
-    assert [frame.known for _, frame in found] == [True, True, False, True, True]
+    result = list(reader)
+    assert [(stamp, frame.raw) for stamp, frame in result] == log
+    assert [frame.known for _, frame in result] == [True, True, False, True, True]
     assert reader.counts == {"records": 5, "unknown": 1}
 
 
@@ -224,12 +224,12 @@ def test_pymavlink_reads_our_recording_alike(tmp_path):
         for stamp, raw in records(30):
             writer.write(stamp, raw)
     stock = mavutil.mavlink_connection(str(path))
-    found = []
+    results = []
     while (message := stock.recv_match()) is not None:
-        found.append((round(message._timestamp * 1e6), bytes(message.get_msgbuf())))
+        results.append((round(message._timestamp * 1e6), bytes(message.get_msgbuf())))
     stock.close()
-    assert [raw for _, raw in found] == [raw for _, raw in records(30)]
-    assert all(abs(a - b[0]) < 4 for (a, _), b in zip(found, records(30), strict=True))
+    assert [raw for _, raw in results] == [raw for _, raw in records(30)]
+    assert all(abs(a - b[0]) < 4 for (a, _), b in zip(results, records(30), strict=True))
 
 
 @pytest.mark.parametrize("dive", ["open_1/dive", "d/check"])

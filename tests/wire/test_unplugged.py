@@ -31,12 +31,12 @@ HANDLES = "/dev/fd"
 
 
 def targets() -> set[str]:
-    """What the handles of this process lead to."""
-    found = set()
+    """Targets of the open handles of this process."""
+    result = set()
     for handle in os.listdir(HANDLES):
         with suppress(FileNotFoundError):  # the listing's own
-            found.add(os.readlink(f"{HANDLES}/{handle}"))
-    return found
+            result.add(os.readlink(f"{HANDLES}/{handle}"))
+    return result
 
 
 def peak_memory() -> int:
@@ -45,7 +45,7 @@ def peak_memory() -> int:
 
 @dataclass(frozen=True)
 class Came:
-    """What came of it: how long each device was away at most, and by what share memory grew once it had settled."""
+    """Longest absence of each device, and the share by which memory grew once it had settled."""
 
     back_after_s: dict[str, float]
     more_memory: float
@@ -112,26 +112,26 @@ STEP_S = 0.05
 
 
 def heard_at(data: bytes, times: float) -> bytes:
-    """What a receiver of 8N1 makes of `data` whose bits last `times` as long as it takes them to."""
+    """`data` as received by 8N1 if its bits last `times` as long as expected."""
     levels = [level for byte in data for level in (0, *(byte >> bit & 1 for bit in range(8)), 1)]
 
     def level(at: float) -> int:
         sent = int(at / times)
         return levels[sent] if sent < len(levels) else 1
 
-    found, sent = bytearray(), 0
+    result, sent = bytearray(), 0
     while (fallen := next((n for n in range(sent, len(levels)) if not levels[n]), None)) is not None:
         begun = fallen * times
-        found.append(sum(level(begun + 1.5 + bit) << bit for bit in range(8)))
+        result.append(sum(level(begun + 1.5 + bit) << bit for bit in range(8)))
         sent = int((begun + 9.5) / times)
         # A line that is still low where it should stand high begins nothing before it has risen.
         while sent < len(levels) and not levels[sent]:
             sent += 1
-    return bytes(found)
+    return bytes(result)
 
 
 def told_within(slot: str, kind: Any, say: Any, rate_hz: float, times: float) -> tuple[float, str] | None:
-    """When, after it was well for 4 s, and with what words a bridge names the device; None where it does not."""
+    """Time, after 4 s in order, and words with which a bridge names the device; None if it does not."""
     craft = vehicle(**{slot: Device(kind, port="/dev/ttyX")})
     clock = SimulatedClock()
     bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
@@ -160,5 +160,5 @@ def test_at_the_right_rate_the_wire_changes_nothing():
 @pytest.mark.parametrize("name", ON_A_LINE)
 def test_a_device_at_a_wrong_rate_is_named_within_five_seconds(name, times):
     slot = ON_A_LINE[name][0]
-    found = told_within(*ON_A_LINE[name], times)
-    assert found[1] in (f"{slot} makes no sense: check its baud", f"{slot} silent: check cable")
+    result = told_within(*ON_A_LINE[name], times)
+    assert result[1] in (f"{slot} makes no sense: check its baud", f"{slot} silent: check cable")

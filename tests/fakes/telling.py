@@ -1,4 +1,4 @@
-"""What a recording that runs tells of itself, for tests of the verbs that go by way of it."""
+"""The state of a running recording, for tests of the verbs that use its hub."""
 
 import os
 
