@@ -112,12 +112,28 @@ EVERYWHERE: Final = (
         "app.command_palette",
     ),
     Action(
+        "link.connect",
+        "ctrl+l",
+        "Connect",
+        "a serial port, an address, a recording",
+        HIDDEN,
+        "app.connect",
+    ),
+    Action(
         "recording.begin",
         "ctrl+g",
         "Record",
         "begin a recording, where none runs any more",
         HIDDEN,
         "app.record",
+    ),
+    Action(
+        "recording.decline",
+        "ctrl+d",
+        "Don't record",
+        "end what the app began to record; only look",
+        HIDDEN,
+        "app.decline",
     ),
     Action(
         "recording.next",

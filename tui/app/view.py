@@ -11,7 +11,7 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.recording.state import FRESH_S, Holding
-from gcs_plugin.watch.picture import Freshness, Picture, SensorRow, ThrusterRow, Trace
+from gcs_plugin.watch.picture import Armed, Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
 
 Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
@@ -51,7 +51,7 @@ class View:
     """`recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
-    everything else here is live.
+    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm.
     """
 
     picture: Picture
@@ -62,6 +62,7 @@ class View:
     trouble: str = ""
     view_only: bool = False
     replay: Replayed | None = None
+    over: bool = False
 
     @property
     def recorder_silent_s(self) -> float:
@@ -77,6 +78,14 @@ class View:
     def records(self) -> bool:
         """Whether a recording runs that still reports."""
         return self.recording is not None and not self.recorder_hangs
+
+
+def silent_after(view: View) -> bool:
+    """Whether the vehicle was disarmed before it fell silent."""
+    links = view.picture.links
+    return (
+        view.picture.armed is Armed.DISARMED and bool(links) and all(link.age_s > STALE_S for link in links)
+    )
 
 
 class Views(Protocol):
