@@ -1,5 +1,5 @@
 """Quick looks at a recording, without a fit.
 
-`loss` share of messages missing · `excitation` which coefficients it could identify · `following` curves against the
-reference · `raising` whether the feed-forward may be raised.
+`loss` share of messages missing · `excitation` which coefficients it could identify, `span` of thrust and speed ·
+`following` curves against the reference · `raising` whether the feed-forward may be raised.
 """

@@ -18,23 +18,26 @@ from textual.filter import LineFilter, NoColor
 from textual.notifications import Notification, Notify, SeverityLevel
 from textual.worker import WorkerFailed
 
+from bridge import exit_codes
 from bridge.errors import SeatrialError
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import Armed
 from tui.app import themes
+from tui.app.campaign import Next, next_of, raised_to
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
-from tui.app.jobs import aside
+from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
+from tui.app.progress import campaign_of
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
-from tui.app.screens.transfer import WRITE, agrees
+from tui.app.screens.transfer import ARMED, WRITE, agrees
 from tui.app.terminal import AnsweringDriver, KeysInTurn, Pace, keep_trace
-from tui.app.view import Views, aged, silent_after
+from tui.app.view import View, Views, aged, silent_after
 from tui.show import harmless
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
@@ -43,6 +46,8 @@ GATE = Gate(action for place in PLACES for action in place)
 TELL_S = 20.0
 ORDERS = "orders"
 ANNOUNCED_S = 60.0
+LOOK_EVERY_S = 1.0
+RAISE = "ff"
 LONG = ("identify", "diagnose", "validate")
 """Verbs that take long enough for the user to miss their work if it were lost."""
 END = "END"
@@ -89,6 +94,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._ended: Path | None = None
         self._is_over = self._was_armed = False
         self._declinable_until_s = -math.inf
+        self._step: tuple[float, Next] | None = None
+        self._raising: JobState | None = None
         self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
         self._unwritten_of: float | None = None
         self._warned_of: set[tuple[str, float]] = set()
@@ -217,6 +224,41 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if self._off_may_record and self.desk.record is not None and not begun:
             self._off_may_record = False
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+
+    def action_raise_ff(self) -> None:
+        """Ask for the words that raise the feed-forward by one step, if its gate lets it."""
+        view = self._views.view()
+        mode, why = raised_to(campaign_of(self.desk, view))
+        if mode is None or self.desk.jobs.runs(RAISE):
+            self.notify(f"not raised: {why or 'it is being raised already'}", severity="warning")
+            return
+
+        def asked() -> str:
+            armed = self._views.view().picture.armed is not Armed.DISARMED
+            return f"{ARMED} {mode.word.upper()}" if armed else mode.word.upper()
+
+        def answered(typed: str | None) -> None:
+            if typed is not None and agrees(typed, asked()):
+                system = str(view.picture.links[0].system)
+                self.desk.jobs.start(RAISE, (RAISE, mode.word, "--yes", "--system", system))
+                self._raising = self.desk.jobs.state(RAISE)
+            elif typed is not None:
+                self.notify(f"'{typed}' is not {asked()}: nothing was sent", severity="warning")
+
+        title = (
+            f"Type {asked()} to set the feed-forward of vehicle {view.picture.links[0].system} to {mode.word}"
+        )
+        self.push_screen(AskScreen(title, "sends it"), answered)
+
+    def _tell_raised(self) -> None:
+        """Say how the order to raise the feed-forward ended."""
+        state = self.desk.jobs.state(RAISE)
+        if self._raising is None or state is None or state.done is None:
+            return
+        self._raising = None
+        done = state.done.code == exit_codes.DONE
+        words = state.done.said[-1] if done and state.done.said else state.done.why
+        self.notify(f"feed-forward: {words}", severity="information" if done else "error", timeout=TELL_S)
 
     async def action_quit(self) -> None:
         """Leave the app; refused while parameters are being written, and asked twice while a long verb runs.
@@ -409,6 +451,10 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         keys = self._keys.get(action.id, action.keys)
         return self.get_key_display(Binding(keys.split(",")[0], "", ""))
 
+    def key_of_action(self, action_id: str) -> str:
+        """The key of an action of any screen."""
+        return next(self._key_of(action) for place in PLACES for action in place if action.id == action_id)
+
     def _key_of_id(self, action_id: str) -> str:
         return next(self._key_of(action) for action in EVERYWHERE if action.id == action_id)
 
@@ -417,6 +463,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._tell_over()
         self._watch_over_off()
         self._tell_written()
+        self._tell_raised()
         self._take_back_warnings()
         if self._pace.may_draw(now_s):
             self._show()
@@ -489,13 +536,21 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return f"; {self._key_of_id('link.connect')} connects one"
         return f"; {self._key_of_id('recording.begin')} begins one"
 
+    def _next_step(self, view: View) -> Next:
+        """The thing to do now, looked up once a second at most."""
+        now_s = self._clock()
+        if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S:
+            self._step = (now_s, next_of(campaign_of(self.desk, view)))
+        return self._step[1]
+
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())
 
     def _show(self) -> None:
         view = self._views.view()
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
-        view = replace(view, over=self._is_over or (self._was_armed and silent_after(view)))
+        over = self._is_over or (self._was_armed and silent_after(view))
+        view = replace(view, over=over, next=self._next_step(view))
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"

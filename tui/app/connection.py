@@ -1,4 +1,4 @@
-"""What the app goes by: the recording that other programs go by as well, or a link that it looks at itself."""
+"""The way that the app goes: the recording that other programs go by as well, or a link that it looks at itself."""
 
 from collections.abc import Callable
 
@@ -48,7 +48,7 @@ class Connection:
         return self._recorded
 
     def recording(self, now_unix_s: float) -> Holding | None:
-        """The recording of what the app shows, running or hanging."""
+        """The recording of the vehicle shown, running or hanging."""
         if self._looked_at:
             return links.holder_of(self._looked_at)
         holding = recorder.recording(now_unix_s)

@@ -128,7 +128,7 @@ class Station:
         )
 
     def change(self, source: LinkSource, watcher: Watcher) -> None:
-        """Go on with another link, and forget what was heard by the one before."""
+        """Go on with another link, and forget the vehicles heard by the one before."""
         self._next = (source, watcher)
 
     def set_period(self, period_s: float) -> None:

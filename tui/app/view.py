@@ -13,6 +13,7 @@ from gcs_plugin.dives.replay import Reel
 from gcs_plugin.recording.state import FRESH_S, Holding
 from gcs_plugin.watch.picture import Armed, Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
+from tui.app.campaign import Next
 
 Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
 STALE_S, GONE_S = 3.0, 10.0
@@ -51,7 +52,8 @@ class View:
     """`recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
-    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm.
+    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm. `next` is the
+    thing to do now, None if nobody looked yet.
     """
 
     picture: Picture
@@ -63,6 +65,7 @@ class View:
     view_only: bool = False
     replay: Replayed | None = None
     over: bool = False
+    next: Next | None = None
 
     @property
     def recorder_silent_s(self) -> float:

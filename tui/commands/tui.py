@@ -188,7 +188,7 @@ def folder_of_dives(out: str) -> Path:
 
 
 def _begins(arguments: argparse.Namespace) -> bool:
-    """Whether the app is to begin a recording of the links named. Raises what keeps it from the links."""
+    """Whether the app is to begin a recording of the links named. Raises SeatrialError if the links can't be used."""
     if arguments.unrecorded:
         if len(arguments.link) != 1:
             raise exit_codes.UsageError("--unrecorded looks at one link; give it with --link")

@@ -29,7 +29,7 @@ OTHERS = "this app goes by another recording; end that one first, or see this on
 
 
 def way_lines(ways: Sequence[Way], at: int, trouble: str, cells: int) -> Lines:
-    """A line per way, that at `at` marked; below them what is wrong with the link typed."""
+    """A line per way, that at `at` marked; below them the fault of the link typed."""
     return (*(_line(way, n == at, cells) for n, way in enumerate(ways)), *_trouble(trouble, cells))
 
 
