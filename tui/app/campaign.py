@@ -72,7 +72,7 @@ TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
 FLY_SHADOW = Next(Task.FLY_SHADOW, ("recording.next",), "in shadow: fly a minute; then begin the next dive")
-VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate {dive}")
+VALIDATE = Next(Task.VALIDATE, ("screen.dives", "dives.newest", "dives.validate"), "validate {dive}")
 LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why")
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
 FLY = Next(Task.FLY, ("recording.next",), "the feed-forward acts: fly; then begin the next dive")

@@ -48,9 +48,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
 
 
 def _dive(desk: Desk) -> Path | None:
-    """The dive meant: the chosen one, else the newest finished one whose thrusters may have told something."""
-    if desk.dive is not None:
-        return desk.dive
+    """The newest finished dive whose thrusters may have told something, whichever the screens show."""
     recorded = desk.recorded()
     finished = [path for path in desk.dives() if recorded is None or path.resolve() != recorded.resolve()]
     return next((path for path in reversed(finished) if not _is_idle(path)), None)
