@@ -156,7 +156,7 @@ def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, a
     type_next()
     says("In the app: `2`, Home for the newest", "dive, and `v`, *Validate*")
     app.keys("2")
-    app.until("-both", "home v  validate")
+    app.until("4 in dives", "home v  validate")
     app.keys("Home", "v")
     app.until(" GO ", "flown and compared")
     app.keys("C-q")
