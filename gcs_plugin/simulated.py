@@ -9,7 +9,7 @@ from bridge.links.link import Link, Wrapper
 from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
-from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
+from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, disarm, simulate_dive
 from bridge.simulator.missions import Mission
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
@@ -87,6 +87,7 @@ def record_dive(
             links=[near, *links],
             pace=record,
             progress=advance,
+            after=disarm,
         )
     finally:
         recorder.close()

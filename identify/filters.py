@@ -8,7 +8,6 @@ doubled). The same filter runs on velocity and on the wrench, so that the linear
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from bridge.errors import FitError
 from bridge.vehicle.config import Vehicle, VehicleFile
@@ -46,6 +45,8 @@ def low_pass(value: Array, rate_hz: float, cutoff_hz: float, order: int = ORDER)
     """Zero-phase Butterworth along the first axis; the value unchanged if the cut-off is at or above Nyquist."""
     if cutoff_hz >= rate_hz / 2:
         return value
+    from scipy.signal import butter, sosfiltfilt  # a second to load, and the app shows curves without it
+
     sections = butter(order, cutoff_hz, fs=rate_hz, output="sos")
     pad = min(len(value) - 1, int(3 * rate_hz / cutoff_hz))
     filtered: Array = sosfiltfilt(sections, value, axis=0, padlen=pad)

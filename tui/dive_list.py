@@ -1,37 +1,20 @@
 """Dives as a list shows them: date, length, loss, coefficients that each could identify, and results so far.
 
-Everything that requires reading the recording is cached next to it in a small file, which may be deleted. It is made
-again if missing, or if the recording, the vehicle file or this program has changed.
+Everything that requires reading the recording is cached next to it in a small file, which may be deleted.
 """
 
-import contextlib
-import json
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
-from functools import cache
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from bridge import schema
-from bridge.errors import ConfigError, LogError, SeatrialError
-from bridge.files import read_small, whole
+from bridge.errors import ConfigError, LogError
+from bridge.files import read_small
 from bridge.plain import from_json
-from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS
-from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, is_date, list_folders, order, recordings
-from gcs_plugin.locks import is_written
-from identify.dive import Dive, Kind
-from identify.glance.excitation import Span, excitation, spans
-from identify.glance.loss import Loss, loss_of
-from identify.ingest.open import date_of, read_dive, recording_files
-from identify.run.recordings import stray_bytes
-from tui.recordings import vehicle_named
-from tui.show import plain
-
-NOTHING_YET: Final = "is being recorded, nothing heard yet"
-Load = Callable[[str], VehicleFile]
+from gcs_plugin.dives.folder import GLANCE, is_date, list_folders, recordings
+from identify.glance.span import Span
 
 VERSION: Final = 8
 GOOD, FAIR = 0.1, 0.3
@@ -94,71 +77,13 @@ def dive_folders(root: Path) -> list[Path]:
     return [root] if recordings(root) else [folder.path for folder in list_folders(root)]
 
 
-def row_of(
-    folder: Path, named: VehicleFile | None = None, otherwise: str = "", load: Load = load_vehicle
-) -> DiveRow:
-    """Read a dive and judge it by the vehicle file `named`, else by that in `dive.yaml`, else by `otherwise`."""
-    about, damaged, vehicle, trouble = About(), "", named, ""
-    try:
-        about = DiveFolder(folder).about()
-    except ConfigError as error:
-        damaged = str(error)
-    try:
-        if vehicle is None and (file := vehicle_named(about, otherwise)):
-            vehicle = load(file)
-    except ConfigError as error:
-        trouble = str(error)
-    files = _recordings(folder)
-    key = _key(folder, files, vehicle)
-    glance = _kept(folder, key)
-    if glance is None:
-        glance = _looked(folder, vehicle)
-        _keep(folder, key, glance)
-    if trouble:
-        glance = replace(glance, why_not=trouble)
-    size = sum(size for _, size, _ in key["recordings"])
-    underway = ""
-    if glance.error and not size and any(is_written(file) for file in recordings(folder)):
-        glance, underway = replace(glance, error=""), NOTHING_YET
-    results = list(_results(folder))
-    events = tuple(f"{event.utc} {event.text}" for event in about.events)
-    return DiveRow(
-        folder,
-        printable(short_name(folder), "?"),
-        size,
-        glance,
-        about.notes,
-        events,
-        tuple(sentence for _, sentence in results),
-        tuple(dict.fromkeys(kind for kind, _ in results if kind)),
-        about.conditions.words,
-        damaged,
-        underway,
-    )
-
-
-def rows_of(
-    root: Path,
-    named: VehicleFile | None,
-    otherwise: str = "",
-    progress: Callable[[float, str], None] = lambda *_: None,
-) -> list[DiveRow]:
-    """The dives in a folder, the oldest first."""
-    folders = dive_folders(root)
-    rows, load = [], cache(load_vehicle)
-    for number, folder in enumerate(folders):
-        progress(number / len(folders), f"look at {folder.name}")
-        rows.append(row_of(folder, named, otherwise, load))
-    return sorted(rows, key=lambda row: order(row.folder))  # some dates are known only now
-
-
 def kept_glance(folder: Path) -> Glance | None:
     """The cached glance at a dive, made with any vehicle file; None if the recordings have changed since."""
     try:
-        kept = from_json(read_small(folder / GLANCE))["key"]
-        states = {str(state[0]): state for state in (*kept["recordings"], *kept["beside"])}
-        if all(states.get(file.name) == _state(file) for file in recordings(folder)):
-            return _kept(folder, kept | {"version": VERSION})
+        known = from_json(read_small(folder / GLANCE))["key"]
+        states = {str(state[0]): state for state in (*known["recordings"], *known["beside"])}
+        if all(states.get(file.name) == state_of(file) for file in recordings(folder)):
+            return kept(folder, known | {"version": VERSION})
     except (OSError, ValueError, LookupError, TypeError):
         pass
     return None
@@ -188,77 +113,7 @@ def _letter(axis: str, relative_std: float) -> str:
     return axis.upper() if relative_std <= GOOD else axis
 
 
-def _recordings(folder: Path) -> list[Path]:
-    try:
-        return recording_files(folder)
-    except LogError:
-        return []
-
-
-def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
-    """Read the recording for a glance."""
-    columns = folder / "columns.yaml"
-    # Reading a pipe would block forever.
-    not_a_file = next((file for file in recordings(folder) if file.exists() and not file.is_file()), None)
-    if not_a_file is not None:
-        return Glance(began_unix_s=began(folder), error=f"{not_a_file}: is no file; take it away")
-    try:
-        dive = read_dive(folder, columns if columns.exists() else None, vehicle)
-    except SeatrialError as error:
-        return Glance(began_unix_s=began(folder), error=str(error))
-    relative_std, why_not = _excitation(dive, vehicle)
-    loss = _loss(folder)
-    return Glance(
-        began_unix_s=date_of(dive)[0],
-        duration_s=dive.duration_s,
-        loss=math.nan if loss is None else loss.share,
-        relative_std=relative_std,
-        spans=_spans(dive, vehicle),
-        why_not=why_not,
-        stray=stray_bytes(folder),
-        restarts=dive.note_of(Kind.RESTART),
-        lacking=dive.note_of(Kind.LACKING),
-        unheard_s=0.0 if loss is None else loss.unheard_s,
-        unheard="" if loss is None else loss.note,
-    )
-
-
-def _loss(folder: Path) -> Loss | None:
-    """Loss in the recordings; None if no sequence numbers are recorded."""
-    files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
-    unread = [file for file in recordings(folder) if file not in files]
-    return loss_of(files, str(folder), unread) if files else None
-
-
-def _excitation(dive: Dive, vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:
-    if vehicle is None:
-        return None, "no vehicle file is known; give one with --vehicle"
-    try:
-        result = excitation(dive, vehicle, vehicle.configuration_of(dive.configuration_index()))
-    except SeatrialError as error:
-        return None, str(error)
-    return {coefficient.name: coefficient.relative_std for coefficient in result.coefficients}, result.note
-
-
-def _spans(dive: Dive, vehicle: VehicleFile | None) -> tuple[Span, ...]:
-    try:
-        configuration = "" if vehicle is None else vehicle.configuration_of(dive.configuration_index())
-        return spans(dive, vehicle, configuration)
-    except SeatrialError:
-        return spans(dive)
-
-
-def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
-    """Everything that a glance depends on. `beside`: recordings not read, since a whole recording replaces them."""
-    return {
-        "version": VERSION,
-        "recordings": [_state(file) for file in files],
-        "beside": [_state(file) for file in recordings(folder) if file not in files],
-        "vehicle": "" if vehicle is None else f"{vehicle.sha256}:{vehicle.configuration or ''}",
-    }
-
-
-def _state(file: Path) -> list[str | int]:
+def state_of(file: Path) -> list[str | int]:
     """Name, size and time of change of a recording; zeros if it can't be opened."""
     try:
         state = file.stat()
@@ -267,7 +122,7 @@ def _state(file: Path) -> list[str | int]:
     return [file.name, state.st_size, state.st_mtime_ns]
 
 
-def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
+def kept(folder: Path, key: dict[str, Any]) -> Glance | None:
     """The cached glance; None if there is none, or it has another key."""
     file = folder / GLANCE
     try:
@@ -294,34 +149,3 @@ def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
 def _without_null(data: dict[str, Any]) -> dict[str, Any]:
     """Drop null values: they stand for numbers that JSON can't represent."""
     return {key: value for key, value in data.items() if value is not None}
-
-
-def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
-    """Cache a glance, completely or not at all; a folder that can't be written has no cache."""
-    file = folder / GLANCE
-    text = json.dumps(plain({"key": key, "glance": asdict(glance)}), allow_nan=False)
-    with contextlib.suppress(OSError), whole(file) as out:
-        out.write(text.encode())
-
-
-def _results(folder: Path) -> Iterator[tuple[str, str]]:
-    """The result files next to a recording: "identified", "diagnosed" or "" for each, and a description."""
-    for path in sorted(folder.iterdir()):
-        if path.suffix == ".param":
-            yield "", f"parameters {path.name}"
-        elif path.suffix == ".html":
-            yield "", f"page {path.name}"
-        elif path.suffix == ".json" and path.name != GLANCE:
-            yield from _of_result(path)
-
-
-def _of_result(path: Path) -> Iterator[tuple[str, str]]:
-    try:
-        data = from_json(read_small(path))
-    except (OSError, ValueError):
-        return
-    for result in data if isinstance(data, list) else [data]:
-        if isinstance(result, dict) and "outcome" in result and "parameters" in result:
-            yield "identified", f"identified by {result.get('method', '?')}: {result['outcome']}"
-        elif isinstance(result, dict) and isinstance(result.get("verdict"), str):
-            yield "diagnosed", f"diagnosed: {result['verdict']}"

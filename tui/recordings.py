@@ -1,13 +1,11 @@
 """Recordings that a verb names: their column map, their vehicle file, the conditions that the crew wrote down."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.config import CONFIGS, VehicleFile
-from gcs_plugin.dives.folder import About, conditions_of
+from bridge.vehicle.config import VehicleFile
+from gcs_plugin.dives.folder import conditions_of
 from identify.ingest.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
 from identify.run.recordings import Reading, Recording, read_runs, runs_in
@@ -51,25 +49,6 @@ def read_together(recordings: Sequence[str | Path], file: VehicleFile, columns: 
     return together(
         [reading for place in places for reading in read_runs(recording_at(place), file, columns)]
     )
-
-
-def vehicle_named(about: About, otherwise: str = "") -> str:
-    """FILE[:CONFIGURATION] of a dive; `otherwise` if the dive names no file, or a missing one.
-
-    A file that has moved is looked for among those bundled with the program. Raises ConfigError if it is missing
-    there too and `otherwise` is "".
-    """
-    if not about.vehicle_file:
-        return otherwise
-    bundled = replace(about, vehicle_file=str(CONFIGS / "vehicles" / Path(about.vehicle_file).name))
-    file = about.vehicle_path or bundled.vehicle_path
-    if file is not None:
-        return ":".join(filter(None, (str(file), about.configuration)))
-    if not otherwise:
-        raise ConfigError(
-            f"{about.vehicle_file}: the dive's vehicle file is not there; give one with --vehicle"
-        )
-    return otherwise
 
 
 def recording_at(path: Path) -> Recording:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from bench.fossen.candidates import ALONE, ANYTHING, alone, beside
 from bench.fossen.fit import Candidate, Pair, Weighed, weigh
 from bench.fossen.runs import STATES, Columns
-from identify.diagnose.verdict import LIKELY, probability
+from identify.diagnose.shrunk import LIKELY
+from identify.diagnose.verdict import probability
 
 
 @dataclass(frozen=True)

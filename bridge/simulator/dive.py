@@ -113,12 +113,14 @@ def simulate_dive(
     links: Sequence[Link] = (),
     pace: Callable[[float], None] = lambda _: None,
     progress: Callable[[float], None] = lambda _: None,
+    after: Callable[[SimulatedVehicle], None] = lambda _: None,
 ) -> None:
     """Dive a mission, after one second of rest in which the sensors start.
 
     `sink(unix_s, data)` gets the frames of every tick, which also go out on `links`. `mode` None leaves FF_MODE as
     the parameters have it. `pace(boot_s)` may wait until a tick is due; `progress` gets the share of the dive that is
-    done. Raises ParamRejected if the mode needs a set of parameters that the vehicle does not have.
+    done; `after` gets the vehicle at its end. Raises ParamRejected if the mode needs a set of parameters that the
+    vehicle does not have.
     """
     near, far = memory_pair()
     start = Start(seed, mission.start_depth_m, mission.start_heading_rad, unix_at_boot_s, noise, truth)
@@ -133,6 +135,14 @@ def simulate_dive(
         pace(vehicle.clock.boot_s())
         if tick % PROGRESS_TICKS == 0 or tick == ticks:
             progress(tick / ticks)
+    after(vehicle)
+
+
+def disarm(vehicle: SimulatedVehicle) -> None:
+    """Disarm after a mission, and beat once more, so that whoever listens knows that the dive is over."""
+    vehicle.bridge.arm(False)
+    for _ in range(round(WARM_UP_S * RATE_HZ) + 1):
+        vehicle.tick(None)
 
 
 def _make_ready(vehicle: SimulatedVehicle, mode: Mode | None) -> None:

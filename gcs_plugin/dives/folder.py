@@ -27,7 +27,7 @@ from bridge.clock import OLDEST_UNIX_S, date_in_name, utc_text
 from bridge.errors import ConfigError, LogError
 from bridge.files import read_small, whole
 from bridge.plain import from_json
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import CONFIGS, VehicleFile
 from bridge.wire.framing import MAGIC_1, MAGIC_2
 from bridge.wire.tlog import LATEST_US, next_record
 from bridge.wire.whole import WHOLE, standing_for
@@ -213,6 +213,25 @@ def load_folder(path: Path) -> DiveFolder:
 def about_vehicle(file: VehicleFile, configuration: str, notes: str = "") -> About:
     """Content of `dive.yaml` for a new dive with this vehicle."""
     return About(str(file.path), file.sha256, configuration, notes)
+
+
+def vehicle_named(about: About, otherwise: str = "") -> str:
+    """FILE[:CONFIGURATION] of a dive; `otherwise` if the dive names no file, or a missing one.
+
+    A file that has moved is looked for among those bundled with the program. Raises ConfigError if it is missing
+    there too and `otherwise` is "".
+    """
+    if not about.vehicle_file:
+        return otherwise
+    bundled = replace(about, vehicle_file=str(CONFIGS / "vehicles" / Path(about.vehicle_file).name))
+    file = about.vehicle_path or bundled.vehicle_path
+    if file is not None:
+        return ":".join(filter(None, (str(file), about.configuration)))
+    if not otherwise:
+        raise ConfigError(
+            f"{about.vehicle_file}: the dive's vehicle file is not there; give one with --vehicle"
+        )
+    return otherwise
 
 
 def last_conditions(root: Path, before: Path) -> Conditions:

@@ -136,6 +136,12 @@ def how_to_end(process: int) -> str:
     return f"end it with `kill -9 {process}` (what it wrote is kept), then begin another"
 
 
+def was_killed(pid: int) -> bool:
+    """Whether a recording was killed or crashed: one that ends in order removes its state."""
+    states = (_read_state(file) for file in (state_file(), _file_of_second(pid)))
+    return any(state is not None and state.pid == pid for state in states) and not _lives(pid)
+
+
 def release() -> None:
     """Remove the state files of this process, and those of second recordings that were killed."""
     for file in _files_of_seconds():

@@ -30,7 +30,7 @@ from identify.diagnose.nominal import Nominal, places_of_hull
 from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
-from identify.diagnose.verdict import LIKELY
+from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.wording import effect_words, name_of, percent_sure, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect

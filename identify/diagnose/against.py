@@ -18,8 +18,8 @@ from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.result import Diagnosis, Finding, Value, Verdict
 from identify.diagnose.result import plain as plain_diagnosis
 from identify.diagnose.shrink import CHANCE
+from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.thrust_ratio import LEAST_SHARE, SIGNIFICANT, ThrustRatio, thrust_ratio
-from identify.diagnose.verdict import LIKELY
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
 from identify.effects.effect import Effect

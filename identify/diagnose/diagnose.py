@@ -61,9 +61,10 @@ from identify.diagnose.recording import (
     without_spikes,
     without_still_velocity,
 )
-from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Shrink, Value
+from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Value
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
+from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.simulation import (
     EACH,
     Simulation,
@@ -77,7 +78,6 @@ from identify.diagnose.simulation import (
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
     FEEDBACK_DOFS,
-    LIKELY,
     above_noise,
     findings_of,
     next_for_disturbance,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
+from identify.diagnose.shrunk import AxisShrink, Shrink
 from identify.diagnose.unexplained import Parity, Timing, Variable
 from identify.effects.effect import Effect
 from identify.identification import Doubt
@@ -183,42 +184,6 @@ class Prediction:
     baseline: Array
     window: NDArray[np.intp]
     floor: Array
-
-
-@dataclass(frozen=True)
-class AxisShrink:
-    """The shrink of one degree of freedom.
-
-    before, after, floor: rms 5 s drift, m/s or rad/s. value: as in `Shrink`. nrmse: error of the velocity simulated
-    over 5 s windows, over the measured velocity's standard deviation; NaN if that is zero.
-    """
-
-    dof: str
-    before: float
-    after: float
-    floor: float
-    value: float
-    nrmse_before: float
-    nrmse_after: float
-    nrmse_baseline: float
-
-
-@dataclass(frozen=True)
-class Shrink:
-    """How far the drift shrinks with the causes.
-
-    before, after: rms drifts in floors. value = (before - after) / (before - floor), after no less than floor; NaN
-    without a gap. low95, high95: of the value, NaN if unknown. floor: near 1, as in `shrink.floor_of`. by_axis: the
-    shrink of each fitted degree of freedom, in absolute terms.
-    """
-
-    before: float
-    after: float
-    value: float
-    low95: float
-    high95: float
-    floor: float = 1.0
-    by_axis: tuple[AxisShrink, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,9 @@ from identify.diagnose.drift import Baseline, baseline_of, floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, coefficients, refitted
 from identify.diagnose.regression import Regression, mean_places, pieces_of, regression_of
-from identify.diagnose.result import AxisShrink, Prediction, Shrink
+from identify.diagnose.result import Prediction
 from identify.diagnose.search import Explanation
+from identify.diagnose.shrunk import AxisShrink, Shrink
 from identify.diagnose.simulation import (
     EACH,
     Simulation,

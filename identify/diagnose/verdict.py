@@ -17,7 +17,7 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.result import Disturbance, Finding, Gain, Next, Shrink, Tried, Value, Verdict
+from identify.diagnose.result import Disturbance, Finding, Gain, Next, Tried, Value, Verdict
 from identify.diagnose.rhythms import period_interval
 from identify.diagnose.search import (
     LEAST_GAIN,
@@ -27,6 +27,7 @@ from identify.diagnose.search import (
     ranked_candidates,
     required_gain,
 )
+from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 from identify.diagnose.weighing import Fitted, FormRemainder
@@ -233,9 +234,6 @@ MOST_PROBABLE, HALF_NATS = 0.98, 6.0
 
 TAKEN_UP = 0.25
 """Share of the nats of unexplained forces that a cause may have taken up by its wrong form."""
-
-LIKELY = 0.5
-"""A less probable cause is called possible: neither asserted nor accepted."""
 
 
 def probability(margin_nats: float, unexplained_nats: float = 0.0) -> float:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.gap import LEAST_SPEED_M_S
 from identify.diagnose.result import (
-    AxisShrink,
     Character,
     Diagnosis,
     Disturbance,
@@ -16,11 +15,11 @@ from identify.diagnose.result import (
     Next,
     Phase,
     Share,
-    Shrink,
     Value,
 )
 from identify.diagnose.shrink import CHANCE, LEAST_GAP, contradiction_clause
-from identify.diagnose.verdict import LIKELY, MOST_DISTURBED, swallowing
+from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
+from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
 from identify.words import capital, fixed, listed, significant, unit_after, with_interval
 

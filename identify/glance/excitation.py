@@ -25,6 +25,7 @@ from identify.estimators.misfit import Force, coefficients, doubts_of, lacking_d
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
 from identify.estimators.timing import lasting_axes
 from identify.forces import wrench
+from identify.glance.span import Span
 from identify.identification import LARGEST_RELATIVE_STD
 
 YAW: Final = 5
@@ -59,19 +60,6 @@ class Excitation:
             for c in self.coefficients
         ]
         return {"coefficients": rows, "note": self.note}
-
-
-@dataclass(frozen=True)
-class Span:
-    """Overview of an axis: seconds for which thrust and speed were both recorded, and the 1 to 99 % span of each.
-
-    `thrust` in N or N m, `speed` in m/s or rad/s; NaN if not recorded.
-    """
-
-    axis: str
-    seconds: float
-    thrust: float = math.nan
-    speed: float = math.nan
 
 
 def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:

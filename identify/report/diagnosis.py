@@ -15,9 +15,10 @@ from identify.diagnose.against import (
     thrust_sentences,
     verdict_sentence,
 )
-from identify.diagnose.result import Diagnosis, Finding, Gap, Shrink, Value
+from identify.diagnose.result import Diagnosis, Finding, Gap, Value
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
+from identify.diagnose.shrunk import Shrink
 from identify.diagnose.thrust_ratio import ThrustRatio
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures

@@ -18,7 +18,8 @@ from gcs_plugin.dives.folder import About, DiveFolder, Event, new_folder
 from identify.glance.excitation import Span
 from identify.ingest.open import read_dive
 from tui import cli, dive_list
-from tui.dive_list import GLANCE, Glance, letters, row_of, short_name
+from tui.dive_list import GLANCE, Glance, letters, short_name
+from tui.dive_reading import row_of
 
 BOOT_US = 1_790_000_000_000_000
 SURGE_FILE = """

@@ -14,6 +14,7 @@ from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.state import held, held_beside, release, state_file, write_holding
 from tui import cli, links
+from tui.commands import watch
 from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
@@ -89,6 +90,15 @@ def test_a_link_by_way_of_the_second_never_comes_back_by_way_of_the_first(monkey
     release()
     with pytest.raises(LinkError, match="no recording runs that could be listened to"):
         results[0]()
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize(
+    ("spec", "folder"), [(None, "/dives/first"), (SECOND, "/dives/second"), ("udpin:127.0.0.1:9", None)]
+)
+def test_watch_shows_the_recording_of_its_own_link_and_of_no_other(spec, folder):
+    holding = watch._holding(spec)
+    assert (holding and holding.folder) == folder
 
 
 def test_why_the_second_let_a_program_go_is_told_of_the_second(two):

@@ -28,7 +28,7 @@ from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import load_bytes
-from gcs_plugin.dives.folder import GLANCE, About, DiveFolder
+from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, vehicle_named
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work
@@ -47,9 +47,8 @@ from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan
 from tui.commands.prior import accepted_in
-from tui.dive_list import row_of
+from tui.dive_reading import row_of
 from tui.parameter_files import Leave, read_identification
-from tui.recordings import vehicle_named
 
 ours = strange_things.ours
 

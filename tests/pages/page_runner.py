@@ -79,7 +79,7 @@ class Typist:
         command = bin_ / "seatrial"
         command.write_text(f'#!/bin/sh\nexec {sys.executable} -m tui "$@"\n', encoding="utf-8")
         command.chmod(0o755)
-        self._environment = os.environ | {
+        self.environment = os.environ | {
             "PATH": f"{bin_}:{os.environ['PATH']}",
             "PYTHONPATH": str(ROOT),
             "XDG_STATE_HOME": str(folder / "state"),
@@ -108,9 +108,18 @@ class Typist:
             line = line.replace("14550", str(self._port))
             ready = next((words for what, words in RUNS_ON if what.match(line)), None)
             if ready is not None:
-                self._running[terminal or line] = Running(line, ready, self.folder, self._environment)
+                self._running[terminal or line] = Running(line, ready, self.folder, self.environment)
             else:
                 self._run(line)
+
+    def begin(self, line, terminal):
+        """A line that ends by itself, while others are typed; `finish` waits for it."""
+        line = line.strip().replace("14550", str(self._port))
+        self._running[terminal] = Running(line, "", self.folder, self.environment)
+
+    def finish(self, terminal):
+        """Wait for the end of that line; it must have done its work."""
+        assert self._running.pop(terminal).process.wait(PATIENCE_S) == 0, terminal
 
     def end(self, terminal):
         """End what runs there; it must have done its work."""
@@ -125,7 +134,7 @@ class Typist:
         terminal, own = pty.openpty()
         os.write(terminal, b"yes\n")
         done = subprocess.run(
-            ["bash", "-c", line], cwd=self.folder, env=self._environment, stdin=own,
+            ["bash", "-c", line], cwd=self.folder, env=self.environment, stdin=own,
             capture_output=True, text=True, timeout=PATIENCE_S, check=False,
         )  # fmt: skip
         os.close(own)

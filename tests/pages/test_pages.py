@@ -16,7 +16,17 @@ from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import Vehicle
 from docs.make import reliability
 from docs.make.__main__ import REFERENCE, pages
-from identify.diagnose import confidence, drift, evidence, regression, search, shrink, unexplained, verdict
+from identify.diagnose import (
+    confidence,
+    drift,
+    evidence,
+    regression,
+    search,
+    shrink,
+    shrunk,
+    unexplained,
+    verdict,
+)
 from identify.estimators import misfit as admitted
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD
@@ -64,7 +74,7 @@ PAGE = re.sub(
         f"by more than {search.LEAST_GAIN:.0f} nats ({search.LEAST_SEA_GAIN:.0f} for a sea",
         f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
         rf"P = {verdict.MOST_PROBABLE}\,\frac{{m}}{{m + {verdict.HALF_NATS:.0f}}}",
-        f"Under {100 * verdict.LIKELY:.0f} % a cause",
+        f"Under {100 * shrunk.LIKELY:.0f} % a cause",
         f"within {confidence.LEAST_APART:g} nats of each other "
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",

@@ -1,11 +1,13 @@
 """The tutorial is followed, command by command; on its dives, so is the day."""
 
 import json
+import os
 import shutil
 import socket
 
 import pytest
-from page_runner import Typist
+from page_runner import ROOT, Typist, blocks
+from tmux import NEEDS_TMUX, Tmux
 
 pytestmark = pytest.mark.soak
 
@@ -75,3 +77,87 @@ def test_a_day_runs_as_it_stands(day):
     priors = (day.folder / "our.yaml").read_text(encoding="utf-8")
     assert "rests_on: thrust" in priors
     assert {"hovering.html", "gap.html", "plan.yaml"} <= {path.name for path in day.folder.iterdir()}
+
+
+@pytest.fixture
+def typist(tmp_path, port):
+    typist = Typist(tmp_path, port)
+    yield typist
+    typist.close()
+
+
+@pytest.fixture
+def app(typist):
+    """A terminal for the app, in the folder of the page."""
+    terminal = Tmux(f"seatrial-tutorial-{os.getpid()}", 100, 30, "sh", typist.environment)
+    terminal.keys(f"cd {typist.folder}; clear", "Enter")
+    yield terminal
+    terminal.close()
+
+
+@NEEDS_TMUX
+def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, app):
+    page = iter((ROOT / "docs/tutorial.md").read_text(encoding="utf-8").splitlines())
+    commands = iter(blocks("docs/tutorial.md"))
+
+    def says(*words):
+        for word in words:
+            assert any(word in line for line in page), f"the page says no more: {word}"
+
+    def type_next():
+        terminal, block = next(commands)
+        typist.type(block, terminal)
+
+    type_next()
+    app.keys(f"{next(commands)[1].strip()}; echo ended with $?", "Enter")
+    app.until("1 Watch", "REC 00:")
+    terminal, dive = next(commands)
+    typist.begin(dive, terminal)
+    says("*Watch* (key `1`)")
+    app.keys("1")
+    app.until("■ ARMED", "surge u", "NEXT")
+    says("Ctrl-X forces the feed-forward off")
+    app.keys("C-x")
+    app.until("FF OFF,")
+    says("the app says *DIVE OVER*")
+    app.until("DIVE OVER", "REC 00:", without=("LINK LOST",))
+    typist.finish(terminal)
+    typist.end("terminal 1")
+    app.until(
+        "DIVE OVER",
+        "nothing is recorded",
+        "is over after",
+        "^g records the next",
+        without=("no recording runs",),
+    )
+    says("Key `2`, *Dives*")
+    app.keys("2")
+    app.until("-first", "NEXT  i  identify")
+    says("Key `i` identifies the dive under the mark")
+    app.keys("i")
+    app.until("Converged", "record the vehicle; then: identified, not uploaded")
+    type_next()
+    says("record again")
+    type_next()
+    type_next()
+    app.until("DISARMED", "REC 00:", "NEXT  5 u  identified, not uploaded")
+    says("In the app `p` compares")
+    app.keys("p")
+    app.until("FF1_M_U", "10 of 10 chosen")
+    app.keys("u")
+    app.until("Enter")
+    app.keys("10", "Enter")
+    app.until("NEXT  ^u  uploaded: set the feed-forward to shadow")
+    type_next()
+    says("End both terminals with Ctrl-C")
+    typist.end("terminal 1")
+    typist.end("terminal 2")
+    app.until("DIVE OVER", "nothing is recorded", without=("no recording runs",))
+    type_next()
+    says("In the app: `2`, Home for the newest", "dive, and `v`, *Validate*")
+    app.keys("2")
+    app.until("4 in dives", "home v  validate")
+    app.keys("Home", "v")
+    app.until(" GO ", "flown and compared")
+    app.keys("C-q")
+    app.until("ended with 0")

@@ -46,9 +46,11 @@ def test_enter_chooses_the_dive_that_the_other_screens_show_and_each_opening_rea
     assert verbs.words == [("dives", "dives", "--otherwise", "ruvifist:hovering")] * 3
 
 
-def test_a_folder_that_can_t_be_listed_or_is_empty_says_so():
-    why = "dives: no such folder; give the one that holds the dives"
-    played(desk(FakeVerbs({"dives": None}, 2, [why])), "2", Sees(why))
+def test_a_folder_that_can_t_be_listed_or_is_empty_says_so(tmp_path):
+    why = "dives: is a file; give the folder that holds the dives"
+    played(desk(FakeVerbs({"dives": None}, 2, [why]), out=tmp_path), "2", Sees(why))
+    nothing = "holds no dive yet; a recording makes one"
+    played(desk(FakeVerbs({"dives": None}, 2, ["no such folder"])), "2", Sees(f"dives: {nothing}"))
     played(desk(FakeVerbs({"dives": []})), "2", Sees("dives: holds no dive yet; a recording makes one"))
 
 

@@ -11,10 +11,14 @@ from screen_text import NARROW, WIDE, Sees, made, play, played, run, said, shows
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
+from tui.app.connecting import Choice, Way
+from tui.app.screens.connect import ConnectScreen
+from tui.app.screens.dives import DivesScreen
 from tui.app.screens.overlays import AskScreen
 from tui.app.view import Forcing
 
 SILENT = replace(view(), recording=None)
+OVER = "the dive deck is over after 00:12:31"
 HANGS = replace(view(), recording=replace(view().recording, written_unix_s=0.0))
 NO_RECORDING = "no recording runs that the app could speak to"
 
@@ -24,6 +28,7 @@ class Boat:
 
     def __init__(self, fails=""):
         self.recorded, self.orders, self.fails = Path(DECK["folder"]), [], fails
+        self.links = ("udpin:127.0.0.1:14550",)
         self.verbs = FakeVerbs()
         self.desk = desk(
             self.verbs,
@@ -31,12 +36,18 @@ class Boat:
             recorded=lambda: self.recorded,
             next_dive=self._next,
             end_recording=self._end,
+            links=lambda: self.links,
+            connect=self._connect,
+            was_killed=lambda _: True,
         )
 
     def _order(self, word):
         self.orders.append(word)
         if self.fails:
             raise LinkError(self.fails)
+
+    def _connect(self, choice):
+        self.orders.append(choice)
 
     def _next(self):
         self._order("next")
@@ -68,8 +79,119 @@ def after(keys, boat, shown=None, **how):
 @pytest.mark.parametrize("key", ["ctrl+g", "ctrl+x"])
 def test_a_recording_is_begun_where_none_runs_also_for_off_which_goes_by_its_links(key):
     boat = Boat()
-    assert after([key], boat, SILENT) == ["a recording has begun"]
+    (notice,) = after([key], boat, SILENT)
+    assert notice == (
+        "a recording of udpin:127.0.0.1:14550 has begun, and goes on when the app is left; ^d ends it again, and only "
+        "looks"
+    )
     assert boat.orders == ["begin"]
+
+
+def test_one_key_declines_the_recording_that_the_app_has_just_begun_and_looks_at_its_link():
+    boat = Boat()
+    notices = after(["ctrl+g", "ctrl+d"], boat, SILENT)
+    assert boat.orders == ["begin", "end", Choice("udpin:127.0.0.1:14550", records=False)]
+    assert notices[-1] == "the app looks at, and does not record, udpin:127.0.0.1:14550"
+
+
+def test_a_recording_that_the_app_did_not_begin_is_not_declined():
+    boat = Boat()
+    assert after(["ctrl+d"], boat) == ["the app has begun no recording just now; nothing was ended"]
+    assert boat.orders == []
+
+
+def test_where_a_link_is_named_the_recording_begins_with_the_app_and_is_announced():
+    boat = Boat()
+    (notice,) = after([], boat, SILENT, begins=True)
+    assert "has begun, and goes on when the app is left" in notice
+    assert boat.orders == ["begin"]
+
+
+def test_without_a_link_the_dives_come_first_and_the_key_that_records_asks_for_the_way():
+    boat = Boat()
+    boat.links = ()
+    boat.desk.ways = lambda: (
+        Way("udpin:127.0.0.1:14550", "a vehicle"),
+        Way("serial:/dev/ttyUSB0:115200", "DVL"),
+    )
+    on_top = Sees("no vehicle is connected; ^l connects one")
+    steps = [
+        shows(DivesScreen),
+        on_top,
+        "ctrl+g",
+        shows(ConnectScreen),
+        Sees("serial:/dev/ttyUSB0:115200"),
+        "down",
+        "enter",
+    ]
+    after(steps, boat, SILENT)
+    assert boat.orders == [Choice("serial:/dev/ttyUSB0:115200", records=True)]
+
+
+@pytest.mark.parametrize(
+    ("typed", "key", "choice"),
+    [
+        ("tcp:sub:5777", "enter", Choice("tcp:sub:5777", records=True)),
+        ("tcp:sub:5777", "ctrl+r", Choice("tcp:sub:5777", records=False)),
+        ("", "escape", None),
+    ],
+)
+def test_a_link_may_be_typed_recorded_or_only_looked_at(typed, key, choice):
+    boat = Boat()
+    boat.desk.ways = tuple
+    after(["ctrl+l", shows(ConnectScreen), *typed, key], boat, SILENT)
+    assert boat.orders == [choice] * (choice is not None)
+
+
+@pytest.mark.parametrize(
+    ("link", "why"), [("udpin", "'udpin' is not a link"), ("tcp:a:1", "goes by another recording")]
+)
+def test_what_is_no_link_or_is_recorded_by_another_stays_in_the_box_with_the_reason(link, why):
+    boat = Boat()
+    boat.desk.ways = lambda: (Way(link, "", recorded=True, others=True),)
+    after(["ctrl+l", "enter", shows(ConnectScreen), Sees(why)], boat, SILENT)
+    assert boat.orders == []
+
+
+@pytest.mark.parametrize(
+    ("now", "killed", "notice"),
+    [
+        (None, False, f"{OVER}; ^g records the next"),
+        (replace(view().recording, folder="dives/second"), False, f"{OVER}; the next dive is recorded"),
+        (None, True, "the recording of deck has ended without being told to; ^g begins one"),
+    ],
+)
+def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
+    boat, views = Boat(), FixedViews(view())
+    boat.desk.was_killed = lambda _: killed
+
+    def end(app):
+        app._refresh_view()
+        views.shown = replace(view(), recording=now, trouble="no recording runs that could be listened to")
+        app._refresh_view()
+
+    def shows_no_alarm(app):
+        top = text(app).splitlines()[0]
+        assert ("DIVE OVER" in top) is (now is None and not killed)
+        assert ("NOT RECORDING" in top) is killed
+        assert ("no recording runs" in text(app)) is (killed or now is not None)
+
+    assert played(boat.desk, end, shows_no_alarm, views=views) == [notice]
+
+
+def test_a_warning_goes_once_it_holds_no_longer():
+    boat, views = Boat(), FixedViews(view())
+    boat.desk.was_killed = lambda _: True
+
+    def see(recording):
+        def step(app):
+            views.shown = replace(view(), recording=recording)
+            app._refresh_view()
+
+        return step
+
+    begun = see(replace(view().recording, folder="dives/second"))
+    assert played(boat.desk, see(view().recording), see(None), begun, views=views) == []
 
 
 @pytest.mark.parametrize(("key", "shown"), [("ctrl+g", SILENT), ("ctrl+g", HANGS), ("ctrl+x", HANGS)])
@@ -104,7 +226,7 @@ def test_once_there_is_space_again_it_is_said_that_the_recording_goes_on():
     full = replace(well, unwritten="telemetry.tlog: can't be written (No space left on device)", waiting=9)
     all_written = ["the recording goes on: every frame that waited is written"]
     assert said_after(well, full, full) == []
-    assert said_after(full, None, full, well, well) == all_written
+    assert said_after(full, None, full, well, well) == [OVER, *all_written]
     assert said_after(full, replace(well, lost=12)) == ["the recording goes on: 12 frames are lost"]
     assert said_after(full, recording(lasted_s=60.0)) == []
 
@@ -137,6 +259,21 @@ def test_the_off_key_begins_one_recording_where_that_dies_before_off_is_acknowle
 
     run(made(views, desk=boat.desk), NARROW, work)
     assert boat.orders.count("begin") == times
+
+
+def test_off_begins_no_recording_where_somebody_ended_that_in_order_and_may_need_the_link():
+    boat, views = Boat(), FixedViews(view())
+    boat.desk.was_killed = lambda _: False
+
+    async def work(app, pilot):
+        await play(app, pilot, "ctrl+x")
+        for shown in (RUNS, DEAD, DEAD):
+            views.shown = shown
+            app._refresh_view()
+            await app.workers.wait_for_complete()
+
+    run(made(views, desk=boat.desk), NARROW, work)
+    assert boat.orders == []
 
 
 LOST = replace(SILENT, trouble="no recording runs that could be listened to")

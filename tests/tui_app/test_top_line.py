@@ -11,7 +11,7 @@ from screen_text import plain
 from gcs_plugin.watch.picture import Armed
 from tui.app.drawing import changed, harmless
 from tui.app.header import Tab, header, tab_at
-from tui.app.view import Forcing, aged
+from tui.app.view import Forcing, aged, silent_after
 
 TABS = (Tab("1", "Watch", True), Tab("2", "Dives", False))
 
@@ -63,6 +63,9 @@ OFF = "vehicle 1: off, as read back"
         (recorded(446, 1e6, silent_s=4.9), 80, "REC 00:07:26  278 h left", "plain"),
         (recorded(446, 1e6, silent_s=6.0), 80, " NOT RECORDING? silent 6 s ", "lost"),
         (replace(view(), recording=None), 80, " NOT RECORDING ", "lost"),
+        (replace(view(), recording=None, over=True), 80, "DIVE OVER", "strong"),
+        (replace(view(), recording=None, over=True), 80, "nothing is recorded", "plain"),
+        (replace(view(), over=True), 80, "REC 00:12:31  41 h left", "plain"),
         (with_picture(ff_mode=0), 80, "FF off", "plain"),
         (with_picture(ff_mode=3), 80, "FF both", "plain"),
         (with_picture(ff_mode=None), 80, "FF --", "quiet"),
@@ -74,6 +77,20 @@ OFF = "vehicle 1: off, as read back"
 )
 def test_each_state_has_its_words_and_its_role(shown, cells, words, role):
     assert (words, role) in first(shown, cells)
+
+
+@pytest.mark.parametrize(
+    ("armed", "age_s", "silent"),
+    [
+        (Armed.DISARMED, 4.0, True),
+        (Armed.DISARMED, 1.0, False),
+        (Armed.ARMED, 4.0, False),
+        (Armed.UNKNOWN, 4.0, False),
+    ],
+)
+def test_a_vehicle_that_was_disarmed_before_it_fell_silent_is_no_alarm(armed, age_s, silent):
+    shown = with_picture(armed=armed, links=(replace(picture().links[0], age_s=age_s),))
+    assert silent_after(shown) is silent
 
 
 def test_the_armed_state_stands_first():

@@ -2,17 +2,21 @@
 
 import os
 import subprocess
+import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError
 from bridge.reports import ERROR, Report, line
 from gcs_plugin.recording.state import Holding
 from tui import cli
 from tui.app import recorder
+from tui.app.connecting import Choice, ways
+from tui.app.connection import Connection
 from tui.commands import tui
 
 UNIX_S = 1_795_251_151.0
@@ -50,7 +54,8 @@ def test_a_pipe_is_no_terminal(capsys):
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        ([], "give --link SPEC, or start `seatrial record`"),
+        (["--link", "udpin"], "'udpin' is not a link"),
+        (["--web"], "give --link SPEC, or start `seatrial record`"),
         (["--unrecorded"], "--unrecorded looks at one link"),
         (["--keymap", "keys.yaml"], "unknown action 'watch.chart'; did you mean 'watch.charts'?"),
         (["--view-only", "--link", "udpin:127.0.0.1:0"], "--view-only begins none"),
@@ -73,11 +78,21 @@ def test_what_can_t_be_shown_is_refused_before_the_screen_is_taken(words, why, t
     assert why in capsys.readouterr().err
 
 
-def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: HOLDING)
-    monkeypatch.setattr(recorder, "begin", None)
-    assert tui._open(arguments())[0] == tui.OF_RECORDING
-    assert tui._open(arguments("--link", HOLDING.links[0]))[0] == tui.OF_RECORDING
+@pytest.mark.parametrize(
+    ("holding", "words", "begins"),
+    [
+        (HOLDING, (), False),
+        (HOLDING, ("--link", HOLDING.links[0]), False),
+        (None, (), False),
+        (None, ("--link", HOLDING.links[0]), True),
+        (None, ("--link", HOLDING.links[0], "--unrecorded"), False),
+    ],
+)
+def test_a_recording_is_begun_only_of_links_that_are_named_and_that_none_holds(
+    holding, words, begins, monkeypatch
+):
+    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: holding)
+    assert tui._begins(arguments(*words)) is begins
 
 
 @pytest.mark.parametrize(
@@ -90,16 +105,7 @@ def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
 def test_a_recording_that_serves_nobody_or_has_not_the_link_is_refused(holding, words, why, monkeypatch):
     monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: holding)
     with pytest.raises((LinkError, tui.exit_codes.UsageError), match=why):
-        tui._open(arguments(*words))
-
-
-def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch):
-    begun = []
-    monkeypatch.setattr("gcs_plugin.recording.state.held", lambda _: None)
-    monkeypatch.setattr(recorder, "begin", lambda options, *_: begun.append(options) or HOLDING)
-    words = ["--link", HOLDING.links[0], "--out", "here", "--vehicle", "ruvifist"]
-    assert tui._open(arguments(*words))[0] == tui.OF_RECORDING
-    assert begun == [words]
+        tui._begins(arguments(*words))
 
 
 class FakeProcess:
@@ -164,20 +170,119 @@ def test_without_a_recording_there_is_no_hub():
         recorder.hub()
 
 
-def test_a_recording_that_has_ended_is_begun_again_with_its_own_links_and_never_twice(monkeypatch):
-    begun = []
-    monkeypatch.setattr("tui.links.holding_now", lambda: HOLDING)
-    monkeypatch.setattr(recorder, "begin", lambda options, *_: begun.append(options))
-    again = tui._again(arguments("--vehicle", "ruvifist", "--out", "here"))
-    monkeypatch.setattr(recorder, "held", lambda _: HOLDING)
-    again()
+@pytest.fixture
+def begun(monkeypatch):
+    """What recordings were begun with."""
+    options = []
+    monkeypatch.setattr(recorder, "begin", lambda given, *_: options.append(given))
+    return options
+
+
+@pytest.fixture
+def running(monkeypatch):
+    """Let a recording run, or none."""
+
+    def run(holding):
+        for name in ("gcs_plugin.recording.state.held", "tui.app.recorder.held"):
+            monkeypatch.setattr(name, lambda _: holding)
+
+    return run
+
+
+def connection(*links, looked_at=""):
+    return Connection(
+        SystemClock(), links, looked_at, "here", ("ruvifist", None), "", None, None, silent=False
+    )
+
+
+def test_a_recording_that_has_ended_is_begun_again_with_its_own_links_and_never_twice(begun, running):
+    goes_by = connection()
+    running(HOLDING)
+    goes_by.recording(UNIX_S)
+    goes_by.record()
     assert begun == []
-    monkeypatch.setattr(recorder, "held", lambda _: None)
-    again()
+    running(None)
+    goes_by.record()
     assert begun == [["--link", HOLDING.links[0], "--out", "here", "--vehicle", "ruvifist"]]
 
 
-@pytest.mark.parametrize("words", [["--unrecorded", "--link", "x"], ["--view-only"]])
-def test_an_app_that_records_nothing_begins_nothing_again(words, monkeypatch):
-    monkeypatch.setattr("tui.links.holding_now", lambda: HOLDING)
-    assert tui._again(arguments(*words)) is None
+def test_without_a_link_nothing_is_begun_until_one_is_chosen(begun, running):
+    running(None)
+    goes_by = connection()
+    with pytest.raises(LinkError, match="no link is known yet"):
+        goes_by.record()
+    goes_by.connect(Choice("tcp:sub:5777", records=True))
+    assert begun == [["--link", "tcp:sub:5777", "--out", "here", "--vehicle", "ruvifist"]]
+
+
+def test_a_link_that_is_only_looked_at_begins_nothing_and_shows_no_recording_of_another(begun, running):
+    running(HOLDING)
+    station = FakeStation()
+    goes_by = connection("tcp:sub:5777")
+    goes_by.station = station
+    goes_by.connect(Choice("tcp:sub:5777", records=False))
+    assert (begun, len(station.changed)) == ([], 1)
+    assert goes_by.recording(UNIX_S) is None
+    assert connection(looked_at=HOLDING.links[0]).recording(UNIX_S) == HOLDING
+
+
+def test_the_app_goes_by_no_link_beside_a_recording_of_another(begun, running):
+    running(HOLDING)
+    with pytest.raises(LinkError, match=r"holds udpin:.*; end it first"):
+        connection().connect(Choice("tcp:sub:5777", records=True))
+    assert begun == []
+
+
+class FakeStation:
+    def __init__(self):
+        self.changed = []
+
+    def change(self, *to):
+        self.changed.append(to)
+
+
+def test_every_recorder_that_lives_on_is_named_on_leaving(running, monkeypatch, capsys):
+    second = replace(HOLDING, pid=1, folder="dives/other", links=("serial:/dev/ttyUSB0",))
+    running(HOLDING)
+    monkeypatch.setattr("gcs_plugin.recording.state.held_beside", lambda _: [second])
+    tui.list_recorders()
+    first, other = capsys.readouterr().err.splitlines()
+    assert (
+        "into dives/2026-11-21T0852Z goes on, of udpin:127.0.0.1:14550; `seatrial record --end` ends it"
+        in first
+    )
+    assert (
+        "process 1 into dives/other goes on, of serial:/dev/ttyUSB0; Ctrl-C in its terminal ends it" in other
+    )
+
+
+def test_the_dives_of_the_present_folder_are_shown_where_there_is_no_folder_of_dives(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert tui.folder_of_dives("dives") == Path("dives")
+    (tmp_path / "2026-11-21T0852Z-hovering").mkdir()
+    (tmp_path / "2026-11-21T0852Z-hovering" / "telemetry.tlog").write_bytes(b"")
+    assert tui.folder_of_dives("dives") == Path()
+    assert tui.folder_of_dives("elsewhere") == Path("elsewhere")
+    (tmp_path / "dives").mkdir()
+    assert tui.folder_of_dives("dives") == Path("dives")
+
+
+def test_the_ways_are_recordings_then_ports_then_addresses_and_what_is_recorded_stands_once():
+    second = replace(HOLDING, links=("serial:/dev/ttyUSB0:115200",))
+    found = ways(
+        [HOLDING, second], [("/dev/ttyUSB0", "DVL"), ("/dev/ttyACM0", "")], ["127.0.0.1", "192.168.2.1"]
+    )
+    assert [(way.link, way.recorded, way.others) for way in found] == [
+        ("udpin:127.0.0.1:14550", True, False),
+        ("serial:/dev/ttyUSB0:115200", True, True),
+        ("serial:/dev/ttyACM0:115200", False, False),
+        ("udpin:192.168.2.1:14550", False, False),
+    ]
+
+
+def test_the_first_screen_waits_for_no_library_that_only_the_mathematics_need():
+    """Each of them takes longer to load than the app may take to show its first screen."""
+    heavy = "{'scipy', 'numba', 'torch', 'matplotlib', 'aiohttp', 'pandas'}"
+    line = f"import sys, tui.commands.tui; print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

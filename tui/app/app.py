@@ -1,5 +1,6 @@
 """The terminal app: ties together screens, keys, themes and the views that a station makes."""
 
+import math
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -14,21 +15,29 @@ from textual.binding import Binding
 from textual.css.query import NoMatches
 from textual.dom import DOMNode
 from textual.filter import LineFilter, NoColor
-from textual.notifications import SeverityLevel
+from textual.notifications import Notification, Notify, SeverityLevel
 from textual.worker import WorkerFailed
 
+from bridge import exit_codes
 from bridge.errors import SeatrialError
 from gcs_plugin.params.last_accepted import reminder, unfinished
+from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.picture import Armed
 from tui.app import themes
+from tui.app.campaign import Next, next_of, raised_to
+from tui.app.connecting import Choice
 from tui.app.desk import Desk
-from tui.app.jobs import aside
+from tui.app.drawing import stopwatch
+from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
+from tui.app.progress import campaign_of
+from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
-from tui.app.screens.transfer import WRITE, agrees
+from tui.app.screens.transfer import ARMED, WRITE, agrees
 from tui.app.terminal import AnsweringDriver, KeysInTurn, Pace, keep_trace
-from tui.app.view import Views, aged
+from tui.app.view import View, Views, aged, silent_after
 from tui.show import harmless
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
@@ -36,6 +45,9 @@ WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 GATE = Gate(action for place in PLACES for action in place)
 TELL_S = 20.0
 ORDERS = "orders"
+ANNOUNCED_S = 60.0
+LOOK_EVERY_S = 1.0
+RAISE = "ff"
 LONG = ("identify", "diagnose", "validate")
 """Verbs that take long enough for the user to miss their work if it were lost."""
 END = "END"
@@ -46,7 +58,8 @@ VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 class SeatrialApp(KeysInTurn, inherit_bindings=False):
     """Shows the views that `views` makes, `fps` times a second; `keep_theme` saves the chosen theme.
 
-    `desk` holds the work that the screens share. `view_only`: the user may look but not act.
+    `desk` holds the work that the screens share. `view_only`: the user may look but not act. `begins`: a
+    recording is to begin with the app.
     """
 
     TITLE = "seatrial"
@@ -67,6 +80,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         driver: type[AnsweringDriver] | None = None,
         desk: Desk | None = None,
         view_only: bool = False,
+        begins: bool = False,
     ) -> None:
         super().__init__(driver)
         self.desk = desk or Desk()
@@ -74,7 +88,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}
+        self._begins_recording = begins
         self._off_may_record = self._dies = False
+        self._before: Holding | None = None
+        self._ended: Path | None = None
+        self._is_over = self._was_armed = False
+        self._declinable_until_s = -math.inf
+        self._step: tuple[float, Next] | None = None
+        self._raising: JobState | None = None
+        self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
         self._unwritten_of: float | None = None
         self._warned_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
@@ -94,10 +116,20 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def on_mount(self) -> None:
         if isinstance(self._driver, AnsweringDriver):
             self._driver.answered = partial(self.call_later, self._answered)
-        self.switch_mode(SCREENS[0].id)
+        # With nothing to watch, the dives that are here come first.
+        nothing = (
+            not self._begins_recording and not self.desk.links() and self._views.view().recording is None
+        )
+        self.switch_mode("dives" if nothing and self.desk.connect is not None else SCREENS[0].id)
         left = unfinished(self.desk.receipts)
         if left is not None:
-            self.notify(f"{reminder(left, {})[0]}; Parameters tells more", severity="warning", timeout=TELL_S)
+            self._warn(
+                f"{reminder(left, {})[0]}; Parameters tells more",
+                lambda: unfinished(self.desk.receipts) is not None,
+                timeout=TELL_S,
+            )
+        if self._begins_recording and self.desk.record is not None:
+            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
         self.call_after_refresh(self._refresh_view)
 
     def notify(
@@ -111,6 +143,26 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     ) -> None:
         """Show a notification literally: markup in a name has no effect."""
         super().notify(harmless(message), title=title, severity=severity, timeout=timeout, markup=markup)
+
+    def _warn(
+        self,
+        message: str,
+        holds: Callable[[], bool],
+        severity: SeverityLevel = "warning",
+        timeout: float | None = None,
+    ) -> None:
+        """Warn, and take the warning back as soon as it holds no longer."""
+        shown = self.NOTIFICATION_TIMEOUT if timeout is None else timeout
+        warning = Notification(harmless(message), severity=severity, timeout=shown, markup=False)
+        self._warnings.append((warning, holds))
+        self.post_message(Notify(warning))
+
+    def _take_back_warnings(self) -> None:
+        """Remove the warnings that hold no longer."""
+        for warning, holds in tuple(self._warnings):
+            if warning.has_expired or not holds():
+                self._warnings.remove((warning, holds))
+                self._unnotify(warning)
 
     async def run_action(
         self,
@@ -173,6 +225,41 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._off_may_record = False
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
 
+    def action_raise_ff(self) -> None:
+        """Ask for the words that raise the feed-forward by one step, if its gate lets it."""
+        view = self._views.view()
+        mode, why = raised_to(campaign_of(self.desk, view))
+        if mode is None or self.desk.jobs.runs(RAISE):
+            self.notify(f"not raised: {why or 'it is being raised already'}", severity="warning")
+            return
+
+        def asked() -> str:
+            armed = self._views.view().picture.armed is not Armed.DISARMED
+            return f"{ARMED} {mode.word.upper()}" if armed else mode.word.upper()
+
+        def answered(typed: str | None) -> None:
+            if typed is not None and agrees(typed, asked()):
+                system = str(view.picture.links[0].system)
+                self.desk.jobs.start(RAISE, (RAISE, mode.word, "--yes", "--system", system))
+                self._raising = self.desk.jobs.state(RAISE)
+            elif typed is not None:
+                self.notify(f"'{typed}' is not {asked()}: nothing was sent", severity="warning")
+
+        title = (
+            f"Type {asked()} to set the feed-forward of vehicle {view.picture.links[0].system} to {mode.word}"
+        )
+        self.push_screen(AskScreen(title, "sends it"), answered)
+
+    def _tell_raised(self) -> None:
+        """Say how the order to raise the feed-forward ended."""
+        state = self.desk.jobs.state(RAISE)
+        if self._raising is None or state is None or state.done is None:
+            return
+        self._raising = None
+        done = state.done.code == exit_codes.DONE
+        words = state.done.said[-1] if done and state.done.said else state.done.why
+        self.notify(f"feed-forward: {words}", severity="information" if done else "error", timeout=TELL_S)
+
     async def action_quit(self) -> None:
         """Leave the app; refused while parameters are being written, and asked twice while a long verb runs.
 
@@ -181,7 +268,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         jobs = self.desk.jobs
         if jobs.runs(WRITE):
             await self.action_open("parameters")
-            self.notify("parameters are being written; leave once that has ended", severity="warning")
+            self._warn("parameters are being written; leave once that has ended", lambda: jobs.runs(WRITE))
             return
         at_work = self._at_work()
         if at_work <= self._warned_of:
@@ -190,11 +277,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._warned_of |= at_work
         verbs = " and ".join(sorted(verb for verb, _ in at_work))
         leaves = self._key_of_id("app.quit")
-        self.notify(f"{verbs} at work, and lost if you leave now; {leaves} again leaves", severity="warning")
+        self._warn(
+            f"{verbs} at work, and lost if you leave now; {leaves} again leaves",
+            lambda: bool(at_work & self._at_work()),
+        )
 
     def action_help_quit(self) -> None:
         """Ctrl-C ends nothing here: say which key leaves."""
-        self.notify(f"{self._key_of_id('app.quit')} leaves; the recording goes on")
+        goes_on = "; the recording goes on" if self._views.view().records else ""
+        self.notify(f"{self._key_of_id('app.quit')} leaves{goes_on}")
 
     def _at_work(self) -> set[tuple[str, float]]:
         """The long verbs that run, each with its start time."""
@@ -209,16 +300,67 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             )
         elif self._views.view().records:
             self.notify("a recording runs already")
+        elif not self.desk.links() and self.desk.connect is not None:
+            self.action_connect()
         else:
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
 
     async def _record(self, record: Callable[[], None]) -> None:
+        """Begin a recording, and announce it with the key that declines it."""
         try:
             await aside(record)
         except SeatrialError as error:
-            self.notify(f"nothing is recorded: {error}", severity="error", timeout=TELL_S)
+            self._warn(
+                f"nothing is recorded: {error}", lambda: not self._views.view().records, "error", TELL_S
+            )
+            return
+        self._declinable_until_s = self._clock() + ANNOUNCED_S
+        of = f" of {', '.join(self.desk.links())}" if self.desk.links() else ""
+        self.notify(
+            f"a recording{of} has begun, and goes on when the app is left; "
+            f"{self._key_of_id('recording.decline')} ends it again, and only looks",
+            timeout=TELL_S,
+        )
+
+    def action_decline(self) -> None:
+        """End the recording that the app has just begun, and look at its link without one."""
+        end, begun = self.desk.end_recording, self.desk.recorded()
+        if end is None or begun is None or self._clock() > self._declinable_until_s:
+            self.notify("the app has begun no recording just now; nothing was ended")
+            return
+        self._declinable_until_s, self._off_may_record = -math.inf, False
+        self.run_worker(self._decline(end, self.desk.links()), group=ORDERS)
+
+    async def _decline(self, end: Callable[[], Path], links: tuple[str, ...]) -> None:
+        await self._order(end, "NOTHING is recorded any more")
+        if self.desk.connect is not None and links and self.desk.recorded() is None:
+            await self._go(Choice(links[0], records=False), self.desk.connect)
+
+    def action_connect(self) -> None:
+        """Ask by which way, and go it."""
+        connect = self.desk.connect
+        if connect is None or isinstance(self.screen, ConnectScreen):
+            return
+
+        def answered(choice: Choice | None) -> None:
+            if choice is not None:
+                self.run_worker(self._go(choice, connect), group="record", exclusive=True)
+
+        self.push_screen(ConnectScreen(self.desk.ways()), answered)
+
+    async def _go(self, choice: Choice, connect: Callable[[Choice], None]) -> None:
+        """Go a way: where that begins a recording, say so."""
+        if choice.records and self.desk.recorded() is None:
+            await self._record(partial(connect, choice))
         else:
-            self.notify("a recording has begun")
+            try:
+                await aside(partial(connect, choice))
+            except SeatrialError as error:
+                self.notify(str(error), severity="error", timeout=TELL_S)
+                return
+            how = "shows the recording of" if choice.records else "looks at, and does not record,"
+            self.notify(f"the app {how} {choice.link}")
+        await self.action_open(SCREENS[0].id)
 
     def action_next_dive(self) -> None:
         """Let the recording go on in a new folder, without a question, since nothing is lost either way."""
@@ -258,6 +400,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             desk.dive = desk.param = None
         elif desk.dive is not None:
             after += f"; the screens stay on {desk.dive.name}"
+        self._ended = finished
         became = "is finished" if finished.exists() else "is not kept, since nothing arrived in it"
         self.notify(f"{finished.name} {became}; {after}")
 
@@ -308,13 +451,20 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         keys = self._keys.get(action.id, action.keys)
         return self.get_key_display(Binding(keys.split(",")[0], "", ""))
 
+    def key_of_action(self, action_id: str) -> str:
+        """The key of an action of any screen."""
+        return next(self._key_of(action) for place in PLACES for action in place if action.id == action_id)
+
     def _key_of_id(self, action_id: str) -> str:
         return next(self._key_of(action) for action in EVERYWHERE if action.id == action_id)
 
     def _refresh_view(self) -> None:
         now_s = self._clock()
+        self._tell_over()
         self._watch_over_off()
         self._tell_written()
+        self._tell_raised()
+        self._take_back_warnings()
         if self._pace.may_draw(now_s):
             self._show()
             if isinstance(self._driver, AnsweringDriver) and self._pace.may_ask():
@@ -326,10 +476,43 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.set_timer(period_s, self._refresh_view)
 
     def _watch_over_off(self) -> None:
-        """Begin a recording if it died before off was acknowledged, or had died unnoticed before the key press."""
+        """Begin a recording if it died before off was acknowledged, or had died unnoticed before the key press.
+
+        Not if it was ended in order: whoever ended it may need the link.
+        """
         view = self._views.view()
-        if view.forcing is not None and not view.forcing.done and not view.records:
+        if view.forcing is not None and not view.forcing.done and not view.records and not self._is_over:
             self._record_for_off()
+
+    def _tell_over(self) -> None:
+        """Say that a recording has ended, or gone on in another dive, unless the app's own order did that."""
+        now, before = self._views.view().recording, self._before
+        self._before = now
+        if now is not None:
+            self._is_over = False
+        if before is None or (now is not None and now.folder == before.folder):
+            return
+        folder = Path(before.folder)
+        self._was_armed = False
+        if now is None and self.desk.was_killed(before.pid):
+            self._warn(
+                f"the recording of {folder.name} has ended without being told to{self._begins()}",
+                lambda: self._views.view().recording is None,
+                "error",
+                TELL_S,
+            )
+            return
+        self._is_over = now is None
+        if self._ended is None or self._ended.resolve() != folder.resolve():
+            lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
+            then = self._next_dive() if now is None else "; the next dive is recorded"
+            self.notify(f"the dive {folder.name} is over after {lasted}{then}", timeout=TELL_S)
+
+    def _next_dive(self) -> str:
+        """End of a sentence: which key records the next dive; "" if none can."""
+        if self.desk.record is None or self.view_only:
+            return ""
+        return f"; {self._key_of_id('recording.begin')} records the next"
 
     def _tell_written(self) -> None:
         """Say that frames are being written again, after the top line had reported that they were not."""
@@ -349,15 +532,29 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         """End of a sentence: which key begins a recording; "" if none can."""
         if self.desk.record is None or self.view_only:
             return ""
+        if not self.desk.links() and self.desk.connect is not None:
+            return f"; {self._key_of_id('link.connect')} connects one"
         return f"; {self._key_of_id('recording.begin')} begins one"
+
+    def _next_step(self, view: View) -> Next:
+        """The thing to do now, looked up once a second at most."""
+        now_s = self._clock()
+        if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S:
+            self._step = (now_s, next_of(campaign_of(self.desk, view)))
+        return self._step[1]
 
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())
 
     def _show(self) -> None:
         view = self._views.view()
-        if view.recording is None and (begins := self._begins()):
-            view = replace(view, trouble=f"{view.trouble or 'no recording runs'}{begins}")
+        self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
+        over = self._is_over or (self._was_armed and silent_after(view))
+        view = replace(view, over=over, next=self._next_step(view))
+        if view.recording is None and not view.over and (begins := self._begins()):
+            known = self.desk.links() or self.desk.connect is None
+            trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"
+            view = replace(view, trouble=f"{trouble}{begins}")
         replayed = None if self.desk.replay is None else self.desk.replay.shown()
         view = replace(
             view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError, LogError
-from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders
+from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders, vehicle_named
+from tui.app.connecting import Choice, Way, ways_now
 from tui.app.jobs import Jobs
 from tui.app.view import Replay
 from tui.dive_list import kept_glance
-from tui.recordings import vehicle_named
 
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
@@ -31,7 +31,9 @@ class Desk:
     shows in place of the vehicle, None for the vehicle. `record` begins a recording if none runs, None if nothing is
     to be recorded; `recorded` returns the dive being recorded. `next_dive` lets the running recording go on in a new
     folder, `end_recording` ends it: both wait for it, return the folder of the finished dive, and raise
-    SeatrialError; None if the app may not give such orders.
+    SeatrialError; None if the app may not give such orders. `links` are those that `record` would record, () while
+    none is known; `ways` lists the ways to a vehicle, and `connect` goes one of them, raises SeatrialError, and is
+    None if the app may not. `was_killed` says whether the recording of a process ended without having been told to.
     """
 
     vehicle: str = ""
@@ -45,6 +47,10 @@ class Desk:
     recorded: Callable[[], Path | None] = lambda: None
     next_dive: Callable[[], Path] | None = None
     end_recording: Callable[[], Path] | None = None
+    links: Callable[[], tuple[str, ...]] = tuple
+    ways: Callable[[], tuple[Way, ...]] = ways_now
+    connect: Callable[[Choice], None] | None = None
+    was_killed: Callable[[int], bool] = lambda _: False
     _meant: tuple[Path, Path | None] | None = field(default=None, init=False)
 
     def chosen(self) -> Path | None:

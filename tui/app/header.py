@@ -38,6 +38,8 @@ class Piece:
 
 
 VIEW_ONLY: Final = Piece(10, "lost", (" VIEW ONLY ",))
+OVER: Final = Piece(9, "strong", ("DIVE OVER",))
+NOT_RECORDED: Final = Piece(7, "plain", ("nothing is recorded", "not recorded"))
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,8 @@ def _pieces(alert: str, cells: int) -> list[str]:
 def pieces(view: View) -> tuple[Piece, ...]:
     """The parts of the first line."""
     picture = view.picture
-    seen = (_armed(picture), _link(picture.links), _recording(view), _feedforward(view))
+    heard = (OVER,) if view.over else (_armed(picture), _link(picture.links))
+    seen = (*heard, _recording(view), _feedforward(view))
     return (VIEW_ONLY, *seen) if view.view_only else seen
 
 
@@ -133,7 +136,7 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
 def _recording(view: View) -> Piece:
     recording = view.recording
     if recording is None:
-        return Piece(7, "lost", (" NOT RECORDING ", " NOT REC "))
+        return NOT_RECORDED if view.over else Piece(7, "lost", (" NOT RECORDING ", " NOT REC "))
     silent_s = view.recorder_silent_s
     if silent_s > RECORDER_SILENT_S:
         return Piece(
@@ -237,4 +240,6 @@ def _alert(view: View) -> str:
         return f"NOTHING IS WRITTEN, {frames} in memory: {view.recording.unwritten}"
     if view.recording is not None and view.recording.lost:
         return f"{view.recording.lost} frames are in no file of the dive: check the disk"
+    if view.recording is None and view.over:
+        return ""
     return view.trouble or (view.recording.trouble if view.recording else "")

@@ -93,6 +93,7 @@ class Station:
         self._period_s = period_s
         self._encoder = Encoder(*GROUND_STATION)
         self._thrown = threading.Event()
+        self._next: tuple[LinkSource, Watcher] | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="station", daemon=True)
         self._marks = OffMarks()
@@ -126,6 +127,10 @@ class Station:
             self._source.trouble,
         )
 
+    def change(self, source: LinkSource, watcher: Watcher) -> None:
+        """Go on with another link, and forget the vehicles heard by the one before."""
+        self._next = (source, watcher)
+
     def set_period(self, period_s: float) -> None:
         self._period_s = period_s
 
@@ -134,6 +139,9 @@ class Station:
 
     def turn(self) -> None:
         """Read once, send due messages, and make a picture if it is time."""
+        if self._next is not None:
+            self._source.close()
+            (self._source, self._watcher), self._next = self._next, None
         frames = self._source.frames()
         now_s = self._clock.boot_s()
         for arrived_s, link, frame in frames:

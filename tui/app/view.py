@@ -11,8 +11,9 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.recording.state import FRESH_S, Holding
-from gcs_plugin.watch.picture import Freshness, Picture, SensorRow, ThrusterRow, Trace
+from gcs_plugin.watch.picture import Armed, Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
+from tui.app.campaign import Next
 
 Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
 STALE_S, GONE_S = 3.0, 10.0
@@ -51,7 +52,8 @@ class View:
     """`recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
-    everything else here is live.
+    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm. `next` is the
+    thing to do now, None if nobody looked yet.
     """
 
     picture: Picture
@@ -62,6 +64,8 @@ class View:
     trouble: str = ""
     view_only: bool = False
     replay: Replayed | None = None
+    over: bool = False
+    next: Next | None = None
 
     @property
     def recorder_silent_s(self) -> float:
@@ -77,6 +81,14 @@ class View:
     def records(self) -> bool:
         """Whether a recording runs that still reports."""
         return self.recording is not None and not self.recorder_hangs
+
+
+def silent_after(view: View) -> bool:
+    """Whether the vehicle was disarmed before it fell silent."""
+    links = view.picture.links
+    return (
+        view.picture.armed is Armed.DISARMED and bool(links) and all(link.age_s > STALE_S for link in links)
+    )
 
 
 class Views(Protocol):

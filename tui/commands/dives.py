@@ -11,7 +11,8 @@ from bridge.vehicle.config import load_vehicle
 from identify.ingest.messages import clock
 from identify.ingest.open import utc
 from tui import show
-from tui.dive_list import FAIR, DiveRow, letters, rows_of
+from tui.dive_list import FAIR, DiveRow, letters
+from tui.dive_reading import rows_of
 
 LEGEND = (
     "mass, damping: what each dive could identify by itself of u v w p q r: a capital letter to 10 %, a small one to "

@@ -6,38 +6,33 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
-import bridge.links.open
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.errors import LinkError
 from bridge.links import secured
-from bridge.links.addresses import listening, of_links, of_served
-from bridge.links.link import Link
+from bridge.links.addresses import listening, of_links, of_served, parse_link
 from bridge.text import say
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
+from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import newest
-from gcs_plugin.watch.watcher import Watcher
+from gcs_plugin.recording.state import was_killed
 from tui import links, show
 from tui.app import recorder, themes
 from tui.app.app import SeatrialApp
-from tui.app.desk import Desk
+from tui.app.connection import Connection
+from tui.app.desk import DIVES, Desk
 from tui.app.jobs import Jobs
 from tui.app.keys import load_keymap, looking_work
-from tui.app.recorder import end, next_dive, recorded, recording
+from tui.app.recorder import end, next_dive, recorded
 from tui.app.screens.table import PLACES
-from tui.app.station import LinkSource, Station
+from tui.app.station import Station
 from tui.app.terminal import AnsweringDriver
-from tui.web.server import PageServer, in_url, warning
 
 MOST_FPS = 30.0
-OF_RECORDING = "the recording"
-"""Name of the link that the running recording serves; its port differs with every recording."""
 PASSED_ON = ("vehicle", "out", "receipts", "fps", "theme", "keymap")
 """Options that are passed on to the app of each browser; its link is the recording's."""
 
@@ -56,12 +51,20 @@ def _serve(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             "--web shows the recording, to look at unless --control is given; leave --unrecorded and --view-only out"
         )
+    from tui.web.server import PageServer, in_url, warning  # its server takes half a second to load
+
     load_keymap(arguments.keymap, PLACES)
     host = arguments.host or "127.0.0.1"
     port = 8000 if arguments.port is None else arguments.port
     # An unreadable key is reported before anything starts.
     secured.Opener(arguments.sign_key, clocks.SystemClock(), secured.on_words)
-    _open(arguments)
+    if _begins(arguments):
+        named = (arguments.link, arguments.out, arguments.vehicle or "", arguments.sign_key or "")
+        recorder.begin(recorder.options(*named), clocks.SystemClock(), time.sleep)
+    elif links.holding_now() is None:
+        raise exit_codes.UsageError(
+            "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
+        )
     command = [sys.executable, "-m", "tui", "tui"]
     for name in PASSED_ON:
         value = getattr(arguments, name)
@@ -90,6 +93,13 @@ def list_recording() -> None:
             say(sentence)
 
 
+def list_recorders() -> None:
+    """Name every recorder that lives on, and how to end it."""
+    for n, holding in enumerate(links.recordings_now()):
+        how = "Ctrl-C in its terminal ends it" if n else "`seatrial record --end` ends it"
+        say(f"{links.words_of(holding)} goes on, of {', '.join(holding.links)}; {how}")
+
+
 def list_sockets(arguments: argparse.Namespace) -> None:
     """Print the open network sockets; a terminal shows them before and after the app."""
     if arguments.unrecorded:
@@ -112,16 +122,27 @@ def _show(arguments: argparse.Namespace) -> int:
     clock = clocks.SystemClock()
     # Its messages appear on the screen instead: see `refused`.
     opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None, secured.later)
-    name, factory = _open(arguments, opener.open)
-    source = LinkSource(factory, name, clock, lambda: opener.trouble(name), silent=arguments.view_only)
-    station = Station(
-        source,
-        Watcher(vehicle),
+    begins = _begins(arguments)
+    connection = Connection(
         clock,
-        recording,
+        tuple(arguments.link),
+        arguments.link[0] if arguments.unrecorded else "",
+        str(folder_of_dives(arguments.out)),
+        (arguments.vehicle or "", vehicle),
+        arguments.sign_key or "",
+        opener.open,
+        opener.trouble,
+        silent=arguments.view_only,
+    )
+    station = connection.station = Station(
+        connection.source(),
+        connection.watcher(),
+        clock,
+        connection.recording,
         lambda known: Switch(Mode.OFF, known=newest([*known, *links.known_now(clock, *arguments.link[:1])])),
         1.0 / arguments.fps,
     )
+    acts = not arguments.view_only
     app = SeatrialApp(
         station,
         arguments.theme or themes.load_theme(),
@@ -130,15 +151,19 @@ def _show(arguments: argparse.Namespace) -> int:
         driver=None if in_browser else AnsweringDriver,
         desk=Desk(
             arguments.vehicle or "",
-            Path(arguments.out),
+            folder_of_dives(arguments.out),
             Path(arguments.receipts),
-            jobs=Jobs(looking_work) if arguments.view_only else Jobs(),
-            record=_again(arguments),
+            jobs=Jobs() if acts else Jobs(looking_work),
+            record=connection.record if acts and not arguments.unrecorded else None,
             recorded=recorded,
-            next_dive=None if arguments.view_only else next_dive,
-            end_recording=None if arguments.view_only else end,
+            next_dive=next_dive if acts else None,
+            end_recording=end if acts else None,
+            links=connection.links,
+            connect=connection.connect if acts else None,
+            was_killed=was_killed,
         ),
         view_only=arguments.view_only,
+        begins=begins,
     )
     if not in_browser:
         list_sockets(arguments)
@@ -147,6 +172,7 @@ def _show(arguments: argparse.Namespace) -> int:
         app.run()
     finally:
         station.stop()
+    list_recorders()
     return app.return_code or exit_codes.DONE
 
 
@@ -155,25 +181,20 @@ def _is_terminal() -> bool:
     return sys.stdin.isatty() and sys.stderr.isatty()
 
 
-def _again(arguments: argparse.Namespace) -> Callable[[], None] | None:
-    """Return the function that restarts an ended recording; without --link it uses the links of that recording."""
-    holding = links.holding_now()
-    specs = arguments.link or (holding.links if holding is not None else ())
-    if arguments.unrecorded or arguments.view_only or not specs:
-        return None
-    key = arguments.sign_key or (holding.sign_key if holding is not None else "")
-    return partial(recorder.begin_again, recorder.options(specs, arguments.out, arguments.vehicle or "", key))
+def folder_of_dives(out: str) -> Path:
+    """The folder named; the present one if it holds dives, and the usual folder of dives is not there."""
+    folder, here = Path(out), Path()
+    return here if folder == DIVES and not folder.exists() and list_folders(here) else folder
 
 
-def _open(
-    arguments: argparse.Namespace, open_one: Callable[[str], Link] | None = None
-) -> tuple[str, Callable[[], Link]]:
-    """Return the link's name and opener: of the running recording, of one begun here, or of the --unrecorded link."""
+def _begins(arguments: argparse.Namespace) -> bool:
+    """Whether the app is to begin a recording of the links named. Raises SeatrialError if the links can't be used."""
     if arguments.unrecorded:
         if len(arguments.link) != 1:
             raise exit_codes.UsageError("--unrecorded looks at one link; give it with --link")
-        spec = arguments.link[0]
-        return spec, lambda: (open_one or bridge.links.open.open_link)(spec)
+        return False
+    for link in arguments.link:
+        parse_link(link)
     begins = bool(arguments.link) and not arguments.view_only
     holding = links.holding_now() if begins else links.usable_now()
     if holding is None:
@@ -181,14 +202,7 @@ def _open(
             raise exit_codes.UsageError(
                 "no recording runs that could be looked at, and --view-only begins none; start `seatrial record`"
             )
-        if not arguments.link:
-            raise exit_codes.UsageError(
-                "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
-            )
-        options = recorder.options(
-            arguments.link, arguments.out, arguments.vehicle or "", arguments.sign_key or ""
-        )
-        holding = recorder.begin(options, clocks.SystemClock(), time.sleep)
+        return begins
     if not holding.hub:
         raise LinkError(
             f"{links.words_of(holding)} serves nobody; end it first, and start it without --hub none"
@@ -198,4 +212,4 @@ def _open(
         raise exit_codes.UsageError(
             f"{links.words_of(holding)} does not hold {', '.join(not_held)}; end it first, or leave --link out"
         )
-    return OF_RECORDING, lambda: links.of_recording(links.holding_now())
+    return False

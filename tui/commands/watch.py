@@ -49,8 +49,7 @@ POOR = (Condition.BAD, Condition.MISSING)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    holding = links.holding_now()
-    file = _vehicle(arguments.vehicle, holding)
+    file = _vehicle(arguments.vehicle, _holding(arguments.link))
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = links.coming_back(links.link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
@@ -66,13 +65,18 @@ def run(arguments: argparse.Namespace) -> int:
     picture = looked.picture
     if arguments.once:
         console = show.results(arguments.json)
-        show.say(console, *header(picture, links.holding_now(), looked.wrong()))
+        show.say(console, *header(picture, _holding(arguments.link), looked.wrong()))
         for table in tables(picture):
             show.put(console, table)
     show.write_json(plain(picture), arguments.json)
     if not looked.frames:
         show.say(show.words(), f"nothing arrived on {link.name}; check vehicle, cable and port")
     return code(looked.frames, picture, arguments.once)
+
+
+def _holding(spec: str | None) -> Holding | None:
+    """The recording of the link that is watched."""
+    return links.holding_now() if spec is None else links.holder_of(spec)
 
 
 def code(frames: int, picture: Picture, once: bool) -> int:
@@ -137,7 +141,7 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
         def tell(_: float) -> None:
             if new():
-                seen = line(shown, links.holding_now(), looked.fault)
+                seen = line(shown, _holding(arguments.link), looked.fault)
                 show.say(console, f"{utc_text(clock.unix_s())} {seen}")
 
         command_line.until_stopped(looked.listen, clock, arguments.seconds, tell)
@@ -146,7 +150,9 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
         def draw(_: float) -> None:
             if new():
-                live.update(screen(shown, links.holding_now(), console.width, looked.fault), refresh=True)
+                live.update(
+                    screen(shown, _holding(arguments.link), console.width, looked.fault), refresh=True
+                )
 
         command_line.until_stopped(looked.listen, clock, arguments.seconds, draw)
 

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Final
 from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.result import AxisShrink, Shrink
-from identify.diagnose.verdict import LIKELY
+from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import can_check
 from tui.app.drawing import Line, Lines, Role, apart, bar, cut, number, wrapped

@@ -249,6 +249,8 @@ class DivesScreen(StationScreen):
         return (head, *table(self._dives, self._index(), chosen, self._recorded, cells, rows - 1))
 
     def _none(self, cells: int) -> tuple[Line, ...]:
+        if not self.desk.out.exists():
+            return hanging(self.desk.no_dive, "plain", cells)
         if self._trouble:
             return hanging(self._trouble, "bad", cells)
         if self._list is None:

@@ -9,7 +9,7 @@ from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from gcs_plugin.dives.folder import began, length_s
-from identify.glance.excitation import Span as AxisSpan
+from identify.glance.span import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
     SHOWN_IN,

@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from tui.app.desk import Desk
-from tui.app.drawing import Line, Lines, Role, changed, harmless
+from tui.app.drawing import Line, Lines, Role, changed, cut, harmless, width
 from tui.app.header import Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
 from tui.app.themes import ROLE_CLASSES
@@ -234,7 +234,19 @@ class StationScreen(Screen[None]):
         yield TopLine(self._tabs, lambda: self.view)
         yield Static(id="room")
         yield from self.body()
+        yield Drawn(self._next, id="next")
         yield KeyLine()
+
+    def _next(self, cells: int, _: int) -> Lines:
+        """The line that says what to do now, and by which keys."""
+        step = self.view.next if self.view is not None else None
+        if step is None:
+            return ((),)
+        here = f"screen.{str(self.title).lower()}"
+        keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
+        named: Line = () if self.view_only else ((f" {' '.join(keys)} ", "key"),)
+        head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
+        return ((*head, (cut(step.words, max(cells - width(head), 1)), "strong")),)
 
     def body(self) -> ComposeResult:
         yield from ()

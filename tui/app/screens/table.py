@@ -11,6 +11,7 @@ from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
 from tui.app import themes
 from tui.app.header import Tab
 from tui.app.keys import EVERYWHERE, HIDDEN, LOOKS, Action
+from tui.app.screens.connect import CONNECTING
 from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.frame import StationScreen
@@ -67,7 +68,7 @@ PLACES: Final = (
     # Keys that close the help may open it elsewhere; a line that is typed into takes letters for itself.
     *(
         (*(action for action in EVERYWHERE if action.always), *closing)
-        for closing in (CLOSING, ASKING, FILLING)
+        for closing in (CLOSING, ASKING, FILLING, CONNECTING)
     ),
 )
 """Groups of actions that are live together."""

@@ -283,7 +283,7 @@ class WatchScreen(StationScreen):
                 yield self._heading("SENSORS")
                 with VerticalScroll(id="sensors-scroll"):
                     yield self._pane(
-                        lambda now, cells, _: sensors(now.links, now.sensors, cells), id="sensors"
+                        lambda now, cells, _: sensors(self._links(now), now.sensors, cells), id="sensors"
                     )
                 with Vertical(id="thrusters-pane"):
                     yield self._pane(
@@ -344,6 +344,11 @@ class WatchScreen(StationScreen):
         if self.view is None:
             return None
         return self.view.picture if self.view.replay is None else self.view.replay.picture
+
+    def _links(self, now: Picture) -> tuple[LinkRow, ...]:
+        """The links, but for those that fell silent because the dive is over."""
+        over = self.view is not None and self.view.over and self.view.replay is None
+        return tuple(link for link in now.links if not (over and link.lost))
 
     def show(self, view: View) -> None:
         if self.has_class("-replay") != (view.replay is not None):

@@ -1,0 +1,209 @@
+"""What to do next, and whether the feed-forward may be raised: a table of states; and the files that tell the state."""
+
+import json
+import os
+from dataclasses import asdict, replace
+
+import pytest
+from fake_verbs import FakeVerbs
+from fake_verbs import desk as made_desk
+from made_view import FixedViews, picture, view
+from screen_text import Lacks, Sees, played
+
+from gcs_plugin.params.files import write_parameters
+from gcs_plugin.watch.picture import Armed
+from tui.app.campaign import Campaign, Task, next_of, raised_to
+from tui.app.progress import campaign_of
+from tui.app.screens.overlays import AskScreen
+from tui.dive_list import VERSION, Glance
+from tui.show import plain
+
+HERE = Campaign(heard=True, recording=True, linked=True)
+DIVED = replace(HERE, dive="first", told=6)
+AWAY = replace(DIVED, heard=False, recording=False)
+IDENTIFIED = replace(DIVED, identified=True, mode="off")
+UPLOADED = replace(IDENTIFIED, uploaded=True)
+SHADOW = replace(UPLOADED, mode="shadow")
+GO = replace(SHADOW, since=True, flown="shadow", go=True)
+BOTH = replace(SHADOW, mode="both")
+
+
+@pytest.mark.parametrize(
+    ("campaign", "task", "words"),
+    [
+        (Campaign(), Task.CONNECT, "connect the vehicle"),
+        (Campaign(linked=True), Task.RECORD, "record a dive"),
+        (HERE, Task.DIVE, "dive surge, sway and yaw"),
+        (replace(HERE, heard=False), Task.DIVE, "dive surge, sway and yaw"),
+        (replace(DIVED, told=4, lacking=("M_v", "D_v")), Task.DIVE_MORE,
+         "M_v, D_v not told by first: dive sway there and back at two speeds"),
+        (replace(DIVED, told=None), Task.IDENTIFY, "identify first"),
+        (DIVED, Task.IDENTIFY, "identify first"),
+        (AWAY, Task.IDENTIFY, "identify first"),
+        (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
+        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "switch the vehicle on; then: identified, not uploaded"),
+        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record the vehicle; then: identified"),
+        (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT, "connect the vehicle"),
+        (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
+        (SHADOW, Task.FLY_SHADOW, "in shadow: fly a minute"),
+        (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "in shadow: fly a minute"),
+        (replace(SHADOW, since=True), Task.VALIDATE, "validate first"),
+        (replace(AWAY, identified=True, uploaded=True, since=True), Task.VALIDATE, "validate first"),
+        (GO, Task.TO_BOTH, "GO in shadow: raise the feed-forward to both"),
+        (replace(GO, go=False), Task.LOOK, "first is a NO-GO: read why"),
+        (replace(GO, flown="off", go=False), Task.FLY_SHADOW, "in shadow: fly a minute"),
+        (BOTH, Task.FLY, "the feed-forward acts: fly"),
+        (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "the feed-forward acts: fly"),
+        (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
+        (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
+    ],
+)  # fmt: skip
+def test_each_state_has_its_next_step(campaign, task, words):
+    step = next_of(campaign)
+    assert step.task is task
+    assert step.words.startswith(words)
+    assert step.actions
+
+
+@pytest.mark.parametrize(
+    ("campaign", "to", "why"),
+    [
+        (UPLOADED, "shadow", ""),
+        (GO, "both", ""),
+        (replace(UPLOADED, heard=False), None, "tells no mode"),
+        (replace(UPLOADED, mode=""), None, "tells no mode"),
+        (replace(UPLOADED, recording=False), None, "none runs"),
+        (SHADOW, None, "no dive in shadow since the upload"),
+        (replace(GO, since=False), None, "no dive in shadow since the upload"),
+        (replace(GO, flown="off"), None, "no dive in shadow since the upload"),
+        (replace(GO, go=False), None, "first is a NO-GO"),
+        (replace(GO, mode="both"), None, "acts already, in both"),
+    ],
+)
+def test_the_feed_forward_is_raised_by_one_step_and_to_both_only_after_a_go(campaign, to, why):
+    mode, reason = raised_to(campaign)
+    assert (mode.word if mode is not None else None) == to
+    assert why in reason
+
+
+@pytest.fixture
+def place(tmp_path):
+    """A folder of dives with one dive, and one of receipts."""
+    return Place(tmp_path)
+
+
+class Place:
+    """The clock of its files goes on by a second with each that is written."""
+
+    def __init__(self, root):
+        self.dives, self.receipts, self._second = root / "dives", root / "receipts", 1_795_000_000
+        self.verbs = FakeVerbs({"ff": {"mode": "shadow", "done": True}, "dives": []})
+        self.desk = made_desk(self.verbs, out=self.dives, receipts=self.receipts, links=lambda: ("udpin",))
+
+    def write(self, path, text=""):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        self.stamp(path)
+
+    def stamp(self, path):
+        self._second += 1
+        os.utime(path, (self._second, self._second))
+
+    def dive(self, name, **std):
+        log = self.dives / name / "telemetry.tlog"
+        self.write(log)
+        state = log.stat()
+        recorded = [["telemetry.tlog", state.st_size, state.st_mtime_ns]]
+        key = {"version": VERSION, "recordings": recorded, "beside": [], "vehicle": "x"}
+        glance = asdict(Glance(duration_s=112.0, relative_std=std))
+        self.write(self.dives / name / ".glance.json", json.dumps(plain({"key": key, "glance": glance})))
+
+    def identify(self, name, value=12.5):
+        path = self.dives / name / "identified.param"
+        write_parameters(path, {"FF0_M_U": value}, ("identified",), 1, 1)
+        self.stamp(path)
+
+    def validate(self, name, mode, go):
+        entry = {"dive": name, "raising": {"from": mode, "go": go}}
+        self.write(self.dives / name / "validation.json", json.dumps([entry]))
+
+    def campaign(self, shown=None):
+        return campaign_of(self.desk, shown or view())
+
+
+def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeypatch):
+    assert place.campaign() == Campaign(heard=True, recording=True, linked=True, mode="shadow")
+    place.dive("2026-11-21T0800Z-first", M_u=0.01, D_u=0.9, M_q=0.9)
+    dived = place.campaign()
+    assert (dived.dive, dived.lacking, dived.told) == ("2026-11-21T0800Z-first", ("D_u",), 1)
+    place.identify("2026-11-21T0800Z-first")
+    assert (place.campaign().identified, place.campaign().uploaded) == (True, False)
+    accepted = place.receipts / "2026-11-21T090000Z-accepted.param"
+    place.write(accepted)
+    monkeypatch.setattr("tui.app.progress.last_accepted", lambda _: {"FF0_M_U": Accepted(12.5)})
+    assert (place.campaign().uploaded, place.campaign().since) == (True, False)
+    place.dive("2026-11-21T0910Z-shadow", M_u=0.01)
+    place.validate("2026-11-21T0910Z-shadow", "shadow", True)
+    place.dive("2026-11-21T0920Z-afloat", M_u=float("inf"))
+    flown = place.campaign()
+    assert (flown.dive, flown.since, flown.flown, flown.go) == (
+        "2026-11-21T0910Z-shadow",
+        True,
+        "shadow",
+        True,
+    )
+    place.identify("2026-11-21T0910Z-shadow", value=13.0)
+    assert place.campaign().uploaded is False
+
+
+class Accepted:
+    time = "2026-11-21T090000Z"
+
+    def __init__(self, value):
+        self.value = value
+
+
+def shown(mode, armed=Armed.DISARMED):
+    return replace(view(), picture=replace(picture(), ff_mode=mode, armed=armed))
+
+
+@pytest.mark.parametrize(
+    ("armed", "typed", "sent"),
+    [
+        (Armed.DISARMED, "shadow", True),
+        (Armed.DISARMED, "both", False),
+        (Armed.DISARMED, "", False),
+        (Armed.ARMED, "armed shadow", True),
+        (Armed.ARMED, "shadow", False),
+        (Armed.UNKNOWN, "shadow", False),
+    ],
+)
+def test_the_mode_is_typed_before_it_is_raised_and_with_armed_where_the_vehicle_is(place, armed, typed, sent):
+    asked = Sees("to set the feed-forward of vehicle 1 to shadow")
+    keys = [key if key != " " else "space" for key in typed]
+    steps = ["ctrl+u", lambda app: isinstance(app.screen, AskScreen), asked, *keys, "enter"]
+    notices = played(place.desk, *steps, views=FixedViews(shown(0, armed)))
+    assert [words for words in place.verbs.words if words[0] == "ff"] == [
+        ("ff", "shadow", "--yes", "--system", "1")
+    ] * sent
+    assert any("nothing was sent" in notice for notice in notices) is not sent
+
+
+def test_without_a_go_in_shadow_nothing_is_asked_and_the_reason_is_said(place):
+    (notice,) = played(place.desk, "ctrl+u", views=FixedViews(shown(1)))
+    assert notice.startswith("not raised: no dive in shadow since the upload was validated as a GO")
+
+
+def test_each_screen_says_the_next_step_and_its_keys_as_they_are_bound(place):
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    views = FixedViews(shown(0))
+    steps = (
+        Sees("NEXT 2 i identify 2026-11-21T0800Z-first"),
+        "2",
+        Sees("NEXT i identify 2026"),
+        "3",
+        Sees("NEXT 2 i"),
+    )
+    played(place.desk, *steps, views=views)
+    played(place.desk, Sees("NEXT 9 i identify"), views=views, keymap={"screen.dives": "9"})
+    played(place.desk, Sees("identify 2026"), Lacks("NEXT 2 i"), views=views, view_only=True)

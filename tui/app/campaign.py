@@ -1,0 +1,160 @@
+"""The next thing to do: one step of the way from no dive to a vehicle that follows its reference. Pure."""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final
+
+from bridge.vehicle.mode import BY_WORD, Mode
+
+
+class Task(Enum):
+    """The step to take."""
+
+    CONNECT = auto()
+    RECORD = auto()
+    DIVE = auto()
+    DIVE_MORE = auto()
+    IDENTIFY = auto()
+    UPLOAD = auto()
+    TO_SHADOW = auto()
+    FLY_SHADOW = auto()
+    VALIDATE = auto()
+    LOOK = auto()
+    TO_BOTH = auto()
+    FLY = auto()
+    DIAGNOSE = auto()
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """The state of a campaign, as far as this computer knows it.
+
+    `heard`: the vehicle is; `recording`: a recording runs; `linked`: it is known which links to record.
+    `dive` is the dive meant, "" for none; `lacking` its masses and dampings of feed-forward axes that it
+    can't tell, `told` those that it can, None if it was not read yet. `identified`: values of it, or of a dive before
+    it, are kept; `uploaded`: the vehicle accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`:
+    the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
+    whether that was a GO, None if nothing was judged.
+    """
+
+    heard: bool = False
+    recording: bool = False
+    linked: bool = False
+    dive: str = ""
+    lacking: tuple[str, ...] = ()
+    told: int | None = None
+    identified: bool = False
+    uploaded: bool = False
+    mode: str = ""
+    since: bool = False
+    flown: str = ""
+    go: bool | None = None
+
+
+@dataclass(frozen=True)
+class Next:
+    """The task, the ids of the actions that do it, one after the other, and its words."""
+
+    task: Task
+    actions: tuple[str, ...]
+    words: str
+
+
+AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
+CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
+RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
+DIVE = Next(Task.DIVE, ("recording.next",), "dive surge, sway and yaw; then begin the next dive")
+IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
+UPLOAD = Next(
+    Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
+)
+TO_SHADOW = Next(
+    Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
+)
+FLY_SHADOW = Next(Task.FLY_SHADOW, ("recording.next",), "in shadow: fly a minute; then begin the next dive")
+VALIDATE = Next(Task.VALIDATE, ("screen.dives", "dives.newest", "dives.validate"), "validate {dive}")
+LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why")
+TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
+FLY = Next(Task.FLY, ("recording.next",), "the feed-forward acts: fly; then begin the next dive")
+DIAGNOSE = Next(
+    Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
+)
+
+
+def next_of(campaign: Campaign) -> Next:
+    """The thing to do now."""
+    if not campaign.dive:
+        return _with_dive(DIVE if campaign.recording else _to_vehicle(campaign, RECORD), campaign)
+    if campaign.uploaded:
+        return _with_dive(_after_upload(campaign), campaign)
+    if campaign.identified:
+        return _to_vehicle(campaign, UPLOAD)
+    if campaign.lacking and campaign.told is not None:
+        return _dive_more(campaign)
+    return _with_dive(IDENTIFY, campaign)
+
+
+def raised_to(campaign: Campaign) -> tuple[Mode | None, str]:
+    """The mode to which the feed-forward may be raised now, or None and the reason."""
+    mode = BY_WORD.get(campaign.mode)
+    if mode is None or not campaign.heard:
+        return None, "the vehicle tells no mode of its feed-forward"
+    if not campaign.recording:
+        return None, "the order goes by the recording, and none runs"
+    if mode is Mode.OFF:
+        return Mode.SHADOW, ""
+    if mode is not Mode.SHADOW:
+        return None, f"the feed-forward acts already, in {mode.word}"
+    if campaign.since and campaign.flown == Mode.SHADOW.word and campaign.go:
+        return Mode.BOTH, ""
+    if campaign.flown == Mode.SHADOW.word and campaign.go is False:
+        return None, f"{campaign.dive} is a NO-GO; Validate says why"
+    return None, "no dive in shadow since the upload was validated as a GO: fly a minute, then validate it"
+
+
+def _after_upload(campaign: Campaign) -> Next:
+    acts = campaign.mode in (Mode.ALONE.word, Mode.BOTH.word)
+    if campaign.since and not campaign.flown:
+        return VALIDATE
+    if campaign.since and campaign.go is False and campaign.flown != Mode.OFF.word:
+        return LOOK
+    if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
+        return DIAGNOSE
+    if acts:
+        return FLY
+    if campaign.mode == Mode.SHADOW.word:
+        return TO_BOTH if raised_to(campaign)[0] is Mode.BOTH else _to_recording(campaign, FLY_SHADOW)
+    if campaign.since and campaign.flown == Mode.SHADOW.word and campaign.go:
+        return _to_vehicle(campaign, TO_SHADOW if campaign.mode == Mode.OFF.word else TO_BOTH)
+    return _to_vehicle(campaign, TO_SHADOW)
+
+
+def _to_vehicle(campaign: Campaign, then: Next) -> Next:
+    """`then`, once the vehicle is there and recorded."""
+    if campaign.heard or (then is RECORD and campaign.linked):
+        return _to_recording(campaign, then)
+    if not campaign.linked and not campaign.recording:
+        return CONNECT
+    if campaign.recording:
+        return Next(then.task, then.actions, f"switch the vehicle on; then: {then.words}")
+    return _to_recording(campaign, then)
+
+
+def _to_recording(campaign: Campaign, then: Next) -> Next:
+    """`then`, once it is recorded."""
+    if campaign.recording or then is RECORD:
+        return then
+    return Next(Task.RECORD, RECORD.actions, f"record the vehicle; then: {then.words}")
+
+
+def _dive_more(campaign: Campaign) -> Next:
+    axes = " and ".join(dict.fromkeys(AXES[name[-1]] for name in campaign.lacking if name[-1] in AXES))
+    words = (
+        f"{', '.join(campaign.lacking)} not told by {campaign.dive}: dive {axes} there and back at two speeds"
+    )
+    actions = ("recording.next",) if campaign.recording else ("recording.begin",)
+    return Next(Task.DIVE_MORE, actions, words)
+
+
+def _with_dive(step: Next, campaign: Campaign) -> Next:
+    return Next(step.task, step.actions, step.words.format(dive=campaign.dive))

@@ -1,0 +1,58 @@
+"""The ways to a vehicle that there are now: running recordings, serial ports, addresses to listen at."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from bridge.links.addresses import DEFAULT_BAUD, own_addresses
+from gcs_plugin.recording.state import Holding
+from tui.links import recordings_now
+
+PORT: Final = 14550
+"""UDP port to which vehicles and autopilots send unless told otherwise."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """A link and what it is. `recorded`: a recording holds it already; `others`: one that this app does not go by."""
+
+    link: str
+    words: str
+    recorded: bool = False
+    others: bool = False
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The link to connect; `records`: a recording is to hold it, else the app looks at the link itself."""
+
+    link: str
+    records: bool
+
+
+def ways(
+    recordings: Sequence[Holding], ports: Sequence[tuple[str, str]], addresses: Sequence[str]
+) -> tuple[Way, ...]:
+    """All ways, recordings first. `recordings`: first the one that other programs go by; `ports`: device and name."""
+    running = [
+        Way(link, f"is recorded into {holding.folder}", recorded=True, others=n > 0)
+        for n, holding in enumerate(recordings)
+        for link in holding.links
+    ]
+    held = {way.link for way in running}
+    serial = [Way(f"serial:{device}:{DEFAULT_BAUD}", name or "serial port") for device, name in ports]
+    heard = [
+        Way(
+            f"udpin:{address}:{PORT}", "a vehicle on this computer" if n == 0 else "a vehicle on this network"
+        )
+        for n, address in enumerate(dict.fromkeys(("127.0.0.1", *addresses)))
+    ]
+    return (*running, *(way for way in (*serial, *heard) if way.link not in held))
+
+
+def ways_now() -> tuple[Way, ...]:
+    """The ways of this computer."""
+    from serial.tools.list_ports import comports  # looked for only here
+
+    ports = [(port.device, port.description) for port in sorted(comports()) if port.hwid != "n/a"]
+    return ways(recordings_now(), ports, own_addresses())

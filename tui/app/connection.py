@@ -1,0 +1,100 @@
+"""The way that the app goes: the recording that other programs go by as well, or a link that it looks at itself."""
+
+from collections.abc import Callable
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.links.link import Link
+from bridge.vehicle.config import VehicleFile
+from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.watcher import Watcher
+from tui import links
+from tui.app import recorder
+from tui.app.connecting import Choice
+from tui.app.station import LinkSource, Station
+
+OF_RECORDING = "the recording"
+"""Name of the link that the running recording serves; its port differs with every recording."""
+NO_LINK = "no link is known yet; connect one first"
+
+
+class Connection:
+    """`recorded` are the links that a recording is to hold; `looked_at` is the link looked at itself, "" for none.
+
+    `open_one` opens a link, and `trouble` says why one of that name accepts nothing.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        recorded: tuple[str, ...],
+        looked_at: str,
+        out: str,
+        vehicle: tuple[str, VehicleFile | None],
+        sign_key: str,
+        open_one: Callable[[str], Link],
+        trouble: Callable[[str], str],
+        *,
+        silent: bool,
+    ) -> None:
+        self._clock, self._out, self._silent = clock, out, silent
+        self._vehicle, self._file = vehicle
+        self._recorded, self._looked_at, self._sign_key = recorded, looked_at, sign_key
+        self._open_one, self._trouble = open_one, trouble
+        self.station: Station | None = None
+
+    def links(self) -> tuple[str, ...]:
+        """The links that a recording begun now would hold: those named, else those of the recording last seen."""
+        return self._recorded
+
+    def recording(self, now_unix_s: float) -> Holding | None:
+        """The recording of the vehicle shown, running or hanging."""
+        if self._looked_at:
+            return links.holder_of(self._looked_at)
+        holding = recorder.recording(now_unix_s)
+        if holding is not None:
+            self._recorded, self._sign_key = holding.links, holding.sign_key or self._sign_key
+        return holding
+
+    def source(self) -> LinkSource:
+        """The link as it is now, opened again whenever it is lost."""
+        spec = self._looked_at
+        if spec:
+            return LinkSource(
+                lambda: self._open_one(spec),
+                spec,
+                self._clock,
+                lambda: self._trouble(spec),
+                silent=self._silent,
+            )
+        return LinkSource(
+            lambda: links.of_recording(links.holding_now()), OF_RECORDING, self._clock, silent=self._silent
+        )
+
+    def watcher(self) -> Watcher:
+        """A watcher that has heard nothing."""
+        return Watcher(self._file)
+
+    def record(self) -> None:
+        """Begin a recording where none runs. Raises LinkError."""
+        if not self._recorded:
+            raise LinkError(NO_LINK)
+        self._go_by("")
+        recorder.begin_again(recorder.options(self._recorded, self._out, self._vehicle, self._sign_key))
+
+    def connect(self, choice: Choice) -> None:
+        """Go the way chosen. Raises LinkError if another recording runs, or none can be begun."""
+        running = links.holding_now()
+        if not choice.records:
+            self._recorded = (choice.link,)
+            self._go_by(choice.link)
+        elif running is not None and not links.holds(running, choice.link):
+            raise LinkError(f"{links.words_of(running)} holds {', '.join(running.links)}; end it first")
+        else:
+            self._recorded = running.links if running is not None else (choice.link,)
+            self.record()
+
+    def _go_by(self, looked_at: str) -> None:
+        if looked_at != self._looked_at and self.station is not None:
+            self._looked_at = looked_at
+            self.station.change(self.source(), self.watcher())

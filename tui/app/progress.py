@@ -1,0 +1,102 @@
+"""Reads the state of a campaign from the folders of dives and receipts, and from the view."""
+
+import math
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import LogError, ParamError
+from bridge.files import read_small
+from bridge.plain import from_json
+from bridge.vehicle.mode import word_of
+from gcs_plugin.dives.folder import recordings
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted
+from tui.app.campaign import AXES, Campaign
+from tui.app.desk import Desk
+from tui.app.jobs import written_ns
+from tui.app.view import GONE_S, STALE_S, View
+from tui.dive_list import FAIR, kept_glance
+
+IDENTIFIED, VALIDATED = "identified.param", "validation.json"
+SAME: Final = 1e-6
+"""Relative difference that a value may have after it was a float32 on the vehicle."""
+
+
+def campaign_of(desk: Desk, view: View) -> Campaign:
+    """The campaign as it stands now."""
+    picture, dive = view.picture, _dive(desk)
+    folders = desk.dives()
+    values = max((folder / IDENTIFIED for folder in folders), key=written_ns, default=None)
+    uploaded_ns = _uploaded_ns(desk.receipts, values) if values is not None else 0
+    flown, go = _judged(dive) if dive is not None else ("", None)
+    lacking, told = _told(dive) if dive is not None else ((), None)
+    knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
+    return Campaign(
+        heard=any(not link.lost and link.age_s <= STALE_S for link in picture.links),
+        recording=view.records,
+        linked=bool(desk.links()),
+        dive=dive.name if dive is not None else "",
+        lacking=lacking,
+        told=told,
+        identified=values is not None and written_ns(values) > 0,
+        uploaded=uploaded_ns > 0,
+        mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
+        since=dive is not None and uploaded_ns > 0 and _ended_ns(dive) > uploaded_ns,
+        flown=flown,
+        go=go,
+    )
+
+
+def _dive(desk: Desk) -> Path | None:
+    """The newest finished dive whose thrusters may have told something, whichever the screens show."""
+    recorded = desk.recorded()
+    finished = [path for path in desk.dives() if recorded is None or path.resolve() != recorded.resolve()]
+    return next((path for path in reversed(finished) if not _is_idle(path)), None)
+
+
+def _is_idle(dive: Path) -> bool:
+    """Whether a recording was read, and none of its thrusters pushed."""
+    glance = kept_glance(dive)
+    std = glance.relative_std if glance is not None else None
+    return std is not None and not any(map(math.isfinite, std.values()))
+
+
+def _told(dive: Path) -> tuple[tuple[str, ...], int | None]:
+    """The masses and dampings of feed-forward axes that a dive can't tell, and how many it can."""
+    glance = kept_glance(dive)
+    if glance is None or glance.relative_std is None:
+        return (), None
+    wanted = {name: std for name, std in glance.relative_std.items() if name[-1] in AXES}
+    lacking = tuple(name for name, std in wanted.items() if std > FAIR)
+    return lacking, len(wanted) - len(lacking)
+
+
+def _uploaded_ns(receipts: Path, values: Path) -> int:
+    """When the vehicle accepted all of these values, by the file's time, ns; 0 if it did not."""
+    try:
+        wanted, known = read_parameters(values), last_accepted(receipts)
+    except (ParamError, LogError):
+        return 0
+    same = (
+        name in known and math.isclose(known[name].value, value, rel_tol=SAME)
+        for name, value in wanted.items()
+    )
+    if not wanted or not all(same):
+        return 0
+    newest = max(known[name].time for name in wanted)
+    return written_ns(receipts / f"{newest}{ACCEPTED}")
+
+
+def _ended_ns(dive: Path) -> int:
+    return max(map(written_ns, recordings(dive)), default=0)
+
+
+def _judged(dive: Path) -> tuple[str, bool | None]:
+    """The mode in which a dive was flown and whether it was a GO, as its validation says; "" and None without one."""
+    try:
+        data = from_json(read_small(dive / VALIDATED))
+        run = next(run for run in data if run["dive"] == dive.name)
+        judged = run["raising"]
+        return (str(judged["from"]), bool(judged["go"])) if judged is not None else ("off", None)
+    except (OSError, ValueError, LookupError, TypeError, StopIteration):
+        return "", None
