@@ -7,7 +7,7 @@ from identify.batch.causes import Causes, EffectSize, Size
 from identify.batch.jobs import Job
 from identify.batch.work import read_job
 from identify.diagnose.result import Value
-from identify.diagnose.verdict import LIKELY
+from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.wording import candidate_words, told_parameters, verdict_sentence
 from identify.ingest.open import date_of
 from identify.run import diagnose as run

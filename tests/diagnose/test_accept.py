@@ -432,7 +432,7 @@ def test_no_mass_is_accepted_below_the_rigid_body_s_or_beyond_what_water_adds(ti
 @pytest.fixture(scope="module")
 def draggy():
     """A dive of a hull with quadratic drag, whose file says so, and its diagnosis."""
-    case = draw_case(300_934, names=["quadratic_drag"], seconds=150.0)
+    case = draw_case(300_933, names=["quadratic_drag"], seconds=150.0)
     shape = replace(case.file.vehicle.configurations[case.configuration], damping="both")
     vehicle = replace(case.file.vehicle, configurations={case.configuration: shape})
     file = replace(case.file, vehicle=vehicle)
