@@ -1,4 +1,4 @@
-"""What the diagnosis of a dive tells a batch, as plain data and back.
+"""The diagnosis of a dive for a batch, as plain data and back.
 
 A dive in which an effect was not named still has a size of it, fitted beside its causes: without these, a trend would
 begin where the effect becomes large enough to be named.
@@ -54,7 +54,7 @@ class EffectSize:
 
     @property
     def size_words(self) -> str:
-        """`gain 0.83 (0.80 to 0.86)`; what it is of no size says that it has none."""
+        """`gain 0.83 (0.80 to 0.86)`; a cause without a size says so."""
         return ", ".join(f"{name} {size.words}" for name, size in self.sizes.items()) or "no size"
 
 
@@ -83,7 +83,7 @@ class Causes:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "Causes":
-        """Rebuild what `to_json` made."""
+        """Rebuild from the form of `to_json`."""
         effects = {
             key: tuple(
                 EffectSize(

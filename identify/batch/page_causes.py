@@ -33,7 +33,7 @@ def causes_section(configuration: str, rows: Sequence[Row], drifts: Sequence[Eff
 
 
 def cause_words(item: EffectSize) -> str:
-    """`weak thruster 3, 97 % probable: gain 0.83 (0.80 to 0.86)`, with what it can't be told from."""
+    """`weak thruster 3, 97 % probable: gain 0.83 (0.80 to 0.86)`, with its rivals."""
     alike = f" (or {', '.join(item.also)})" if item.also else ""
     possible = "" if item.named else "possible: "
     return f"{possible}{item.words}{alike}, {fixed(100 * item.probability, 0)} % probable: {item.size_words}"

@@ -45,7 +45,7 @@ def panel(
     is_real: bool,
     span: tuple[float, float],
 ) -> Panel:
-    """A panel of points over the dates of a `span`; `words`: what filled and hollow points are."""
+    """A panel of points over the dates of a `span`; `words`: meaning of filled and hollow points."""
 
     def draw(box: "Axes") -> None:
         for k, point in enumerate(points):

@@ -46,7 +46,7 @@ class Slow:
 
 @dataclass(frozen=True)
 class Sea:
-    """What moves the other axes: its correlation time, and the log odds of its evenness."""
+    """The sea that moves the other axes: its correlation time, and the log odds of its evenness."""
 
     memory_s: float
     evenness: float

@@ -416,7 +416,7 @@ def moved_covariance(t: Array, p: Covariance) -> Covariance:
 
 @njit(cache=True, inline="always")
 def read_of(x: Mean, velocity: bool, coloured: bool) -> float:
-    """What a sensor reads at this mean."""
+    """Reading of a sensor without noise at this mean."""
     if not velocity:
         return x[1]
     return x[0] + x[3] if coloured else x[0]

@@ -138,7 +138,7 @@ def recording_files(path: Path) -> list[Path]:
 
 
 def _of_several(folder: Path) -> str:
-    """What is wrong with a folder of recordings that is given for a single one; "" if it holds none."""
+    """Fault of a folder of recordings that is given for a single one; "" if it holds none."""
     names = sorted(file.name for file in folder.iterdir() if file.name.lower().endswith((".bin", *MAPPED)))
     if not names:
         return ""
@@ -241,7 +241,7 @@ def read_streams(path: Path) -> Streams:
 
 
 def _streams(files: Sequence[Path]) -> Streams:
-    """What the files hold. Raises LogError."""
+    """The contents of the files. Raises LogError."""
     held = [file for file in files if not (file.is_file() and file.stat().st_size == 0)]
     if not held:
         raise LogError(

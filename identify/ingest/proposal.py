@@ -230,7 +230,7 @@ def _meant(choice: Choice) -> str:
 
 
 def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
-    """What says that the topics with signals are on more than one clock by a time column; "" if nothing does."""
+    """Sign that the topics with signals are on more than one clock by a time column; "" for none."""
     spans = []
     for stream in streams:
         if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column)):
@@ -285,7 +285,7 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
 
 
 def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
-    """What is wrong with a file in which no time passes, and what to do; "" if time passes in a stream."""
+    """Fault of a file in which no time passes, and the remedy; "" if time passes in a stream."""
     clocks = [stream.columns[time] for stream in streams if time in stream.columns]
     if any(np.ptp(known) > 0 for cells in clocks if len(known := cells[np.isfinite(cells)])):
         return ""

@@ -28,7 +28,7 @@ OF: Final = "diagnose"
 
 @dataclass(frozen=True)
 class Before:
-    """An accepted model: values with their precision, effects, and notes on what of it was not taken.
+    """An accepted model: values with their precision, effects, and notes on parts that were not taken.
 
     `by_number`: whether the values that the dive contradicts are told one by one, for nobody fitted them to a dive.
     """
@@ -40,7 +40,7 @@ class Before:
 
 
 LEAST_DRAG: Final = 1e-9
-"""A drag that is published as none, N/(m/s) and alike: only what is above zero has a logarithm."""
+"""A drag that is published as none, N/(m/s) and alike: only a positive value has a logarithm."""
 
 
 def published(shape: Configuration, hull: Damping) -> Before:

@@ -17,7 +17,7 @@ from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event, new_folder
 from identify.glance.excitation import Span
 from identify.ingest.open import read_dive
-from tui import cli, dive_list
+from tui import cli, dive_reading
 from tui.dive_list import GLANCE, Glance, letters, short_name
 from tui.dive_reading import row_of
 
@@ -89,13 +89,13 @@ def dives(tmp_path, telemetry, vehicle):
 def looks(monkeypatch):
     """Counts the recordings that are read."""
     seen = []
-    read = dive_list._looked
+    read = dive_reading._looked
 
     def counted(folder, *rest):
         seen.append(folder.name)
         return read(folder, *rest)
 
-    monkeypatch.setattr(dive_list, "_looked", counted)
+    monkeypatch.setattr(dive_reading, "_looked", counted)
     return seen
 
 
@@ -244,9 +244,9 @@ def test_a_glance_with_something_else_in_a_place_is_made_again(dives, looks, tol
 def test_what_a_glance_does_not_know_is_as_unknown_when_it_is_read_again(dives, monkeypatch):
     folder = dives / "2026-11-20T0912Z-hovering"
     seen = Glance(1.7e9, relative_std={"M_u": math.inf, "D_u": 0.1}, spans=(Span("surge", 2.0),))
-    monkeypatch.setattr(dive_list, "_looked", lambda *_: seen)
+    monkeypatch.setattr(dive_reading, "_looked", lambda *_: seen)
     row_of(folder)
-    monkeypatch.setattr(dive_list, "_looked", lambda *_: pytest.fail("looked at anew"))
+    monkeypatch.setattr(dive_reading, "_looked", lambda *_: pytest.fail("looked at anew"))
     again = row_of(folder).glance
     assert repr(again) == repr(seen)  # NaN is like no other
 

@@ -196,7 +196,7 @@ def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
     accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
     simple_namespace = SimpleNamespace(
-        accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first
+        accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first, hull=None
     )
     path = tmp_path / "out.param"
     return path, accept(path, simple_namespace, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
@@ -211,6 +211,7 @@ def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
     path, told = written(tmp_path)
     assert told == (
         "Waves are the water's.",
+        "How the next dive tracks is not foretold: the simulated vehicle has no waves.",
         f"accepted: {path}; seatrial params upload {path} sends it to the vehicle",
     )
 

@@ -55,7 +55,7 @@ def test_the_app_names_it_where_no_link_is_given(words):
     from tui.commands import tui
 
     with pytest.raises(LinkError, match="hangs and keeps its links"):
-        tui._open(cli.verb_parser("tui").parse_args(words))
+        tui._begins(cli.verb_parser("tui").parse_args(words))
 
 
 def test_off_by_a_port_that_one_which_hangs_keeps_names_it(capsys):

@@ -11,9 +11,18 @@ from made_view import FixedViews, StillReplay
 from screen_text import NARROW, WIDE, check, made, play, run
 from soak import rest_in_soak
 
+from tui.app import app as seatrial_app
+from tui.app.campaign import Campaign
 from tui.app.themes import ORDER
 
 SIZES = pytest.mark.parametrize("size", rest_in_soak((NARROW, WIDE)))
+
+
+@pytest.fixture(autouse=True)
+def campaign(monkeypatch):
+    """The next step is that of one campaign, whatever a screen's own dives are."""
+    state = Campaign(heard=True, linked=True, dive="2026-11-20T0912Z-hovering", told=6)
+    monkeypatch.setattr(seatrial_app, "campaign_of", lambda *_: state)
 
 
 def looks(name, app, size, *keys):

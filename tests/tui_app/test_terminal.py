@@ -11,7 +11,7 @@ import time
 import pytest
 from fake_verbs import desk
 from replayed_vehicle import free_port
-from screen_text import played
+from screen_text import played, said
 from tmux import NEEDS_TMUX, Tmux, alone
 
 from bridge.errors import LinkError
@@ -201,4 +201,9 @@ def test_long_work_is_told_of_before_the_app_is_left_and_again_where_it_was_begu
 
     anew = (cancel, begin, "ctrl+q", stays, "ctrl+q", lambda app: app._exit)
     warning = "diagnose at work, and lost if you leave now; ^q again leaves"
-    assert played(at, begin, "ctrl+q", stays, *anew) == [warning] * 2
+
+    def warned(app):
+        return said(app) == [warning]
+
+    # The first warning goes with the work that it was about.
+    assert played(at, begin, "ctrl+q", stays, warned, *anew) == [warning]

@@ -1,7 +1,7 @@
 """Rows of a table in the pages of a cut SQLite database.
 
 SQLite finds rows from the root of a table down, and refuses them all where a page between is lost. The rows themselves
-lie in leaf pages, which say what they are: these are read one by one (SQLite, "Database File Format", sections 1.6 and
+lie in leaf pages, which name their kind: these are read one by one (SQLite, "Database File Format", sections 1.6 and
 2.1).
 """
 
