@@ -43,7 +43,7 @@ LEAST_SEA = 1e-6
 
 @dataclass(frozen=True)
 class Foresight:
-    """rows: by axis and mode. credits: of the thrusters with an accepted gain. why: sentences on the axes that stay unknown."""
+    """rows: by axis and mode. credits: of the thrusters with an accepted gain. why: sentences on axes without a row."""
 
     rows: tuple[Foretold, ...]
     credits: tuple[Credit, ...]
