@@ -160,6 +160,7 @@ GAINS = {0.0: 0.95, 0.4: 0.874, 0.7: 0.736}
 
 
 @pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.usefixtures("sketched")
 def test_a_thruster_that_weakens_week_by_week_is_told_as_that(tmp_path):
     """A sound dive and three with less and less of thruster 2, a week apart."""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from soak import rows_rest_in_soak
 
 from bridge import exit_codes
 from bridge.errors import ConfigError
@@ -85,7 +86,7 @@ def told(tmp_path_factory):
     return folder, case, file_with, run
 
 
-@pytest.mark.parametrize(("share", "causes"), [(1.0, []), (0.4, ["fouling"])])
+@pytest.mark.parametrize(("share", "causes"), rows_rest_in_soak([(0.4, ["fouling"]), (1.0, [])]))
 def test_the_gap_is_that_of_the_published_numbers_with_their_quadratic_drag(told, share, causes):
     _, _, _, run = told
     found = run(share)

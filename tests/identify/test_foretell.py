@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flown_again import BEGAN_S, FED, FILE, SHORT, TRUTH, accepted, dived, fitted, weak
+from soak import rest_in_soak
 
 from bridge.vehicle.effect_coefficients import AcceptedEffect
 from bridge.vehicle.mode import Mode
@@ -34,7 +35,7 @@ def told(foresight: Foresight, dive: Dive) -> Foretelling:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
+@pytest.mark.parametrize("mode", rest_in_soak([Mode.ALONE, Mode.BOTH]))
 def test_the_next_dive_comes_as_foretold_within_a_third_and_is_a_go(before, foresight, mode):
     after = dived(weak(0.8), MENDED, mode, seed=202, began_s=BEGAN_S + 600)
     (run,) = validate([after], FILE, told(foresight, before)).runs
