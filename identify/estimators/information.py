@@ -97,43 +97,20 @@ def gradient_and_information(
                 push[c] = columns[i, c]
             _move_response(tables[0, step[i]], response, push, linear_lanes)
         if np.isfinite(reading[i]):
-            variance, share = noise[channel[i]], scale[i] * scale[i]
+            read, variance, share = reading[i], noise[channel[i]], scale[i] * scale[i]
+            e, total = error[count], spread[count]
             # The compiler vectorises only loops without a choice of the state that is read.
             if state_read[i] != VELOCITY:
                 _, k = gains(_covariance(cov, 0), False, False, variance[0] * share)
-                _tell(
-                    mean,
-                    cov,
-                    reading[i],
-                    variance,
-                    share,
-                    error[count],
-                    spread[count],
-                    False,
-                    False,
-                    run_lanes,
-                )
+                _tell(mean, cov, read, variance, share, e, total, False, False, run_lanes)
                 _tell_response(response, k, answer[count], False, False, linear_lanes)
             elif coloured:
                 _, k = gains(_covariance(cov, 0), True, True, variance[0] * share)
-                _tell(
-                    mean, cov, reading[i], variance, share, error[count], spread[count], True, True, run_lanes
-                )
+                _tell(mean, cov, read, variance, share, e, total, True, True, run_lanes)
                 _tell_response(response, k, answer[count], True, True, linear_lanes)
             else:
                 _, k = gains(_covariance(cov, 0), True, False, variance[0] * share)
-                _tell(
-                    mean,
-                    cov,
-                    reading[i],
-                    variance,
-                    share,
-                    error[count],
-                    spread[count],
-                    True,
-                    False,
-                    run_lanes,
-                )
+                _tell(mean, cov, read, variance, share, e, total, True, False, run_lanes)
                 _tell_response(response, k, answer[count], True, False, linear_lanes)
             count += 1
         if state_read[i] == INCREMENT:
