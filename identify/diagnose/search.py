@@ -125,8 +125,36 @@ def explain(
     judged = without_shadows_of_companions(weighing, fit)
     if len(judged.causes) < len(fit.causes):
         weighing, fit = _settled(nominal, weighing, judged, at)
+    weighing, fit = _with_likeliest_timing(nominal, weighing, fit, at)
     weighing, fit = _with_usual_values(nominal, weighing, fit, at)
     return Explanation(fit, weighing, weighing.now)
+
+
+def _with_likeliest_timing(
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
+    """The fit with a late thrust of the form, a delay or a lag, with which the filters are likeliest.
+
+    The rows are weighed by what the form that was found first leaves, and favour it: the shafts' rows most. The
+    filters, fitted with each form, do not.
+    """
+    best = weighing, fit
+    for k, cause in enumerate(fit.causes):
+        if not cause.effect.timing:
+            continue
+        late_s = cause.values - cause.effect.none()
+        for effect in weighing.library:
+            other = Cause(effect, effect.none() + late_s)
+            if not effect.timing or other.key in {each.key for each in _without(fit.causes, k)}:
+                continue
+            instead = (*fit.causes[:k], other, *fit.causes[k + 1 :])
+            now = refitted(nominal, [each.act(weighing.now.course) for each in instead], weighing.now)
+            near = at(now, instead)
+            settled, settled_fit = _settled(nominal, near, near.fitted(instead), at)
+            likelier = settled.now.log_posterior > best[0].now.log_posterior + AMBIGUOUS_NATS
+            if likelier and len(settled_fit.causes) == len(fit.causes):
+                best = settled, settled_fit
+    return best
 
 
 def _with_usual_values(

@@ -138,27 +138,42 @@ SATURATION = Effect(
 )
 
 
-def thruster_lag(nominal_s: float) -> Effect:
-    """A lag other than the nominal lag, which is that of the course."""
+def thruster_lag(nominal_s: float) -> tuple[Effect, Effect]:
+    """A lag other than the nominal lag, which is that of the course: of first order, or in two stages.
 
-    def act(course: Course, values: Array) -> Act:
+    Motor and jet each take their time (Healey et al. 1995), so that the thrust may rise later after a step, and then
+    more steeply. The second stage follows the nominal lag, up to two equal stages. The time constant is the mean
+    lateness of both together.
+    """
+
+    def in_one(course: Course, values: Array) -> Act:
         slower = lagged(course.asked_n, course.step_s, float(values[0]))
         return before_the_shaft(course, slower - course.thrust_n)
 
-    return Effect(
-        "thruster_lag",
-        "thrusters that answer more slowly, or more quickly, than the vehicle file says",
-        "thruster",
-        (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
-        act,
-        Separation(sensors=("shaft speeds, and fast steps in a log of 50 Hz",)),
-        linear=False,
-        sizes=SIZES,
-        needs=(QUICK_COMMANDS,),
-        seen_in_rpm=True,
-        timing="lag",
-        model_part="lag_s",
+    def in_two(course: Course, values: Array) -> Act:
+        second_s = float(np.clip(values[0] - nominal_s, 0.0, 0.5 * values[0]))
+        slower = lagged(course.asked_n, course.step_s, float(values[0]) - second_s)
+        return before_the_shaft(course, lagged(slower, course.step_s, second_s) - course.thrust_n)
+
+    first, second = (
+        Effect(
+            "thruster_lag",
+            "thrusters that answer more slowly, or more quickly, than the vehicle file says",
+            "thruster",
+            (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
+            act,
+            Separation(sensors=("shaft speeds, and fast steps in a log of 50 Hz",)),
+            linear=False,
+            sizes=SIZES,
+            needs=(QUICK_COMMANDS,),
+            seen_in_rpm=True,
+            variant=variant,
+            timing="lag",
+            model_part="lag_s",
+        )
+        for act, variant in ((in_one, "of first order"), (in_two, "in two stages"))
     )
+    return first, second
 
 
 def _late(course: Course, values: Array) -> Act:

@@ -21,7 +21,7 @@ def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
     return (
         *hydrodynamics.EFFECTS,
         *actuators.EFFECTS,
-        actuators.thruster_lag(lag_s),
+        *actuators.thruster_lag(lag_s),
         *supply.EFFECTS,
         *wake.EFFECTS,
         *actuators.of_each_thruster(configuration),

@@ -19,7 +19,7 @@ from identify.diagnose.search import (
 )
 from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
-from identify.effects.actuators import DEAD_ZONE, weak
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
@@ -248,6 +248,20 @@ def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log
     monkeypatch.setattr(search, "_settled", lambda *given: (instead, given[2]))
     _, fit = search._with_usual_values(None, weighing, weighing.fitted((strong,)), None)
     assert [cause.effect.number for cause in fit.causes] == [named]
+
+
+@pytest.mark.parametrize("planted", range(3), ids=["delay", "first order", "two stages"])
+def test_a_late_thrust_is_named_by_the_form_with_which_the_filters_are_likeliest(nominal, planted):
+    forms = (COMMAND_DELAY, *thruster_lag(nominal.course.lag_s))
+    causes = [Cause(form, form.none() + 0.2) for form in forms]
+    opposed = refitted(nominal, [causes[planted].act(nominal.course).times(-1.0)])
+    late = replace(opposed, acts=(), course=nominal.course)
+    begun = explained_by([causes[planted - 1]], late, forms)
+    maker = search._weighing_maker(forms)
+    _, fit = search._with_likeliest_timing(late, begun.weighing, begun.fit, maker)
+    (cause,) = fit.causes
+    assert cause.effect is forms[planted]
+    assert cause.values == pytest.approx(causes[planted].values, rel=0.15)
 
 
 @pytest.mark.parametrize("width_n", [0.43, 1.37, 2.9])

@@ -26,10 +26,10 @@ from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
 from identify.diagnose.weighing import weighing_of
+from identify.effects.actuators import thruster_lag
 from identify.effects.course import lagged
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, TETHER, waves
-from identify.effects.library import library
 from identify.effects.sensors import DVL_LEVER_ARM
 from identify.effects.supply import LOAD_SAG
 from identify.estimators.likelihood_axis import TIME_CONSTANT
@@ -73,7 +73,7 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
 
 def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
     course = nominal.course
-    (lag,) = (one for one in library(course.configuration, course.lag_s) if one.name == "thruster_lag")
+    lag, _ = thruster_lag(course.lag_s)
     cause = Cause(lag, np.array([course.lag_s + 0.1]))
     slow = lagged(cause.act(course).wrench, course.step_s, 0.9)[:, 0]
     known = columns_of([cause.slope(course, 0), *other_forms(course, cause)], 0)

@@ -136,7 +136,7 @@ def test_telemetry_may_be_late_with_what_a_slower_thruster_does_too(case_and_nom
     case, nominal = case_and_nominal
     stepped = Stepped(case, nominal.course, 0.1, more_lag_s=0.25)
     one = stepped.shafts[0]
-    act = thruster_lag(nominal.course.lag_s).act(stepped.course, np.array([stepped.lag_s]))
+    act = thruster_lag(nominal.course.lag_s)[0].act(stepped.course, np.array([stepped.lag_s]))
     left = one.off - one.of(act)
     following = weighed_witness(one, [act], stepped.course).witness
     assert beyond(following.known, left) < 0.1 * beyond(one.known, left)
@@ -147,7 +147,7 @@ def test_telemetry_may_be_late_with_what_a_slower_thruster_does_too(case_and_nom
 def test_shafts_say_nothing_of_a_lag_that_is_other_by_no_more_than_a_course_rounds(case_and_nominal, off_s):
     nominal = case_and_nominal[1]
     lag_s = nominal.course.lag_s
-    act = thruster_lag(lag_s).act(nominal.course, np.array([lag_s + off_s]))
+    act = thruster_lag(lag_s)[0].act(nominal.course, np.array([lag_s + off_s]))
     for one in of_kind(nominal, "shaft"):
         seen = one.of(act)
         assert beyond(one.known, seen) < 0.03 * np.linalg.norm(seen)

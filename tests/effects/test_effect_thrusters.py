@@ -11,7 +11,7 @@ from bridge.vehicle.config import Configuration, ThrustCurve, Thruster
 from bridge.vehicle.thrusters import shaft_speed
 from identify.effects import actuators, supply, wake
 from identify.effects.actuators import SATURATION
-from identify.effects.course import Course, thrust_by_shaft
+from identify.effects.course import Course, lagged, thrust_by_shaft
 from identify.effects.effect import Effect
 
 Made = Callable[..., Course]
@@ -86,10 +86,25 @@ def stepping(course: Made) -> Course:
 
 
 def test_a_longer_lag_lacks_what_has_not_come_yet(course: Made) -> None:
-    effect = actuators.thruster_lag(0.05)
+    effect, _ = actuators.thruster_lag(0.05)
     for steps in (0, 1, 5):
         expected = 10 * (np.exp(-steps * 0.05 / 0.05) - np.exp(-steps * 0.05 / 0.2))
         assert more(effect, stepping(course), 0.2, at=200 + steps) == pytest.approx(expected * SURGE)
+
+
+@pytest.mark.parametrize(
+    ("lag_s", "stages_s"), [(0.04, (0.04, 0.0)), (0.06, (0.05, 0.01)), (0.4, (0.2, 0.2))], ids=str
+)
+def test_a_lag_in_two_stages_begins_as_the_nominal_lag_and_ends_in_equal_halves(
+    course: Made, lag_s: float, stages_s: tuple[float, float]
+) -> None:
+    _, effect = actuators.thruster_lag(0.05)
+    stepped = stepping(course)
+    first, second = stages_s
+    given = lagged(lagged(stepped.asked_n, 0.05, first), 0.05, second) - stepped.thrust_n
+    for steps in (0, 1, 5):
+        expected = given[200 + steps, 0] * SURGE
+        assert more(effect, stepped, lag_s, at=200 + steps) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_delay_lacks_the_whole_step_until_it_is_over(course: Made) -> None:
