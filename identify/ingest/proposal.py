@@ -1,6 +1,6 @@
 """Proposes a column map for a file from the names and the ranges of its columns, and from physics."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -127,8 +127,7 @@ def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
                 *notes,
                 f"{_listed(choice)}: not used for velocity. It is in earth axes, and {_NO_ATTITUDE}.",
             )
-    borne_out = agreeing(_dive(timed, _map(time, choices), path))
-    choices = tuple(_borne_out(choice) if _meant(choice) in borne_out else choice for choice in choices)
+    choices = _borne_out(choices, agreeing(_dive(timed, _map(time, choices), path)))
     return Proposal(
         _map(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
     )
@@ -211,8 +210,17 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
     return replace(choice, columns=columns, mends=(*choice.mends, mend))
 
 
-def _borne_out(choice: Choice) -> Choice:
-    """The choice, whose unit is no guess any more since another signal agrees with it."""
+def _borne_out(choices: Sequence[Choice], pairs: Collection[tuple[str, str]]) -> tuple[Choice, ...]:
+    """The choices, of which those are guesses no more that agree with one that is none; two guesses may share an
+    error."""
+    firm = {_meant(choice) for choice in choices if choice.confidence is not Confidence.GUESSED}
+    while more := {name for pair in pairs if firm & {*pair} for name in pair} - firm:
+        firm |= more
+    return tuple(_as_known(choice) if _meant(choice) in firm else choice for choice in choices)
+
+
+def _as_known(choice: Choice) -> Choice:
+    """A choice whose unit another signal bears out."""
     is_whole = not {NOTHING, None} & {*choice.columns.named}
     # Of earth axes, depth bears out the vertical alone.
     if choice.confidence is not Confidence.GUESSED or not is_whole or choice.columns.frame in EARTH:

@@ -79,6 +79,50 @@ def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_
     assert_maps_to_the_truth(table(columns), proposal)
 
 
+def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked() -> None:
+    feet = 1 / 0.3048
+    columns = usual(READ)
+    del columns["pressure"]
+    for name in ("u", "v", "w", "ax", "ay", "az", "depth"):
+        columns[name] = feet * columns[name]
+    proposal = proposed(columns)
+    assert units(proposal) | {"pwm": ""} == {
+        "velocity": "ft/s", "gyro": "rad/s", "specific_force": "ft/s2", "euler": "rad", "depth": "ft", "pwm": "",
+    }  # fmt: skip
+    assert_maps_to_the_truth(table(columns), proposal)
+    for name in ("ax", "ay", "az"):
+        del columns[name]
+    blind = proposed(columns)
+    asked = {choice.signal for choice in blind.choices if choice.confidence is Confidence.GUESSED}
+    assert asked == {"velocity", "gyro", "euler", "depth"}
+
+
+def test_two_guesses_that_agree_are_still_guesses() -> None:
+    small = readings(size=0.05)
+    columns = {"t": small["t"], "r": np.degrees(small["gyro"][:, 2])}
+    columns |= {name: np.degrees(small["euler"][:, k]) for k, name in enumerate(("roll", "pitch", "yaw"))}
+    columns |= {"p": np.degrees(small["gyro"][:, 0]), "q": np.degrees(small["gyro"][:, 1])}
+    proposal = proposed(columns)
+    assert {choice.signal: choice.confidence for choice in proposal.choices} == dict.fromkeys(
+        ("gyro", "euler"), Confidence.GUESSED
+    )
+
+
+@pytest.mark.parametrize("side", ["stbd", "port"])
+def test_a_velocity_down_or_up_is_of_the_body_beside_one_ahead_and_of_the_earth_beside_one_north(
+    side: str,
+) -> None:
+    sign, vertical = (1.0, "down") if side == "stbd" else (-1.0, "up")
+    columns = usual(READ)
+    ahead, aside, down = (columns.pop(name) for name in "uvw")
+    columns |= {"Speed ahead": ahead, f"Speed {side}": sign * aside, f"Speed {vertical}": sign * down}
+    proposal = proposed(columns)
+    assert proposal.columns.velocity.columns == ("Speed ahead", f"Speed {side}", f"Speed {vertical}")
+    assert_maps_to_the_truth(table(columns), proposal)
+    earth = proposed({"t": READ["t"], "r": READ["gyro"][:, 2], "Speed north": ahead, "Speed down": down})
+    assert earth.columns.velocity is None
+
+
 def test_small_angles_are_degrees_where_they_turn_as_the_gyro_in_degrees() -> None:
     small = readings(size=0.05)
     columns = usual(small)
