@@ -121,7 +121,12 @@ def _join_verticals(
         for other, fields in sets.items():
             shares = other[0] == key[0] and other[1].partition(":")[2] == key[1].partition(":")[2]
             is_up = frames.get(other, BODY) == "FLU"
-            if shares and frames.get(other) not in EARTH and 2 not in fields and is_up == (frames[key] == "ENU"):
+            if (
+                shares
+                and frames.get(other) not in EARTH
+                and 2 not in fields
+                and is_up == (frames[key] == "ENU")
+            ):
                 fields[2] = sets.pop(key)[2]
                 break
 
@@ -170,7 +175,9 @@ def _in_feet(choice: Choice) -> Choice:
     if choice.confidence is not Confidence.GUESSED or in_feet is None:
         return choice
     reason = f"As the accelerometer is in ft/s2, {in_feet} is taken."
-    return replace(choice, columns=replace(choice.columns, unit=in_feet), reasons=(*choice.reasons[1:], reason))
+    return replace(
+        choice, columns=replace(choice.columns, unit=in_feet), reasons=(*choice.reasons[1:], reason)
+    )
 
 
 def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
@@ -198,7 +205,9 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
         signal, reasons = "depth", ["It is mostly below 0, so it is taken for a height, not for an altitude."]
     lacking = [str(k + 1) for k, name in enumerate(names) if name == missing]
     if lacking:
-        of = f"column {lacking[0]}, which is" if len(lacking) == 1 else f"columns {listed(lacking)}, which are"
+        of = (
+            f"column {lacking[0]}, which is" if len(lacking) == 1 else f"columns {listed(lacking)}, which are"
+        )
         reasons.append(f"Nothing is named for {of} taken for {'0' if whole else 'unknown'}.")
         confidence = Confidence.GUESSED
     if candidate.frame == "FLU":

@@ -23,14 +23,12 @@ from identify.ingest.column_map import (
     TIME_UNITS,
     ColumnMap,
     Columns,
-    RunColumn,
     TimeColumn,
 )
 from identify.ingest.names import snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import time_unit_of
 from identify.ingest.ros.bags import RECEIVED
-from identify.ingest.run_column import longest_run, run_column_in
 from identify.ingest.signals import apart_in_time, dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.units import UNITS
@@ -67,30 +65,11 @@ class Proposal:
         return "", ""
 
 
-def propose(streams: Sequence[Stream], path: Path) -> Proposal:
-    """The column map that the streams of a file suggest, mended where physics contradicts it.
+def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
+    """The column map that the streams of a single run suggest, mended where physics contradicts it.
 
-    Of a table that holds several runs, the longest counts. Raises LogError if no column is a time, or no column is
-    known by its name.
+    Raises LogError if no column is a time, or no column is known by its name.
     """
-    if run := run_column_in(streams):
-        proposal = _of_single_run([longest_run(streams[0], run)], path)
-        time, reason = _time_of_runs(streams[0], proposal)
-        columns = replace(proposal.columns, time=time, runs=RunColumn(run))
-        # Ranges are those of all runs; a rate is known within one.
-        shown = zip(profiles(streams, columns), proposal.profiles, strict=True)
-        note = f"'{run}' changes where the clock starts anew, so it is taken for the number of the run."
-        return replace(
-            proposal,
-            columns=columns,
-            profiles=tuple(replace(whole, rate_hz=of_run.rate_hz) for whole, of_run in shown),
-            notes=(note, *proposal.notes),
-            time_reason=reason,
-        )
-    return _of_single_run(streams, path)
-
-
-def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
     time, time_reason = _time(streams, path)
     apart = _on_two_clocks(streams, time)
     logged = all(RECEIVED in stream.columns for stream in streams)
@@ -114,22 +93,22 @@ def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
             "write the column map by hand, as docs/howto/bring_your_own_log.md shows"
         )
     choices = _agreed_angles(choices, timed, time)
-    columns = _map(time, choices)
+    columns = map_of(time, choices)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
     choices = tuple(choice for choice in choices if choice not in of_earth)
-    choices = _all_mended(choices, mends(_dive(timed, _map(time, choices), path)))
+    choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
     for choice in of_earth:
         if "attitude" in map(_meant, choices):
             choices = (_turned(choice, choices, timed, time, path), *choices)
-            choices = _all_mended(choices, mends(_dive(timed, _map(time, choices), path)))
+            choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
         else:
             notes = (
                 *notes,
                 f"{_listed(choice)}: not used for velocity. It is in earth axes, and {_NO_ATTITUDE}.",
             )
-    choices = _borne_out(choices, agreeing(_dive(timed, _map(time, choices), path)))
+    choices = _borne_out(choices, agreeing(_dive(timed, map_of(time, choices), path)))
     return Proposal(
-        _map(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
+        map_of(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
     )
 
 
@@ -148,7 +127,7 @@ def _turned(
     Where that is unclear, the axes are those of its name, or of the attitude if that is one of ROS.
     """
     raw = replace(choice, columns=replace(choice.columns, frame=BODY))
-    dive = _dive(streams, _map(time, (raw, *others)), path)
+    dive = _dive(streams, map_of(time, (raw, *others)), path)
     attitude = next(each for each in others if _meant(each) == "attitude")
     for mend in earth_mends(dive):
         columns = mended_columns("velocity", raw.columns, mend)
@@ -188,13 +167,25 @@ def mended_columns(signal: str, columns: Columns, mend: Mend) -> Columns:
     scale = tuple(scale[k] * factor for k, factor in zip(order, factors, strict=True))
     unit = UNITS[signal][columns.unit]
     offset = tuple(offset[k] + mend.offset / (factor * unit) for k, factor in zip(order, scale, strict=True))
+    name, scale = _in_named_unit(signal, columns.unit, scale)
     return replace(
         columns,
         columns=tuple(columns.columns[k] for k in order),
+        unit=name,
         offset=offset if any(offset) else (),
         scale=scale if any(factor != 1.0 for factor in scale) else (),
         frame=mend.frame or columns.frame,
     )
+
+
+def _in_named_unit(signal: str, unit: str, scale: tuple[float, ...]) -> tuple[str, tuple[float, ...]]:
+    """The unit and the scale of columns, where the scale's size is that of another unit in this one."""
+    sizes = {abs(factor) for factor in scale}
+    for name, si in UNITS[signal].items():
+        size = si / UNITS[signal][unit]
+        if signal != "pwm" and name != unit and np.allclose(list(sizes), size, rtol=1e-6, atol=0.0):
+            return name, tuple(factor / size for factor in scale)
+    return unit, scale
 
 
 def _all_mended(choices: Sequence[Choice], made: Sequence[Mend]) -> tuple[Choice, ...]:
@@ -304,13 +295,13 @@ def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
     return f"its clock '{time}' stands still in all {rows} rows; name the column that is the time `time`, in seconds"
 
 
-def _time_of_runs(stream: Stream, of_longest: Proposal) -> tuple[TimeColumn, str]:
-    """As `_time`, of a table of several runs: a single one is too short to show that its clock counts minutes."""
-    time = of_longest.columns.time
-    cells = stream.columns.get(time.column)
-    if cells is not None and not time_unit(time.column)[1] and _is_time_of_day(cells):
-        return _of_day(time.column)
-    return time, of_longest.time_reason
+def of_day(streams: Sequence[Stream], time: TimeColumn) -> tuple[TimeColumn, str] | None:
+    """The time column of several runs if it is the time of day, and why; a single one of them may be too short to show
+    that its clock counts minutes."""
+    clocks = [stream.columns[time.column] for stream in streams if time.column in stream.columns]
+    if not clocks or time_unit(time.column)[1] or not all(map(_is_time_of_day, clocks)):
+        return None
+    return _of_day(time.column)
 
 
 def _of_day(column: str) -> tuple[TimeColumn, str]:
@@ -338,7 +329,7 @@ def _agreed_angles(
     for choice in choices:
         if choice.signal == "euler" and choice.confidence is not Confidence.NAMED:
             in_unit = {
-                unit: turn_match(_dive(streams, _map(time, (*choices, _with_unit(choice, unit))), Path()))
+                unit: turn_match(_dive(streams, map_of(time, (*choices, _with_unit(choice, unit))), Path()))
                 for unit in ("rad", "deg")
             }
             unit = _likelier(in_unit)
@@ -367,7 +358,8 @@ def _likelier(by_unit: dict[str, Match | None]) -> str:
     return ""
 
 
-def _map(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
+def map_of(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
+    """The column map of choices."""
     signals: dict[str, Any] = {choice.signal: choice.columns for choice in choices}
     velocity = signals.get("velocity")
     filtered = velocity is not None and is_filtered(filter(None, velocity.named))

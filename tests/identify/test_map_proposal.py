@@ -14,7 +14,8 @@ from identify.dive import Dive
 from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.map_text import map_text
-from identify.ingest.proposal import Proposal, propose
+from identify.ingest.proposal import Proposal
+from identify.ingest.proposal_of_runs import propose
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.text_table import read_table
@@ -72,10 +73,10 @@ def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_
     proposal = proposed(columns)
     assert proposal.columns.time.unit == "ms"
     assert units(proposal) == {
-        "velocity": "cm/s", "gyro": "deg/s", "specific_force": "g", "euler": "deg", "pressure": "hPa", "depth": "m",
+        "velocity": "cm/s", "gyro": "deg/s", "specific_force": "g", "euler": "deg", "pressure": "hPa", "depth": "cm",
         "pwm": "us",
     }  # fmt: skip
-    assert proposal.columns.depth.scale == pytest.approx((0.01,))
+    assert proposal.columns.depth.scale == ()
     assert_maps_to_the_truth(table(columns), proposal)
 
 
