@@ -28,7 +28,7 @@ from identify.ingest.column_map import (
 from identify.ingest.names import snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import time_unit_of
-from identify.ingest.ros.bags import RECEIVED
+from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 from identify.ingest.signals import apart_in_time, dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.units import UNITS
@@ -230,13 +230,18 @@ def _meant(choice: Choice) -> str:
 
 def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
     """Sign that the topics with signals are on more than one clock by a time column; "" for none."""
+    timed = [
+        stream
+        for stream in streams
+        if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column))
+    ]
     spans = []
-    for stream in streams:
-        if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column)):
-            known = stream.columns[time.column] * TIME_UNITS.get(time.unit, np.nan)
-            known = known[np.isfinite(known)]
-            spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
-    return next((said for said, are_two in apart_in_time(spans) if are_two), "")
+    for stream in timed:
+        known = stream.columns[time.column] * TIME_UNITS.get(time.unit, np.nan)
+        known = known[np.isfinite(known)]
+        spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
+    apart = headers_apart(timed) if time.column == STAMP else ""
+    return next((said for said, are_two in apart_in_time(spans) if are_two), apart)
 
 
 def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:

@@ -106,10 +106,10 @@ def _agreed(signal: str, asked: Mapping[str, Proposal], notes: list[str]) -> Cho
     best = max(groups, key=lambda columns: (len(evidence[columns]), len(groups[columns])))
     against = [name for columns, names in evidence.items() if columns != best for name in names]
     if against:
+        speak = "speaks" if len(against) == 1 else "speak"
         notes.append(
-            f"{signal.capitalize()}: {listed(against)} of {len(asked)} runs {'speaks' if len(against) == 1 else 'speak'}"
-            " for another unit, sign or column than the others; look at one alone, and if it is of another vehicle, give "
-            "it a folder of its own."
+            f"{signal.capitalize()}: {listed(against)} of {len(asked)} runs {speak} for another unit, sign or column "
+            "than the others; look at one alone, and if it is of another vehicle, give it a folder of its own."
         )
     return max(groups[best].values(), key=lambda choice: (_shows(choice), len(choice.mends)))
 

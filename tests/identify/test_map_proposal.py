@@ -1,5 +1,6 @@
 """The column map that a file suggests: columns, units, and what physics mends in it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -354,6 +355,15 @@ def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said() -
     assert apart.time_reason.startswith("By 'stamp', /dvl runs from 0.0 to ")
     assert "check time" not in str(apart.notes)
     assert mapped(bagged(-1.7e9), apart.columns, LOG).velocity.time_s[0] == pytest.approx(1.7e9 + 0.01)
+
+
+def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both() -> None:
+    late = propose(bagged(-7.0), LOG)
+    assert late.columns.time == TimeColumn("received", "s")
+    assert late.time_reason.startswith("By 'stamp', the log got /dvl 7.01 s after its headers' times, and /imu 0.01 s;")
+    by_stamp = mapped(bagged(-7.0), replace(late.columns, time=TimeColumn("stamp", "s")), LOG)
+    assert any("they may be on two clocks; 'received', the log's, is one." in note for note in by_stamp.notes)
+    assert not any("two clocks" in note for note in mapped(bagged(-0.5), late.columns, LOG).notes)
 
 
 def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:

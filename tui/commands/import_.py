@@ -19,8 +19,9 @@ from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
 from identify.dive import Array, Dive, Signal
 from identify.fixes import check_fixes
-from identify.ingest.open import BAG_FOLDER, TABLES, identity_of, read_dives, recording_files
+from identify.ingest.open import BAG_FOLDER, BAGS, TABLES, identity_of, read_dives, recording_files
 from identify.ingest.proposal_of_runs import MOST_ASKED
+from identify.ingest.ros.definitions import files_beside
 from identify.ingest.streams import some_of
 from identify.run.recordings import runs_in
 from identify.run.together import joined
@@ -145,6 +146,10 @@ def _copy(source: Path, out: Path) -> None:
         for number, file in enumerate(recording_files(source), start=1):
             ending = next((ending for ending in TABLES if file.name.lower().endswith(ending)), file.suffix)
             _copy_bytes(file, out / f"telemetry{f'.{number}' if number > 1 else ''}{ending}")
+            for defined in files_beside(file) if file.suffix.lower() in BAGS else ():
+                made = out / defined.relative_to(file.parent)
+                made.parent.mkdir(parents=True, exist_ok=True)
+                _copy_bytes(defined, made)
 
 
 def _copy_bytes(source: Path, made: Path) -> None:
