@@ -17,6 +17,7 @@ from identify.ingest.open import read_streams
 from identify.ingest.profiles import Profile
 from identify.ingest.proposal import Proposal
 from identify.ingest.proposal_of_runs import propose, propose_runs
+from identify.ingest.ros.bags import RECEIVED
 from identify.ingest.streams import Stream
 from identify.run.recordings import runs_in
 from identify.run.together import kinds_of
@@ -115,14 +116,17 @@ def _fitting(table: show.Table, width: int) -> show.Table:
 
 
 def _worth_a_look(profile: Profile, proposal: Proposal) -> bool:
-    """Whether a column is used, or may be: the covariances of a bag never change."""
-    return bool(proposal.taken_for(profile.name)[0]) or profile.is_text or profile.least != profile.largest
+    """Whether a column is used, or may be: the covariances of a bag never change, and one clock is enough."""
+    if proposal.taken_for(profile.name)[0]:
+        return True
+    is_clock = profile.name.rpartition(".")[2] == RECEIVED
+    return not is_clock and (profile.is_text or profile.least != profile.largest)
 
 
 def _counted(proposal: Proposal, shown: list[Profile]) -> str:
     count, hidden = len(proposal.profiles), len(proposal.profiles) - len(shown)
     return f"{count} columns" + (
-        f", of which {hidden} neither used nor ever changing {'is' if hidden == 1 else 'are'} left out here"
+        f", of which {hidden} not used, unchanging or a second clock, {'is' if hidden == 1 else 'are'} left out here"
         if hidden
         else ""
     )

@@ -360,7 +360,9 @@ def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said() -
 def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both() -> None:
     late = propose(bagged(-7.0), LOG)
     assert late.columns.time == TimeColumn("received", "s")
-    assert late.time_reason.startswith("By 'stamp', the log got /dvl 7.01 s after its headers' times, and /imu 0.01 s;")
+    assert late.time_reason.startswith(
+        "By 'stamp', the log got /dvl 7.01 s after its headers' times, and /imu 0.01 s;"
+    )
     by_stamp = mapped(bagged(-7.0), replace(late.columns, time=TimeColumn("stamp", "s")), LOG)
     assert any("they may be on two clocks; 'received', the log's, is one." in note for note in by_stamp.notes)
     assert not any("two clocks" in note for note in mapped(bagged(-0.5), late.columns, LOG).notes)

@@ -19,8 +19,9 @@ from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
 from identify.dive import Array, Dive, Signal
 from identify.fixes import check_fixes
-from identify.ingest.open import BAG_FOLDER, BAGS, TABLES, identity_of, read_dives, recording_files
+from identify.ingest.open import BAG_FOLDER, TABLES, identity_of, read_dives, recording_files
 from identify.ingest.proposal_of_runs import MOST_ASKED
+from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.definitions import files_beside
 from identify.ingest.streams import some_of
 from identify.run.recordings import runs_in

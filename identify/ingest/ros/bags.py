@@ -84,7 +84,8 @@ def read_bag(files: Sequence[Path]) -> Streams:
     unstamped = [name for name, topic in topics.items() if not topic.is_stamped]
     if unstamped:
         notes.append(
-            f"No header time in {some_of(unstamped)}: its `{STAMP}` is the time of the log, later by what the way takes."
+            f"No header time in {some_of(unstamped)}: its `{STAMP}` is the time of the log, later by what the way "
+            "takes."
         )
     return Streams(tuple(streams), tuple(notes))
 
@@ -103,7 +104,9 @@ def headers_apart(streams: Sequence[Stream]) -> str:
     least, most = min(late_s, key=late_s.__getitem__), max(late_s, key=late_s.__getitem__)
     if late_s[most] - late_s[least] < APART_S:
         return ""
-    return f"the log got {most} {late_s[most]:.3g} s after its headers' times, and {least} {late_s[least]:.3g} s"
+    return (
+        f"the log got {most} {late_s[most]:.3g} s after its headers' times, and {least} {late_s[least]:.3g} s"
+    )
 
 
 class _TopicColumns:
