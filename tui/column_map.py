@@ -59,7 +59,7 @@ def propose_map(arguments: argparse.Namespace) -> int:
 
 
 def _proposed(path: Path) -> tuple[Proposal, tuple[str, ...]]:
-    """The column map that a file suggests, or the runs of a folder, and what to know of it. Raises LogError."""
+    """The column map that a file suggests, or the runs of a folder, with notes. Raises LogError."""
     places = runs_in(path)
     if places == [path]:
         recorded = read_streams(path)

@@ -16,7 +16,7 @@ from identify.words import listed
 
 
 def diagnose(job: Job) -> dict[str, Any]:
-    """Diagnose this dive alone, without the priors of the vehicle file, and against what was accepted.
+    """Diagnose this dive alone, without the priors of the vehicle file, and against the accepted model.
 
     Raises LogError, ConfigError or FitError if the dive can't be diagnosed.
     """

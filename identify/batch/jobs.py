@@ -143,7 +143,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Against:
-    """What a diagnosis goes by: by configuration the accepted model, None for none; effects that the dive's own
+    """The basis of a diagnosis: by configuration the accepted model, None for none; effects that the dive's own
     conditions rule out."""
 
     accepted: Mapping[str, "Before"] | None = None
@@ -152,7 +152,7 @@ class Against:
 
 @dataclass(frozen=True)
 class Job:
-    """A task for a recording. `vehicle` is as it was in that dive, with `carried_kg` on top of what its file weighs;
+    """A task for a recording. `vehicle` is as it was in that dive, with `carried_kg` on top of its file's mass;
     `columns` is the file of a table's column map.
 
     `key` is a hash of everything that the answer depends on: see `job_for`.
@@ -185,8 +185,8 @@ def job_for(
     against: Against = Against(),
     carried_kg: float = 0.0,
 ) -> Job:
-    """Make a job. Its key hashes recording, vehicle, configuration, tables, function, method, version, code, and what a
-    diagnosis goes by.
+    """Make a job. Its key hashes recording, vehicle, configuration, tables, function, method, version, code, and the
+    basis of a diagnosis.
 
     Raises OSError if a table can't be read.
     """

@@ -41,8 +41,8 @@ def batch_report(
     """Build the page.
 
     `twins` are the recordings that do not count: each with the reason, and the recording of the same dive that
-    counts. `effects`: the drifts of effects by configuration, where the dives were diagnosed. `conditions`: what the
-    dives' own changed of the vehicle file, in sentences.
+    counts. `effects`: the drifts of effects by configuration, where the dives were diagnosed. `conditions`: changes of
+    the vehicle file by those of the dives, in sentences.
     """
     groups = by_configuration(rows)
     failed = [row for row in rows if not row.values]

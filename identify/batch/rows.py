@@ -70,8 +70,8 @@ class Value:
 
 @dataclass(frozen=True)
 class Row:
-    """A dive. `values` holds the identified parameters by name, total masses without what that dive carried on top of
-    the vehicle file's; `error` says why there are none.
+    """A dive. `values` holds the identified parameters by name, total masses without the load that this dive carried
+    on top of the vehicle file's; `error` says why there are none.
 
     `unix_s` is when the dive began, `dated_by` the source of that date; None if the date is unknown. `correlation`
     holds the correlation of two parameters' errors by the pair of their names; a missing pair counts as 0. `doubts`
@@ -225,7 +225,7 @@ def _row(result: Result) -> Row:
 
 
 def _without(value: Value, name: str, carried_kg: float) -> Value:
-    """A value of the vehicle as its file has it: a total mass less what that dive carried on top."""
+    """A value of the vehicle as its file has it: a total mass less that dive's load."""
     if name not in TOTAL_MASSES or not carried_kg:
         return value
     low95, high95 = value.low95 - carried_kg, value.high95 - carried_kg

@@ -1,4 +1,4 @@
-"""Whether runs that are taken for one vehicle respond alike: what each says of a mass by its own readings."""
+"""Whether runs that are taken for one vehicle respond alike: a mass by each run's own readings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 
 FEWEST_RUNS, FEWEST_OF_A_KIND = 5, 2
 LEAST_RATIO = 1.25
-"""Of two kinds' masses: less is another trim of ballast, or what a model lacks."""
+"""Of two kinds' masses: less is another trim of ballast, or a flaw of the model."""
 CLEAR_SCORE, LEAST_SHARE = 6.0, 0.8
 """Standard errors by which two kinds are apart, and the share of all scatter of the runs that lies between them."""
 VAGUE = 1.0

@@ -17,7 +17,7 @@ from identify.ingest.streams import Stream, some_of
 from identify.words import listed
 
 MOST_ASKED = 12
-"""Runs that are looked at, the longest: enough that what the most of them show is no chance."""
+"""Runs that are looked at, the longest: enough that a majority of them is no chance."""
 
 
 def propose(streams: Sequence[Stream], path: Path) -> Proposal:

@@ -90,8 +90,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _accepted(arguments: argparse.Namespace, file: VehicleFile) -> dict[str, Before] | None:
-    """What --accepted holds for each configuration of the vehicle; None if it is not given. Raises UsageError if it
-    serves none."""
+    """The accepted model of each configuration of the vehicle; None without --accepted. Raises UsageError if there is
+    none."""
     if not arguments.accepted:
         return None
     serves, refused = dict[str, Before](), list[exit_codes.UsageError]()

@@ -95,7 +95,7 @@ def _whole(runs: Sequence[Dive], places: Sequence[Path]) -> Dive:
 
 
 def _contradictions(runs: Sequence[Dive]) -> list[str]:
-    """What contradicts physics in the runs, each with the runs that show it."""
+    """Contradictions of physics in the runs, each with the runs that show it."""
     showing: dict[tuple[str, str], list[str]] = {}
     sentences: dict[tuple[str, str], str] = {}
     for run in sorted(runs, key=lambda run: -run.duration_s)[:MOST_ASKED]:
@@ -172,7 +172,7 @@ def contents(dive: Dive) -> dict[str, Any]:
 
 
 def _signal(name: str, signal: Signal, breaks_s: Array) -> dict[str, Any]:
-    """What a signal holds; between two runs there is no gap, and an axis that was never read is not unknown."""
+    """A signal's samples, rate and gaps; between two runs there is no gap, and an axis never read is not unknown."""
     in_a_run = np.diff(np.searchsorted(breaks_s, signal.time_s)) == 0
     steps = np.diff(signal.time_s)[in_a_run]
     usual = 1.0 / signal.rate_hz if signal.rate_hz else 0.0

@@ -32,7 +32,7 @@ def full_type(name: str) -> str:
 def types_of(topic: Topic, path: Path) -> Types:
     """The types that a topic's type is made of, itself included, by name.
 
-    Its own definition comes first, then those in files beside the bag, and those of ROS fill in what both lack. Types
+    Its own definition comes first, then those in files beside the bag, and those of ROS fill the gaps. Types
     that are nowhere are missing. Raises LogError for a file that defines nothing, or if the library is missing.
     """
     known = _of_ros(topic.encoding, path) | _beside(path)
