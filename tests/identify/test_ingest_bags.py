@@ -13,10 +13,13 @@ from bags_made import FORMS, LATE_NS, ROS1, ROS2, START_NS, STEP_NS, header, sto
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from bridge import exit_codes
 from bridge.errors import LogError
+from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.sqlite_leaves import rows_in
 from identify.ingest.streams import Stream, Streams
+from tui import cli
 
 COUNT = 200
 K = np.arange(COUNT)
@@ -263,6 +266,18 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
     recorded = read_bag([file])
     assert topics(recorded)["/depth"].columns["depth"].tolist() == [1.0]
     assert not any("Left out" in note for note in recorded.notes)
+    columns = tmp_path / "columns.yaml"
+    columns.write_text(
+        "time: {column: stamp}\ndepth: {columns: [/depth.depth], unit: m}\n"
+        "gyro: {columns: [null, null, /imu.angular_velocity.z], unit: rad/s}\n",
+        encoding="utf-8",
+    )
+    words = ["import", str(file), "--columns", str(columns), "--out", str(tmp_path / "dive")]
+    assert cli.main(words) == exit_codes.DONE
+    assert (tmp_path / "dive" / "deep_msgs" / "msg" / "Depth.msg").read_text(
+        encoding="utf-8"
+    ) == "float64 depth\n"
+    assert read_dive(tmp_path / "dive").depth.value.tolist() == [[1.0]]
     beside.write_text("float64", encoding="utf-8")
     with pytest.raises(LogError, match=r"Depth\.msg: can't be read as the definition of a type"):
         read_bag([file])
