@@ -92,6 +92,8 @@ def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked() 
         "velocity": "ft/s", "gyro": "rad/s", "specific_force": "ft/s2", "euler": "rad", "depth": "ft", "pwm": "",
     }  # fmt: skip
     assert_maps_to_the_truth(table(columns), proposal)
+    still = proposed({name: values for name, values in columns.items() if name not in "uvw"})
+    assert still.columns.depth.unit == "ft"
     for name in ("ax", "ay", "az"):
         del columns[name]
     blind = proposed(columns)
