@@ -202,8 +202,8 @@ def _of_two_vehicles(fits: Mapping[int, AxisFit], runs: Sequence[Run]) -> tuple[
     return tuple(
         Doubt(
             tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in ratios),
-            f"In {axes_named(list(ratios))} the runs {listed(names)} respond as if about {max(ratios.values()):.2g} times as "
-            f"heavy as the other {len(runs) - len(names)}",
+            f"In {axes_named(list(ratios))} the runs {listed(names)} respond as if about {max(ratios.values()):.2g} "
+            f"times as heavy as the other {len(runs) - len(names)}",
             "they are hardly of one vehicle under the same conditions; give each kind a folder of its own.",
             Outcome.DISAGREES,
         )
