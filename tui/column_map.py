@@ -3,17 +3,24 @@
 import argparse
 import math
 import shlex
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bridge import exit_codes
+from bridge.errors import LogError
 from bridge.exit_codes import UsageError
 from identify.ingest.candidates import Choice, Confidence
 from identify.ingest.map_text import map_text, uncertain
 from identify.ingest.open import read_streams
 from identify.ingest.profiles import Profile
-from identify.ingest.proposal import Proposal, propose
+from identify.ingest.proposal import Proposal
+from identify.ingest.proposal_of_runs import propose, propose_runs
+from identify.ingest.ros.bags import RECEIVED
+from identify.ingest.streams import Stream
+from identify.run.recordings import runs_in
+from identify.run.together import kinds_of
 from tui import show
 from tui.files import Files, check_new_file
 
@@ -34,9 +41,7 @@ def propose_map(arguments: argparse.Namespace) -> int:
     target = arguments.map or f"{path.name.split('.')[0]}-columns.yaml"
     if not arguments.map:
         check_new_file("--map", target)
-    recorded = read_streams(path)
-    proposal = propose(recorded.streams, path)
-    notes = (*recorded.notes, *proposal.notes)
+    proposal, notes = _proposed(path)
     console = show.results(arguments.json)
     show.put(console, _fitting(_table(path, proposal), console.width))
     show.say(console, *_questions(proposal), *(f"note: {note}" for note in notes))
@@ -51,6 +56,33 @@ def propose_map(arguments: argparse.Namespace) -> int:
             console.print("\n".join(f"  {line}" for line in following), soft_wrap=True)
         files.json(_plain(proposal, notes, target, following), arguments.json)
     return files.code(exit_codes.DONE)
+
+
+def _proposed(path: Path) -> tuple[Proposal, tuple[str, ...]]:
+    """The column map that a file suggests, or the runs of a folder, with notes. Raises LogError."""
+    places = runs_in(path)
+    if places == [path]:
+        recorded = read_streams(path)
+        proposal = propose(recorded.streams, path)
+        return proposal, (*recorded.notes, *proposal.notes)
+    runs, notes, unread = dict[str, Sequence[Stream]](), list[str](), list[LogError]()
+    for place in places:
+        try:
+            recorded = read_streams(place)
+        except LogError as error:
+            unread.append(error)
+        else:
+            runs[place.name] = recorded.streams
+            notes += [f"{place.name}: {note}" for note in recorded.notes]
+    if not runs:
+        raise unread[0]
+    proposal = propose_runs(runs, path)
+    return proposal, (
+        *(f"Left out: {error}." for error in unread),
+        *notes,
+        *kinds_of(list(runs)),
+        *proposal.notes,
+    )
 
 
 def _table(path: Path, proposal: Proposal) -> show.Table:
@@ -84,14 +116,17 @@ def _fitting(table: show.Table, width: int) -> show.Table:
 
 
 def _worth_a_look(profile: Profile, proposal: Proposal) -> bool:
-    """Whether a column is used, or may be: the covariances of a bag never change."""
-    return bool(proposal.taken_for(profile.name)[0]) or profile.is_text or profile.least != profile.largest
+    """Whether a column is used, or may be: the covariances of a bag never change, and one clock is enough."""
+    if proposal.taken_for(profile.name)[0]:
+        return True
+    is_clock = profile.name.rpartition(".")[2] == RECEIVED
+    return not is_clock and (profile.is_text or profile.least != profile.largest)
 
 
 def _counted(proposal: Proposal, shown: list[Profile]) -> str:
     count, hidden = len(proposal.profiles), len(proposal.profiles) - len(shown)
     return f"{count} columns" + (
-        f", of which {hidden} neither used nor ever changing {'is' if hidden == 1 else 'are'} left out here"
+        f", of which {hidden} not used, unchanging or a second clock, {'is' if hidden == 1 else 'are'} left out here"
         if hidden
         else ""
     )

@@ -117,6 +117,16 @@ class Options:
     def despite_doubts(self, meaning: str = "take an identification that did not converge") -> None:
         self.switch("--despite-doubts", meaning)
 
+    def accepted(self, when: str = "") -> None:
+        """The model that a diagnosis goes by, and how much of it."""
+        self.value(
+            "--accepted",
+            "FILE",
+            f"{when}the JSON of identify, or a .param with its sidecar, that was accepted earlier; or a vehicle file's "
+            "published model, as our.yaml:open: what differs from it is told, too",
+        )
+        self.despite_doubts("take, of --accepted, values that are doubted, too")
+
     def link(
         self, meaning: str = "the link to the vehicle (default: that of the recording that runs)"
     ) -> None:

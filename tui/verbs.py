@@ -363,6 +363,7 @@ def _batch(options: Options) -> None:
     options.switch(
         "--diagnose", "diagnose each dive, too: verdict and causes by dive, and which effects grow or shrink"
     )
+    options.accepted("with --diagnose, ")
     options.out(
         "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on", "batch"
     )
@@ -530,13 +531,7 @@ def _diagnose(options: Options) -> None:
         "write the velocities of the check dive: measured, and foretold without and with the causes",
         type=Target,
     )
-    options.value(
-        "--accepted",
-        "FILE",
-        "the JSON of identify, or a .param with its sidecar, that was accepted earlier; or a vehicle file's published "
-        "model, as our.yaml:open: what differs from it is told, too",
-    )
-    options.despite_doubts("take, of --accepted, values that are doubted, too")
+    options.accepted()
     options.value(
         "--accept",
         "FILE",

@@ -18,7 +18,16 @@ import dask
 from distributed import Client, Future, KilledWorker
 
 from bridge.errors import LinkLost, LinkTimeout
-from identify.batch.jobs import Job, Result, one_thread, our_version, own_columns, run_job, thrust_table
+from identify.batch.jobs import (
+    Job,
+    Result,
+    definitions,
+    one_thread,
+    our_version,
+    own_columns,
+    run_job,
+    thrust_table,
+)
 
 FAST = 1
 """Compression level of zlib: a recording shrinks by a third in a quarter of a second."""
@@ -51,7 +60,12 @@ class Parcel:
 def pack(job: Job) -> Parcel:
     """Pack a job with every file that it reads. Raises OSError if a file is gone."""
     maybe = (own_columns(job.recording), job.columns, thrust_table(job.vehicle))
-    files = (*job.recording.files, job.vehicle.path, *(file for file in maybe if file is not None))
+    files = (
+        *job.recording.files,
+        *definitions(job.recording),
+        job.vehicle.path,
+        *(file for file in maybe if file is not None),
+    )
     data = {file: zlib.compress(file.read_bytes(), FAST) for file in files}
     return Parcel(job, our_version(), Path.cwd(), data)
 

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from bridge.errors import FitError
 from identify.batch.causes import Causes, EffectSize, Size
 from identify.batch.jobs import Job
 from identify.batch.work import read_job
@@ -11,15 +12,24 @@ from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.wording import candidate_words, told_parameters, verdict_sentence
 from identify.ingest.open import date_of
 from identify.run import diagnose as run
+from identify.words import listed
 
 
 def diagnose(job: Job) -> dict[str, Any]:
-    """Diagnose this dive alone, without the priors of the vehicle file.
+    """Diagnose this dive alone, without the priors of the vehicle file, and against the accepted model.
 
     Raises LogError, ConfigError or FitError if the dive can't be diagnosed.
     """
     dive, file, configuration = read_job(job)
-    diagnosis = run.diagnose(dive, file, configuration).diagnosis
+    accepted = job.against.accepted
+    if accepted is not None and configuration not in accepted:
+        raise FitError(
+            f"was dived in configuration '{configuration}', and what was accepted is of {listed(sorted(accepted))}; "
+            "accept an identification of that one",
+            of=job.recording.path,
+        )
+    before = run.Before() if accepted is None else accepted[configuration]
+    diagnosis = run.diagnose(dive, file, configuration, before=before, without=job.against.without).diagnosis
     found = tuple(
         EffectSize(
             finding.cause.effect.label,

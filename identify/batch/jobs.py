@@ -8,16 +8,22 @@ import hashlib
 import json
 import os
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
 from bridge.vehicle.config import VehicleFile
 from bridge.version import installed
+from identify.ingest.ros.bags import READERS as BAGS
+from identify.ingest.ros.definitions import files_beside
+
+if TYPE_CHECKING:
+    from identify.run.diagnose import Before
 
 _COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -136,8 +142,18 @@ class Result:
 
 
 @dataclass(frozen=True)
+class Against:
+    """The basis of a diagnosis: by configuration the accepted model, None for none; effects that the dive's own
+    conditions rule out."""
+
+    accepted: Mapping[str, "Before"] | None = None
+    without: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Job:
-    """A task for a recording. `columns` is the file of a table's column map.
+    """A task for a recording. `vehicle` is as it was in that dive, with `carried_kg` on top of its file's mass;
+    `columns` is the file of a table's column map.
 
     `key` is a hash of everything that the answer depends on: see `job_for`.
     """
@@ -148,6 +164,8 @@ class Job:
     method: str
     columns: Path | None
     key: str
+    against: Against = Against()
+    carried_kg: float = 0.0
 
     def done(self, answer: dict[str, Any]) -> Result:
         recording = self.recording
@@ -159,24 +177,34 @@ class Job:
 
 
 def job_for(
-    function: str, recording: Recording, vehicle: VehicleFile, method: str, columns: Path | None = None
+    function: str,
+    recording: Recording,
+    vehicle: VehicleFile,
+    method: str,
+    columns: Path | None = None,
+    against: Against = Against(),
+    carried_kg: float = 0.0,
 ) -> Job:
-    """Make a job. Its key hashes recording, vehicle, configuration, tables, function, method, version and code.
+    """Make a job. Its key hashes recording, vehicle, configuration, tables, function, method, version, code, and the
+    basis of a diagnosis.
 
     Raises OSError if a table can't be read.
     """
     on = {
         "recording": recording.sha256,
         "vehicle": vehicle.sha256,
+        "as dived": repr(vehicle.vehicle),
+        "against": repr(against),
         "configuration": vehicle.configuration,
         "thrust table": _sha256(thrust_table(vehicle)),
         "columns": _sha256(columns or own_columns(recording)),
+        "definitions": [_sha256(file) for file in definitions(recording)],
         "function": function,
         "method": method,
         "version": our_version(),
     }
     key = hashlib.sha256(json.dumps(on, sort_keys=True).encode()).hexdigest()
-    return Job(function, recording, vehicle, method, columns, key)
+    return Job(function, recording, vehicle, method, columns, key, against, carried_kg)
 
 
 def thrust_table(file: VehicleFile) -> Path | None:
@@ -190,6 +218,12 @@ def own_columns(recording: Recording) -> Path | None:
     """The column map inside a dive folder that was made from a table; None if absent."""
     columns = recording.path / "columns.yaml"
     return columns if columns.is_file() else None
+
+
+def definitions(recording: Recording) -> tuple[Path, ...]:
+    """The files beside a bag that define its types."""
+    bags = [file for file in recording.files if file.suffix.lower() in BAGS]
+    return tuple(files_beside(bags[0])) if bags else ()
 
 
 def run_job(job: Job) -> Result:

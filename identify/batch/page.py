@@ -36,11 +36,13 @@ def batch_report(
     twins: Sequence[tuple[str, str, str]],
     drifts: Mapping[str, Drift],
     effects: Mapping[str, Sequence[EffectDrift]] = NO_EFFECTS,
+    conditions: Sequence[str] = (),
 ) -> Report:
     """Build the page.
 
     `twins` are the recordings that do not count: each with the reason, and the recording of the same dive that
-    counts. `effects`: the drifts of effects by configuration, where the dives were diagnosed.
+    counts. `effects`: the drifts of effects by configuration, where the dives were diagnosed. `conditions`: changes of
+    the vehicle file by those of the dives, in sentences.
     """
     groups = by_configuration(rows)
     failed = [row for row in rows if not row.values]
@@ -53,6 +55,8 @@ def batch_report(
         sections.append(_failures(failed))
     if twins:
         sections.append(_twins(twins))
+    if conditions:
+        sections.append(Section("Conditions of the dives", " ".join(conditions)))
     stories = [f"{name}: {drifts[name].story.value}." for name in groups] or ["No dive gave a parameter."]
     stories += [drift.sentence for found in effects.values() for drift in found if drift.is_real]
     counted = f"{len(rows) - len(failed)} of {len(rows)} dives identified by {method}"

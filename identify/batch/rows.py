@@ -15,6 +15,7 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
 from identify.batch.causes import Causes
 from identify.batch.jobs import Result
 from identify.identification import Culprit, Doubt, Outcome
+from identify.run.recordings import TOTAL_MASSES
 
 _TOTAL = dict(zip(ADDED_MASS_NAMES, (mass.name for mass in MASSES), strict=True))
 
@@ -69,7 +70,8 @@ class Value:
 
 @dataclass(frozen=True)
 class Row:
-    """A dive. `values` holds the identified parameters by name; `error` says why there are none.
+    """A dive. `values` holds the identified parameters by name, total masses without the load that this dive carried
+    on top of the vehicle file's; `error` says why there are none.
 
     `unix_s` is when the dive began, `dated_by` the source of that date; None if the date is unknown. `correlation`
     holds the correlation of two parameters' errors by the pair of their names; a missing pair counts as 0. `doubts`
@@ -201,7 +203,7 @@ def _row(result: Result) -> Row:
         )
     identification = result.answer["identification"]
     values = {
-        p["name"]: Value(*(p[key] for key in AT_THRUST))
+        p["name"]: _without(Value(*(p[key] for key in AT_THRUST)), p["name"], result.answer["carried_kg"])
         for p in identification["parameters"]
         if p["identifiable"] and p["name"] in NAMES and None not in [p[key] for key in AT_THRUST]
     }
@@ -220,6 +222,14 @@ def _row(result: Result) -> Row:
         "" if values else _why_nothing(identification),
         doubts_in(identification),
     )
+
+
+def _without(value: Value, name: str, carried_kg: float) -> Value:
+    """A value of the vehicle as its file has it: a total mass less that dive's load."""
+    if name not in TOTAL_MASSES or not carried_kg:
+        return value
+    low95, high95 = value.low95 - carried_kg, value.high95 - carried_kg
+    return Value(value.value - carried_kg, value.std, low95, high95)
 
 
 def _correlation(names: Sequence[str], covariance: Mapping[str, Any]) -> dict[frozenset[str], float]:

@@ -28,6 +28,7 @@ def identify(job: Job) -> dict[str, Any]:
         "unix_s": unix_s,
         "dated_by": dated_by,
         "voltage_v": _mean_voltage_v(dive),
+        "carried_kg": job.carried_kg,
     }
 
 

@@ -1,6 +1,7 @@
 """How alike two signals of a recording move over windows, without their means, for coarse checks."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,12 @@ def matched(seen: Array, said: Array, least: float) -> Match | None:
         return None
     correlation = float(np.corrcoef(seen, said)[0, 1])
     return Match(correlation, math.copysign(float(np.std(seen) / np.std(said)), correlation))
+
+
+def clearest(matches: Sequence[Match | None]) -> Match | None:
+    """The match of the largest correlation, of either sign; None without any."""
+    known = [match for match in matches if match is not None]
+    return max(known, key=lambda match: abs(match.correlation), default=None)
 
 
 def readings(signal: Signal | None) -> Signal | None:

@@ -18,6 +18,7 @@ from identify.checks.alike import (
     UNCLEAR,
     WINDOW_S,
     Match,
+    clearest,
     matched,
     readings,
     unit_factor,
@@ -89,26 +90,26 @@ def mends(dive: Dive) -> tuple[Mend, ...]:
     return tuple(made)
 
 
-def agreeing(dive: Dive) -> set[str]:
-    """The signals that another signal bears out, in sign and unit."""
-    named = {
+def agreeing(dive: Dive) -> set[tuple[str, str]]:
+    """The pairs of signals that bear each other out, in sign and unit: both may still be in a wrong one."""
+    pushes = pushes_of(dive)
+    matches = {
         ("attitude", "gyro"): turn_match(dive),
+        ("attitude", "specific_force"): _tilt_match(dive),
         ("velocity", "depth"): _rise_match(dive),
+        ("velocity", "specific_force"): clearest(pushes.by_size() if pushes else ()),
         ("depth", "pressure"): _pressure_match(dive),
     }
     return {
-        signal
-        for pair, match in named.items()
+        pair
+        for pair, match in matches.items()
         if match is not None and match.correlation > CLEAR and 1 / NEAR_UNIT < match.ratio < NEAR_UNIT
-        for signal in pair
     }
 
 
 def turn_match(dive: Dive) -> Match | None:
     """How alike attitude and gyro turn: the clearest correlation and its ratio over axes; None without both."""
-    table = _turn_table(dive)
-    clear = [match for row in table or () for match in row if match is not None]
-    return max(clear, key=lambda match: abs(match.correlation), default=None)
+    return clearest([match for row in _turn_table(dive) or () for match in row])
 
 
 def _gravity(dive: Dive) -> tuple[Mend, ...]:

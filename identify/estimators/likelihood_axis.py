@@ -131,6 +131,26 @@ class AxisLikelihood:
 
         Raises LinAlgError if either is not finite.
         """
+        size = len(theta) + len(dofs)
+        gradient, information = np.zeros(size), np.zeros((size, size))
+        for rows, of_run, information_of_run in self.score_by_run(theta, dofs):
+            parts = np.zeros((size, len(rows)))
+            parts[rows, range(len(rows))] = 1.0
+            gradient += parts @ of_run
+            information += parts @ information_of_run @ parts.T
+        mean, precision = self.word
+        mass = np.exp(theta[MASS])
+        gradient[MASS] -= mass * precision * (mass - mean)
+        information[MASS, MASS] += mass * mass * precision
+        return gradient, information
+
+    def score_by_run(
+        self, theta: Array, dofs: Sequence[int] = ()
+    ) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
+        """As `score`, of each run's readings: the indices (k,) that it depends on, gradient (k,), information (k, k).
+
+        Raises LinAlgError if either is not finite.
+        """
         noise, trims = self.noise_place, self.axis.trims
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
@@ -141,22 +161,13 @@ class AxisLikelihood:
             tables.append(self.transition_table(theta, 1.0 + STEP))
         slope = [] if self.damped == "linear" else [self.quadratic_place]
         size = len(theta) + len(dofs)
-        gradient, information = np.zeros(size), np.zeros((size, size))
         scored = self._scored_runs(theta, runs, np.array(tables), dofs)
         for k, (of_run, information_of_run) in enumerate(scored):
             if not (np.isfinite(of_run).all() and np.isfinite(information_of_run).all()):
                 raise np.linalg.LinAlgError("the information is no number")
             trim = FORCES + self.axis.trim_of_run[k]
             rows = np.r_[curved, slope, trim, FORCES + trims : noise, len(theta) : size].astype(np.intp)
-            parts = np.zeros((size, len(rows)))
-            parts[rows, range(len(rows))] = 1.0
-            gradient += parts @ of_run
-            information += parts @ information_of_run @ parts.T
-        mean, precision = self.word
-        mass = np.exp(theta[MASS])
-        gradient[MASS] -= mass * precision * (mass - mean)
-        information[MASS, MASS] += mass * mass * precision
-        return gradient, information
+            yield rows, of_run, information_of_run
 
     def _scored_runs(
         self, theta: Array, points: Array, tables: Array, dofs: Sequence[int]

@@ -1,7 +1,7 @@
 """Candidates for each signal among the columns of a file, by names and ranges, and the best of them."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -13,6 +13,7 @@ from identify.ingest.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Colu
 from identify.ingest.names import named, snake
 from identify.ingest.ranges import Guess, from_surface, unit_of
 from identify.ingest.streams import Stream
+from identify.words import listed
 
 SIGNALS = (
     "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
@@ -80,7 +81,7 @@ class Candidate:
         known = self.values[np.isfinite(self.values).all(axis=1)]
         complete = len(self.fields) >= WIDTHS.get(self.signal, 1)
         favoured = bool(re.search(FAVOURED.get(self.signal, "^$"), snake(self.stream.name)))
-        return self.moves, complete, self.frame == BODY, float(favoured), -self.rank, len(known)
+        return self.moves, complete, self.frame not in EARTH, float(favoured), -self.rank, len(known)
 
 
 def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
@@ -94,8 +95,9 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
         key = name.signal, name.family
         sets.setdefault(key, {}).setdefault(name.place, field)
         about.setdefault(key, (name.unit, name.rank))
-        if name.earth and frames.get(key) != "ENU":
-            frames[key] = name.earth
+        if name.frame and frames.get(key) != "ENU":
+            frames[key] = name.frame
+    _join_verticals(sets, frames)
     if {"N"} < {field for field in stream.columns if field in tuple(WRENCH)}:
         sets[("tau_cmd", WRENCH)] = {k: axis for k, axis in enumerate(WRENCH) if axis in stream.columns}
         about[("tau_cmd", WRENCH)] = None, 0
@@ -108,6 +110,25 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
             # ROS begins the names of its topics with a slash.
             frame = "ENU" if stream.name.startswith("/") else "NED"
         yield Candidate(signal, stream, fields, *about[key], frame)
+
+
+def _join_verticals(
+    sets: dict[tuple[str, str], dict[int, str]], frames: Mapping[tuple[str, str], str]
+) -> None:
+    """Put a lone velocity down, or up, to the body's velocity that shares its name but for the axis, where z points so:
+    `speed_down` is of the body beside `speed_ahead`, and of the earth beside `speed_north`."""
+    for key in [key for key, fields in sets.items() if frames.get(key) in EARTH and set(fields) == {2}]:
+        for other, fields in sets.items():
+            shares = other[0] == key[0] and other[1].partition(":")[2] == key[1].partition(":")[2]
+            is_up = frames.get(other, BODY) == "FLU"
+            if (
+                shares
+                and frames.get(other) not in EARTH
+                and 2 not in fields
+                and is_up == (frames[key] == "ENU")
+            ):
+                fields[2] = sets.pop(key)[2]
+                break
 
 
 def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tuple[str, ...]]:
@@ -143,7 +164,20 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
     names = {choice.signal for choice in choices}
     if "quaternion" in names:
         choices = [choice for choice in choices if choice.signal != "euler"]
+    if any(choice.signal == "specific_force" and choice.columns.unit == "ft/s2" for choice in choices):
+        choices = [_in_feet(choice) for choice in choices]
     return tuple(choices), tuple(notes)
+
+
+def _in_feet(choice: Choice) -> Choice:
+    """A guess of metres in feet."""
+    in_feet = {"m": "ft", "m/s": "ft/s"}.get(choice.columns.unit)
+    if choice.confidence is not Confidence.GUESSED or in_feet is None:
+        return choice
+    reason = f"As the accelerometer is in ft/s2, {in_feet} is taken."
+    return replace(
+        choice, columns=replace(choice.columns, unit=in_feet), reasons=(*choice.reasons[1:], reason)
+    )
 
 
 def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
@@ -169,11 +203,15 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     reasons = [guess.reason] if guess.reason else []
     if signal == "altitude" and np.nanmedian(values) < 0:
         signal, reasons = "depth", ["It is mostly below 0, so it is taken for a height, not for an altitude."]
-    lacking = ", ".join(str(k + 1) for k, name in enumerate(names) if name == missing)
+    lacking = [str(k + 1) for k, name in enumerate(names) if name == missing]
     if lacking:
-        taken = "0" if whole else "unknown"
-        reasons.append(f"Nothing is named for column {lacking}, which is taken for {taken}.")
+        of = (
+            f"column {lacking[0]}, which is" if len(lacking) == 1 else f"columns {listed(lacking)}, which are"
+        )
+        reasons.append(f"Nothing is named for {of} taken for {'0' if whole else 'unknown'}.")
         confidence = Confidence.GUESSED
+    if candidate.frame == "FLU":
+        reasons.append("By its name, y is to port, so its axes are forward, left, up.")
     if candidate.frame in EARTH:
         reasons.append(f"By its name, it is in earth axes ({candidate.frame}), and the attitude turns it.")
     offset = (guess.offset,) * len(names) if guess.offset else ()

@@ -62,6 +62,10 @@ _COMMANDS = ("pwm", "rpm", "tau_cmd")
 
 _RULES: tuple[tuple[str, str, str], ...] = (
     ("velocity", r"(?:.*_)?twist_linear_([xyz])", ""),
+    ("velocity",
+     r"(?:.*_)?(?:v|vel|velocity|speed)_(ahead|forward|fwd|starboard|stbd|right|left|port)", ""),
+    ("velocity",
+     r"(ahead|forward|fwd|starboard|stbd|right|left|port)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"v([nedu])|(?:.*_)?(?:v|vel|velocity)_([ned])", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity|speed)_?(north|east|down|up)", ""),
     (EARTH_VELOCITY, r"(north|east|down|up)_(?:vel|velocity|speed)", ""),
@@ -70,11 +74,14 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("velocity", r"([uvw])(?:_dvl|_body|_b)?|dvl_([uvwxyz])|dvl_v([xyz])", ""),
     ("velocity", r"(surge|sway|heave)(?:_(?:velocity|speed|vel))?", ""),
     ("velocity", r"v_?([xyz])(?:_body|_b)?", ""),
+    ("velocity", r"(?:uvw|nu)_([012])", ""),
     ("gyro", r"(?:.*_)?twist_angular_([xyz])", ""),
     ("gyro", r"xyz_([012])|([xyz])", r"angular_velocity|gyro"),
     ("gyro", r"([pqr])(?:_(?:imu|body|b))?", ""),
     ("gyro", r"(?:.*_)?(roll|pitch|yaw)_?(?:rate|speed|vel)", ""),
+    ("gyro", r"(?:.*_)?(turn|heading)_?(?:rate|speed)|rate_of_(turn)", ""),
     ("gyro", r"w_?([xyz])|w_(row|roll|pitch|yaw)", ""),
+    ("gyro", r"pqr_([012])|nu_([345])", ""),
     ("fog", r"fog|fog_(?:rate|z|r|yaw_rate)", ""),
     ("specific_force",
      r"(?:.*_)?(?:linear_acceleration|accelerometer|acceleration|accel|acc|specific_force)_?([xyz012])", ""),
@@ -83,6 +90,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0123])|q([wxyz0123])", ""),
     ("euler", r"(?:.*_)?(roll|pitch|yaw|heading|hdg)(?:_angle)?", ""),
     ("euler", r"(phi|theta|psi)", ""),
+    ("euler", r"(?:.*_)?(?:euler(?:_angles?)?|eul|rpy)_([xyz012])|eta_([345])", ""),
     ("euler", r"(?:vector_)?([xyz])", r"(^|_)(rpy|euler)(_|$)"),
     ("pressure", r"(?:.*_)?(?:fluid_)?(?:pressure|press|baro)(?:_abs)?|abs_pressure", ""),
     ("altitude", r"(?:.*_)?(?:altitude|range|distance|height_above_bottom)", ""),
@@ -104,11 +112,18 @@ _RULES: tuple[tuple[str, str, str], ...] = (
 """Signal, the whole field, and what the topic must hold. A group is the axis, or the number of the thruster."""
 
 _AXES: dict[str, dict[str, int]] = {
-    "velocity": {"u": 0, "v": 1, "w": 2, "surge": 0, "sway": 1, "heave": 2},
+    "velocity": {
+        "u": 0, "v": 1, "w": 2, "surge": 0, "sway": 1, "heave": 2, "ahead": 0, "forward": 0, "fwd": 0, "starboard": 1,
+        "stbd": 1, "right": 1, "left": 1, "port": 1,
+    },
     EARTH_VELOCITY: {"n": 0, "north": 0, "e": 1, "east": 1, "d": 2, "down": 2, "u": 2, "up": 2},
-    "gyro": {"row": 0, "p": 0, "q": 1, "r": 2, "roll": 0, "pitch": 1, "yaw": 2},
+    "gyro": {
+        "row": 0, "p": 0, "q": 1, "r": 2, "roll": 0, "pitch": 1, "yaw": 2, "turn": 2, "heading": 2, "3": 0, "4": 1,
+        "5": 2,
+    },
     "specific_force": {},
-    "euler": {"roll": 0, "pitch": 1, "yaw": 2, "heading": 2, "hdg": 2, "phi": 0, "theta": 1, "psi": 2},
+    "euler": {"roll": 0, "pitch": 1, "yaw": 2, "heading": 2, "hdg": 2, "phi": 0, "theta": 1, "psi": 2, "3": 0,
+              "4": 1, "5": 2},
     "quaternion": {"w": 0, "x": 1, "y": 2, "z": 3, "0": 0, "1": 1, "2": 2, "3": 3},
     "tau_cmd": {
         **{f"force_{axis}": k for k, axis in enumerate("xyz")},
@@ -117,6 +132,7 @@ _AXES: dict[str, dict[str, int]] = {
     },
 }  # fmt: skip
 _UP = ("u", "up")
+_LEFT = ("left", "port")
 _XYZ = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 
 _TIMES = re.compile(
@@ -129,8 +145,9 @@ class Named:
     """What a name says.
 
     place: axis, or number of the thruster. family: the name without the place, which the columns of a set share.
-    unit: of a column map; None if the name has none. rank: of the rule; 0 is the most telling. earth: of a velocity
-    along an axis of the earth (0 north, 1 east, 2 down or up), NED, or ENU if it points up; else empty.
+    unit: of a column map; None if the name has none. rank: of the rule; 0 is the most telling. frame: of a velocity
+    along an axis of the earth (0 north, 1 east, 2 down or up), NED, or ENU if it points up; FLU of one to the left;
+    else empty.
     """
 
     signal: str
@@ -138,7 +155,7 @@ class Named:
     family: str
     unit: str | None
     rank: int
-    earth: str = ""
+    frame: str = ""
 
 
 def snake(name: str) -> str:
@@ -170,7 +187,7 @@ def named(topic: str, field: str) -> Named | None:
             family = f"{rank}:{plain[:start]}*{plain[end:]}"
             if signal == EARTH_VELOCITY:
                 return Named("velocity", place, family, unit, rank, "ENU" if word in _UP else "NED")
-            return Named(signal, place, family, unit, rank)
+            return Named(signal, place, family, unit, rank, "FLU" if word in _LEFT else "")
     return None
 
 

@@ -1,6 +1,6 @@
 """Proposes a column map for a file from the names and the ranges of its columns, and from physics."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,14 +23,12 @@ from identify.ingest.column_map import (
     TIME_UNITS,
     ColumnMap,
     Columns,
-    RunColumn,
     TimeColumn,
 )
 from identify.ingest.names import snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import time_unit_of
-from identify.ingest.ros.bags import RECEIVED
-from identify.ingest.run_column import longest_run, run_column_in
+from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 from identify.ingest.signals import apart_in_time, dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.units import UNITS
@@ -67,30 +65,11 @@ class Proposal:
         return "", ""
 
 
-def propose(streams: Sequence[Stream], path: Path) -> Proposal:
-    """The column map that the streams of a file suggest, mended where physics contradicts it.
+def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
+    """The column map that the streams of a single run suggest, mended where physics contradicts it.
 
-    Of a table that holds several runs, the longest counts. Raises LogError if no column is a time, or no column is
-    known by its name.
+    Raises LogError if no column is a time, or no column is known by its name.
     """
-    if run := run_column_in(streams):
-        proposal = _of_single_run([longest_run(streams[0], run)], path)
-        time, reason = _time_of_runs(streams[0], proposal)
-        columns = replace(proposal.columns, time=time, runs=RunColumn(run))
-        # Ranges are those of all runs; a rate is known within one.
-        shown = zip(profiles(streams, columns), proposal.profiles, strict=True)
-        note = f"'{run}' changes where the clock starts anew, so it is taken for the number of the run."
-        return replace(
-            proposal,
-            columns=columns,
-            profiles=tuple(replace(whole, rate_hz=of_run.rate_hz) for whole, of_run in shown),
-            notes=(note, *proposal.notes),
-            time_reason=reason,
-        )
-    return _of_single_run(streams, path)
-
-
-def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
     time, time_reason = _time(streams, path)
     apart = _on_two_clocks(streams, time)
     logged = all(RECEIVED in stream.columns for stream in streams)
@@ -114,23 +93,22 @@ def _of_single_run(streams: Sequence[Stream], path: Path) -> Proposal:
             "write the column map by hand, as docs/howto/bring_your_own_log.md shows"
         )
     choices = _agreed_angles(choices, timed, time)
-    columns = _map(time, choices)
+    columns = map_of(time, choices)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
     choices = tuple(choice for choice in choices if choice not in of_earth)
-    choices = _all_mended(choices, mends(_dive(timed, _map(time, choices), path)))
+    choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
     for choice in of_earth:
         if "attitude" in map(_meant, choices):
             choices = (_turned(choice, choices, timed, time, path), *choices)
-            choices = _all_mended(choices, mends(_dive(timed, _map(time, choices), path)))
+            choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
         else:
             notes = (
                 *notes,
                 f"{_listed(choice)}: not used for velocity. It is in earth axes, and {_NO_ATTITUDE}.",
             )
-    borne_out = agreeing(_dive(timed, _map(time, choices), path))
-    choices = tuple(_borne_out(choice) if _meant(choice) in borne_out else choice for choice in choices)
+    choices = _borne_out(choices, agreeing(_dive(timed, map_of(time, choices), path)))
     return Proposal(
-        _map(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
+        map_of(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
     )
 
 
@@ -149,7 +127,7 @@ def _turned(
     Where that is unclear, the axes are those of its name, or of the attitude if that is one of ROS.
     """
     raw = replace(choice, columns=replace(choice.columns, frame=BODY))
-    dive = _dive(streams, _map(time, (raw, *others)), path)
+    dive = _dive(streams, map_of(time, (raw, *others)), path)
     attitude = next(each for each in others if _meant(each) == "attitude")
     for mend in earth_mends(dive):
         columns = mended_columns("velocity", raw.columns, mend)
@@ -189,13 +167,25 @@ def mended_columns(signal: str, columns: Columns, mend: Mend) -> Columns:
     scale = tuple(scale[k] * factor for k, factor in zip(order, factors, strict=True))
     unit = UNITS[signal][columns.unit]
     offset = tuple(offset[k] + mend.offset / (factor * unit) for k, factor in zip(order, scale, strict=True))
+    name, scale = _in_named_unit(signal, columns.unit, scale)
     return replace(
         columns,
         columns=tuple(columns.columns[k] for k in order),
+        unit=name,
         offset=offset if any(offset) else (),
         scale=scale if any(factor != 1.0 for factor in scale) else (),
         frame=mend.frame or columns.frame,
     )
+
+
+def _in_named_unit(signal: str, unit: str, scale: tuple[float, ...]) -> tuple[str, tuple[float, ...]]:
+    """The unit and the scale of columns, where the scale's size is that of another unit in this one."""
+    sizes = {abs(factor) for factor in scale}
+    for name, si in UNITS[signal].items():
+        size = si / UNITS[signal][unit]
+        if signal != "pwm" and name != unit and np.allclose(list(sizes), size, rtol=1e-6, atol=0.0):
+            return name, tuple(factor / size for factor in scale)
+    return unit, scale
 
 
 def _all_mended(choices: Sequence[Choice], made: Sequence[Mend]) -> tuple[Choice, ...]:
@@ -211,8 +201,17 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
     return replace(choice, columns=columns, mends=(*choice.mends, mend))
 
 
-def _borne_out(choice: Choice) -> Choice:
-    """The choice, whose unit is no guess any more since another signal agrees with it."""
+def _borne_out(choices: Sequence[Choice], pairs: Collection[tuple[str, str]]) -> tuple[Choice, ...]:
+    """The choices, of which those are guesses no more that agree with one that is none; two guesses may share an
+    error."""
+    firm = {_meant(choice) for choice in choices if choice.confidence is not Confidence.GUESSED}
+    while more := {name for pair in pairs if firm & {*pair} for name in pair} - firm:
+        firm |= more
+    return tuple(_as_known(choice) if _meant(choice) in firm else choice for choice in choices)
+
+
+def _as_known(choice: Choice) -> Choice:
+    """A choice whose unit another signal bears out."""
     is_whole = not {NOTHING, None} & {*choice.columns.named}
     # Of earth axes, depth bears out the vertical alone.
     if choice.confidence is not Confidence.GUESSED or not is_whole or choice.columns.frame in EARTH:
@@ -231,13 +230,18 @@ def _meant(choice: Choice) -> str:
 
 def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
     """Sign that the topics with signals are on more than one clock by a time column; "" for none."""
+    timed = [
+        stream
+        for stream in streams
+        if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column))
+    ]
     spans = []
-    for stream in streams:
-        if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column)):
-            known = stream.columns[time.column] * TIME_UNITS.get(time.unit, np.nan)
-            known = known[np.isfinite(known)]
-            spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
-    return next((said for said, are_two in apart_in_time(spans) if are_two), "")
+    for stream in timed:
+        known = stream.columns[time.column] * TIME_UNITS.get(time.unit, np.nan)
+        known = known[np.isfinite(known)]
+        spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
+    apart = headers_apart(timed) if time.column == STAMP else ""
+    return next((said for said, are_two in apart_in_time(spans) if are_two), apart)
 
 
 def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
@@ -296,13 +300,13 @@ def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
     return f"its clock '{time}' stands still in all {rows} rows; name the column that is the time `time`, in seconds"
 
 
-def _time_of_runs(stream: Stream, of_longest: Proposal) -> tuple[TimeColumn, str]:
-    """As `_time`, of a table of several runs: a single one is too short to show that its clock counts minutes."""
-    time = of_longest.columns.time
-    cells = stream.columns.get(time.column)
-    if cells is not None and not time_unit(time.column)[1] and _is_time_of_day(cells):
-        return _of_day(time.column)
-    return time, of_longest.time_reason
+def of_day(streams: Sequence[Stream], time: TimeColumn) -> tuple[TimeColumn, str] | None:
+    """The time column of several runs if it is the time of day, and why; a single one of them may be too short to show
+    that its clock counts minutes."""
+    clocks = [stream.columns[time.column] for stream in streams if time.column in stream.columns]
+    if not clocks or time_unit(time.column)[1] or not all(map(_is_time_of_day, clocks)):
+        return None
+    return _of_day(time.column)
 
 
 def _of_day(column: str) -> tuple[TimeColumn, str]:
@@ -330,7 +334,7 @@ def _agreed_angles(
     for choice in choices:
         if choice.signal == "euler" and choice.confidence is not Confidence.NAMED:
             in_unit = {
-                unit: turn_match(_dive(streams, _map(time, (*choices, _with_unit(choice, unit))), Path()))
+                unit: turn_match(_dive(streams, map_of(time, (*choices, _with_unit(choice, unit))), Path()))
                 for unit in ("rad", "deg")
             }
             unit = _likelier(in_unit)
@@ -359,7 +363,8 @@ def _likelier(by_unit: dict[str, Match | None]) -> str:
     return ""
 
 
-def _map(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
+def map_of(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
+    """The column map of choices."""
     signals: dict[str, Any] = {choice.signal: choice.columns for choice in choices}
     velocity = signals.get("velocity")
     filtered = velocity is not None and is_filtered(filter(None, velocity.named))

@@ -14,6 +14,9 @@ PRESSURES = UNITS["pressure"]
 LARGEST_ANGLE_RAD = 7.0
 """Headings end at 2 pi."""
 
+TO_A_TURN, ROUNDED = 0.05, 0.005
+"""A heading that goes all round ends within this of pi, or of 2 pi; by rounding, so much beyond it."""
+
 LEAST_TILT_DEG = 0.35
 """In degrees, no vehicle's roll and pitch stay within less; in radians, those of most do."""
 
@@ -26,6 +29,11 @@ LEAST_AIR_PA, DEEPEST_PA = 70_000.0, 6e6
 LEAST_MILLIVOLTS = 1000.0
 NEAR = 1.3
 """Factor within which the norm of specific force is that of gravity."""
+
+GRAVITIES = tuple(
+    (unit, GRAVITY_M_S2 / UNITS["specific_force"][unit]) for unit in ("m/s2", "ft/s2", "g", "mg")
+)
+"""Units of a specific force, and gravity in them."""
 
 MIDDLE_US, SPAN_US = 1500.0, 400.0
 """Pulse without thrust, and from there to full thrust, that a command from -1 to 1 is taken to mean."""
@@ -58,7 +66,9 @@ def unit_of(signal: str, values: Array) -> Guess:
             return Guess("deg", f"Angles reach {largest:.3g}, so they are degrees.")
         case "euler":
             return Guess(
-                "rad", f"Angles stay within {largest:.2g}, so they are taken for radians.", largest > 0.8
+                "rad",
+                f"Angles stay within {largest:.2g}: taken for radians.",
+                any(turn - TO_A_TURN < largest < turn + ROUNDED for turn in (math.pi, 2 * math.pi)),
             )
         case "gyro" | "fog" if largest > LARGEST_TURN_RAD_S:
             return Guess("deg/s", f"Rates of turn reach {largest:.3g}, so they are degrees a second.")
@@ -70,7 +80,7 @@ def unit_of(signal: str, values: Array) -> Guess:
             unit = "cm/s" if largest < 100 * LARGEST_SPEED_M_S / 4 else "mm/s"
             return Guess(unit, f"Velocities reach {largest:.3g}, so they are taken for {unit}.", False)
         case "velocity":
-            return Guess("m/s", f"Velocities stay within {largest:.2g} m/s.")
+            return Guess("m/s", f"Velocities stay within {largest:.2g}: taken for m/s.", False)
         case "specific_force":
             return _force(values)
         case "pressure":
@@ -112,7 +122,7 @@ def _is_unwrapped(angles: Array) -> bool:
 def _force(values: Array) -> Guess:
     norm = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
     usual = float(np.median(norm)) if len(norm) else 0.0
-    for unit, gravity in (("m/s2", GRAVITY_M_S2), ("g", 1.0), ("mg", 1000.0)):
+    for unit, gravity in GRAVITIES:
         if gravity / NEAR < usual < gravity * NEAR:
             return Guess(unit, f"Its usual size is {usual:.3g}, which is gravity in {unit}.")
     return Guess(

@@ -80,11 +80,13 @@ def run_column_in(streams: Sequence[Stream]) -> str:
     return ""
 
 
-def longest_run(stream: Stream, column: str) -> Stream:
-    """The rows of the run that has most of them."""
+def in_runs(stream: Stream, column: str) -> list[tuple[str, Stream]]:
+    """The rows of each run of a table, with the run's name."""
     words = labels(stream, column)
-    values, counts = np.unique(words[words != ""], return_counts=True)
-    return _some(stream, np.flatnonzero(words == values[np.argmax(counts)]))
+    return [
+        (word, _some(stream, np.flatnonzero(words == word)))
+        for word in dict.fromkeys(words[words != ""].tolist())
+    ]
 
 
 def _starts_anew(clock: Array, stream: Stream, column: str) -> bool:

@@ -26,6 +26,7 @@ from identify.ingest.column_map import (
     TimeColumn,
 )
 from identify.ingest.commands import spread
+from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 from identify.ingest.streams import MOST_NAMED, Mask, Stream, Streams, some_of
 from identify.ingest.text_table import no_number
 from identify.ingest.units import UNITS
@@ -72,6 +73,9 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
     if columns.pwm is not None:
         signals[COMMANDS.get(columns.pwm.unit, "thrust_cmd")] = signals.pop("pwm")
     notes += _clocks(tables, path)
+    used_here = [stream for stream in recorded.streams if stream.name in tables]
+    if columns.time.column == STAMP and (apart := headers_apart(used_here)):
+        notes.append(f"By '{STAMP}', {apart}: they may be on two clocks; '{RECEIVED}', the log's, is one.")
     euler = signals.pop("euler", None)
     if euler is not None:
         signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))

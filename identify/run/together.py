@@ -231,12 +231,27 @@ def _source(dives: Sequence[Dive]) -> Path:
     return first if all(dive.source == first for dive in dives) else first.parent
 
 
+def kinds_of(names: Sequence[str]) -> tuple[str, ...]:
+    """A sentence on runs whose names are of a few kinds, but for their numbers; () for one kind, or many."""
+    kinds: dict[str, list[str]] = {}
+    for name in names:
+        kinds.setdefault(re.sub(r"\d+", "", name), []).append(name)
+    if not 2 <= len(kinds) <= len(names) / 2:
+        return ()
+    said = listed([f"{of[0]} and {len(of) - 1} more" if len(of) > 1 else of[0] for of in kinds.values()])
+    return (
+        f"The names of the runs are of {len(kinds)} kinds ({said}), and all are taken for one vehicle under the same "
+        "conditions; if they are not, give each kind a folder.",
+    )
+
+
 def _notes(dives: Sequence[Dive], everywhere: Sequence[str], left_out: Mapping[str, str]) -> tuple[str, ...]:
     lasting_s = sum(dive.duration_s for dive in dives)
     names = [dive.name for dive in dives]
     said = names if len(names) <= 2 * NAMED else [*names[:NAMED], f"{len(names) - NAMED} more"]
     more = [
         f"{len(dives)} runs are one dive of {lasting_s:.0f} s: {listed(said)}.",
+        *kinds_of(names),
         *(f"The run {name} was left out: {reason}." for name, reason in left_out.items()),
     ]
     for name in dict.fromkeys(name for dive in dives for name in dive.signals()):

@@ -78,6 +78,7 @@ def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_w
         "covariance": {"of": ["M_u", "M_v"], "matrix": [[1.0, 1.2], [1.2, 4.0]]}, "doubts": [WARNED.to_json()],
     }  # fmt: skip
     answer = {"identification": data, "unix_s": 1.77e9, "dated_by": "its name", "voltage_v": None}
+    answer["carried_kg"] = 0.0
     failed = [Result(name, name, f"{name}.tlog", "0", None, "cut") for name in ("undated", "2025-11-20")]
     results = [*failed, Result("k", "one", "one.tlog", "0", answer, "")]
     assert [row.dive for row in rows_of(results)] == ["2025-11-20", "one", "undated"]
@@ -87,6 +88,10 @@ def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_w
     assert set(replace(row, values={**row.values, "X_udot": row.values["M_u"]}).doubted) == {"M_u", "X_udot"}
     assert row.correlation[frozenset(("M_u", "M_v"))] == pytest.approx(0.6)
     assert row.correlation[frozenset(("M_u", "D_u"))] == 1.0
+    loaded = Result("k", "one", "one.tlog", "0", {**answer, "carried_kg": 0.5}, "")
+    (row,) = rows_of([loaded])
+    assert vars(row.values["M_u"]) == {"value": 1.5, "std": 1.0, "low95": 0.5, "high95": 2.5}
+    assert row.values["D_u"].value == 2.0
 
 
 def test_a_dive_that_is_in_no_trend_is_marked_on_the_page_and_in_the_terminal():

@@ -30,7 +30,7 @@ def test_it_shows_every_column_writes_the_map_and_says_what_to_do_next(log, caps
     said = " ".join(capsys.readouterr().out.split())
     assert "yaw_deg euler 3 deg" in said
     assert "mood not used - 7" in said
-    assert "6 columns, of which 1 neither used nor ever changing is left out here" in said
+    assert "6 columns, of which 1 not used, unchanging or a second clock, is left out here" in said
     assert "spare" not in said
     assert "check gyro: The gyro contradicts how the attitude turns" in said
     assert f"seatrial import {log} --columns columns.yaml" in said

@@ -18,7 +18,7 @@ from identify.export.flown import flown
 from identify.export.mcap import write_mcap
 from identify.export.signals import topics
 from identify.ingest.open import read_dive
-from identify.ingest.proposal import propose
+from identify.ingest.proposal_of_runs import propose
 from identify.ingest.ros.bags import read_bag
 from tui import cli
 

@@ -56,6 +56,15 @@ KNOWN = [
     ("", "esc2_rpm", "rpm", 2, None),
     ("", "rpm_1", "rpm", 1, None),
     ("", "battery", "voltage", 0, None),
+    ("", "Speed ahead", "velocity", 0, None),
+    ("", "stbd_velocity", "velocity", 1, None),
+    ("", "turn rate [deg/s]", "gyro", 2, "deg/s"),
+    ("", "eul.2", "euler", 2, None),
+    ("", "pqr.0", "gyro", 0, None),
+    ("", "uvw.1", "velocity", 1, None),
+    ("", "nu.1", "velocity", 1, None),
+    ("", "nu.5", "gyro", 2, None),
+    ("", "eta.3", "euler", 0, None),
 ]
 
 

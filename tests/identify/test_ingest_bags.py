@@ -13,10 +13,13 @@ from bags_made import FORMS, LATE_NS, ROS1, ROS2, START_NS, STEP_NS, header, sto
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from bridge import exit_codes
 from bridge.errors import LogError
+from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.sqlite_leaves import rows_in
 from identify.ingest.streams import Stream, Streams
+from tui import cli
 
 COUNT = 200
 K = np.arange(COUNT)
@@ -45,7 +48,9 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
     assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 64).tolist()
     assert read["/thrusters"].columns["data.5"].tolist() == (K + 5.0).tolist()
     assert "data.6" not in read["/thrusters"].columns
-    assert recorded.notes == ("No header time in /thrusters: their `stamp` is the time of the log.",)
+    assert recorded.notes == (
+        "No header time in /thrusters: its `stamp` is the time of the log, later by what the way takes.",
+    )
 
 
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
@@ -84,7 +89,9 @@ def test_a_header_that_is_never_filled_in_gives_the_time_of_the_log(tmp_path: Pa
     recorded = read_bag([write_bag(tmp_path, "mcap", messages)])
     columns = recorded.streams[0].columns
     assert columns["stamp"].tolist() == columns["received"].tolist()
-    assert recorded.notes == ("No header time in /dvl: their `stamp` is the time of the log.",)
+    assert recorded.notes == (
+        "No header time in /dvl: its `stamp` is the time of the log, later by what the way takes.",
+    )
 
 
 WILD = """
@@ -250,9 +257,30 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
     recorded = read_bag([without_definitions(file)])
     assert set(topics(recorded)) == {"/imu", "/thrusters", "/dvl/twist"}
     assert (
-        "Left out, since the bag does not define what they hold: /depth (deep_msgs/msg/Depth). Record it as .mcap, "
-        "which has the definitions."
+        "Left out, since the bag does not define what they hold: /depth (deep_msgs/msg/Depth). Put the "
+        "definition beside the bag, as deep_msgs/msg/Depth.msg, or record it as .mcap, which has the definitions."
     ) in recorded.notes
+    beside = file.parent / "deep_msgs" / "msg" / "Depth.msg"
+    beside.parent.mkdir(parents=True)
+    beside.write_text("float64 depth\n", encoding="utf-8")
+    recorded = read_bag([file])
+    assert topics(recorded)["/depth"].columns["depth"].tolist() == [1.0]
+    assert not any("Left out" in note for note in recorded.notes)
+    columns = tmp_path / "columns.yaml"
+    columns.write_text(
+        "time: {column: stamp}\ndepth: {columns: [/depth.depth], unit: m}\n"
+        "gyro: {columns: [null, null, /imu.angular_velocity.z], unit: rad/s}\n",
+        encoding="utf-8",
+    )
+    words = ["import", str(file), "--columns", str(columns), "--out", str(tmp_path / "dive")]
+    assert cli.main(words) == exit_codes.DONE
+    assert (tmp_path / "dive" / "deep_msgs" / "msg" / "Depth.msg").read_text(
+        encoding="utf-8"
+    ) == "float64 depth\n"
+    assert read_dive(tmp_path / "dive").depth.value.tolist() == [[1.0]]
+    beside.write_text("float64", encoding="utf-8")
+    with pytest.raises(LogError, match=r"Depth\.msg: can't be read as the definition of a type"):
+        read_bag([file])
 
 
 def test_a_message_that_contradicts_its_definition_is_counted(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The column map that a file suggests: columns, units, and what physics mends in it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ from identify.dive import Dive
 from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.map_text import map_text
-from identify.ingest.proposal import Proposal, propose
+from identify.ingest.proposal import Proposal
+from identify.ingest.proposal_of_runs import propose
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.text_table import read_table
@@ -72,11 +74,57 @@ def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_
     proposal = proposed(columns)
     assert proposal.columns.time.unit == "ms"
     assert units(proposal) == {
-        "velocity": "cm/s", "gyro": "deg/s", "specific_force": "g", "euler": "deg", "pressure": "hPa", "depth": "m",
+        "velocity": "cm/s", "gyro": "deg/s", "specific_force": "g", "euler": "deg", "pressure": "hPa", "depth": "cm",
         "pwm": "us",
     }  # fmt: skip
-    assert proposal.columns.depth.scale == pytest.approx((0.01,))
+    assert proposal.columns.depth.scale == ()
     assert_maps_to_the_truth(table(columns), proposal)
+
+
+def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked() -> None:
+    feet = 1 / 0.3048
+    columns = usual(READ)
+    del columns["pressure"]
+    for name in ("u", "v", "w", "ax", "ay", "az", "depth"):
+        columns[name] = feet * columns[name]
+    proposal = proposed(columns)
+    assert units(proposal) | {"pwm": ""} == {
+        "velocity": "ft/s", "gyro": "rad/s", "specific_force": "ft/s2", "euler": "rad", "depth": "ft", "pwm": "",
+    }  # fmt: skip
+    assert_maps_to_the_truth(table(columns), proposal)
+    still = proposed({name: values for name, values in columns.items() if name not in "uvw"})
+    assert still.columns.depth.unit == "ft"
+    for name in ("ax", "ay", "az"):
+        del columns[name]
+    blind = proposed(columns)
+    asked = {choice.signal for choice in blind.choices if choice.confidence is Confidence.GUESSED}
+    assert asked == {"velocity", "gyro", "euler", "depth"}
+
+
+def test_two_guesses_that_agree_are_still_guesses() -> None:
+    small = readings(size=0.05)
+    columns = {"t": small["t"], "r": np.degrees(small["gyro"][:, 2])}
+    columns |= {name: np.degrees(small["euler"][:, k]) for k, name in enumerate(("roll", "pitch", "yaw"))}
+    columns |= {"p": np.degrees(small["gyro"][:, 0]), "q": np.degrees(small["gyro"][:, 1])}
+    proposal = proposed(columns)
+    assert {choice.signal: choice.confidence for choice in proposal.choices} == dict.fromkeys(
+        ("gyro", "euler"), Confidence.GUESSED
+    )
+
+
+@pytest.mark.parametrize("side", ["stbd", "port"])
+def test_a_velocity_down_or_up_is_of_the_body_beside_one_ahead_and_of_the_earth_beside_one_north(
+    side: str,
+) -> None:
+    sign, vertical = (1.0, "down") if side == "stbd" else (-1.0, "up")
+    columns = usual(READ)
+    ahead, aside, down = (columns.pop(name) for name in "uvw")
+    columns |= {"Speed ahead": ahead, f"Speed {side}": sign * aside, f"Speed {vertical}": sign * down}
+    proposal = proposed(columns)
+    assert proposal.columns.velocity.columns == ("Speed ahead", f"Speed {side}", f"Speed {vertical}")
+    assert_maps_to_the_truth(table(columns), proposal)
+    earth = proposed({"t": READ["t"], "r": READ["gyro"][:, 2], "Speed north": ahead, "Speed down": down})
+    assert earth.columns.velocity is None
 
 
 def test_small_angles_are_degrees_where_they_turn_as_the_gyro_in_degrees() -> None:
@@ -309,6 +357,17 @@ def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said() -
     assert apart.time_reason.startswith("By 'stamp', /dvl runs from 0.0 to ")
     assert "check time" not in str(apart.notes)
     assert mapped(bagged(-1.7e9), apart.columns, LOG).velocity.time_s[0] == pytest.approx(1.7e9 + 0.01)
+
+
+def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both() -> None:
+    late = propose(bagged(-7.0), LOG)
+    assert late.columns.time == TimeColumn("received", "s")
+    assert late.time_reason.startswith(
+        "By 'stamp', the log got /dvl 7.01 s after its headers' times, and /imu 0.01 s;"
+    )
+    by_stamp = mapped(bagged(-7.0), replace(late.columns, time=TimeColumn("stamp", "s")), LOG)
+    assert any("they may be on two clocks; 'received', the log's, is one." in note for note in by_stamp.notes)
+    assert not any("two clocks" in note for note in mapped(bagged(-0.5), late.columns, LOG).notes)
 
 
 def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:

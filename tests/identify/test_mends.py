@@ -36,7 +36,13 @@ def without(recorded: Dive, *names: str) -> Dive:
 
 def test_a_recording_that_agrees_with_itself_is_left_alone_and_its_signals_bear_each_other_out() -> None:
     assert mends(dive()) == ()
-    assert agreeing(dive()) == {"attitude", "gyro", "velocity", "depth", "pressure"}
+    assert agreeing(dive()) == {
+        ("attitude", "gyro"),
+        ("attitude", "specific_force"),
+        ("velocity", "depth"),
+        ("velocity", "specific_force"),
+        ("depth", "pressure"),
+    }
 
 
 CHANGES = [

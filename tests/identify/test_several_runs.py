@@ -158,6 +158,24 @@ def test_five_runs_of_fifteen_seconds_tell_what_none_of_them_can():
     assert both["M_u"].std < 0.02 * closed_loop.MASS
 
 
+def heavier(dive, times):
+    """The run of a vehicle that needs so many times the thrust for the same motion."""
+    return replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, times * dive.tau_cmd.value))
+
+
+def test_runs_of_a_second_vehicle_are_named_and_those_of_one_vehicle_are_not():
+    runs = [run(seed, 20.0) for seed in range(6)]
+    of_two = [heavier(each, 1.5) if k in (1, 2, 4) else each for k, each in enumerate(runs)]
+    (doubt,) = (each for each in identified(joined(of_two)).doubts if "heavy" in each.problem)
+    assert "In surge the runs run 1, run 2 and run 4 respond as if about 1." in doubt.problem
+    assert doubt.problem.endswith("times as heavy as the other 3")
+    assert doubt.about == ("M_u", "D_u")
+    ballasted = [heavier(each, 1.16) if k in (1, 2, 4) else each for k, each in enumerate(runs)]
+    spread = [heavier(each, 1.0 + 0.02 * k) for k, each in enumerate(runs)]
+    for alike in (runs, ballasted, spread, of_two[:4]):
+        assert not any("heavy" in each.problem for each in identified(joined(alike)).doubts)
+
+
 def test_runs_that_each_lean_on_another_trim_do_not_spoil_the_mass():
     leans = (8.0, -8.0, 4.0, -4.0)
     runs = [run(seed, 30.0, push=lambda _t, _f, lean=lean: lean) for seed, lean in enumerate(leans)]

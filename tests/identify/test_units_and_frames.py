@@ -12,7 +12,8 @@ from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, Columns, TimeColumn, column_map
 from identify.ingest.map_text import map_text
 from identify.ingest.open import read_dive
-from identify.ingest.proposal import Proposal, propose
+from identify.ingest.proposal import Proposal
+from identify.ingest.proposal_of_runs import propose
 from identify.ingest.rotation import to_earth
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
@@ -86,7 +87,7 @@ def test_units_in_names_are_taken_and_physics_finds_those_that_no_name_has() -> 
     proposal = proposed(columns)
     assert proposal.columns.depth.unit == "ft"
     assert proposal.columns.pressure.unit == "psi"
-    assert proposal.columns.velocity.scale == pytest.approx((1852 / 3600,) * 3)
+    assert (proposal.columns.velocity.unit, proposal.columns.velocity.scale) == ("kn", ())
     assert "it is in knots" in map_text(proposal, "log.csv").replace("\n# ", " ")
     assert velocity_of(table(columns), proposal) == pytest.approx(READ["velocity"], rel=1e-9)
 

@@ -15,7 +15,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, drift_of
 from identify.batch.effect_drift import EffectDrift, chance_words, effect_drifts
-from identify.batch.jobs import DIAGNOSE, IDENTIFY, Result, job_for
+from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Result, job_for
 from identify.batch.page import MARKS, batch_report, doubt_mark
 from identify.batch.page_causes import cause_words
 from identify.batch.recordings import Found, find_recordings
@@ -25,9 +25,13 @@ from identify.estimators.table import METHODS
 from identify.ingest.column_map import map_file
 from identify.ingest.open import utc
 from identify.report.page import Read, with_provenance, write_report
+from identify.run.diagnose import Before
 from identify.words import with_interval
 from tui import pages, show
+from tui.commands.diagnose import before_of
 from tui.files import Files
+from tui.parameter_files import Leave
+from tui.recordings import recording_at, ruled_out
 from tui.show import STANDARD_OUTPUT, Table, Tell
 
 PAGE, KEPT = "trends.html", "results.jsonl"
@@ -51,13 +55,28 @@ def run(arguments: argparse.Namespace) -> int:
 
     method = PAPER if arguments.method == "paper" else arguments.method
     kinds = (IDENTIFY, DIAGNOSE) if arguments.diagnose else (IDENTIFY,)
+    accepted = _accepted(arguments, file)
+    remarks: dict[str, None] = {}
     results: dict[str, list[Result]] = {DIAGNOSE: []}
     try:
         for kind in kinds:
-            jobs = [
-                job_for(kind, recording, file, "" if kind == DIAGNOSE else method, columns)
-                for recording in recordings_found.recordings
-            ]
+            jobs = []
+            for recording in recordings_found.recordings:
+                here = recording_at(recording.path)
+                dived, changes = here.under_conditions(file)
+                without, why = ruled_out([recording.path]) if kind == DIAGNOSE else ((), ())
+                remarks |= dict.fromkeys((*changes, *why))
+                jobs.append(
+                    job_for(
+                        kind,
+                        recording,
+                        dived,
+                        "" if kind == DIAGNOSE else method,
+                        columns,
+                        Against(accepted if kind == DIAGNOSE else None, without),
+                        here.carried_kg,
+                    )
+                )
             with show.progress(f"{VERBS[kind]} {len(jobs)} dives") as tell:
                 clock = clocks.SystemClock()
                 results[kind] = run_batch(jobs, cache, engine(arguments), teller(tell, clock))
@@ -67,11 +86,30 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         cache.close()
     rows = rows_of([*results[IDENTIFY], *recordings_found.unreadable], results[DIAGNOSE])
-    return finish(arguments, file, recordings_found, rows)
+    return finish(arguments, file, recordings_found, rows, tuple(f"{remark}." for remark in remarks))
+
+
+def _accepted(arguments: argparse.Namespace, file: VehicleFile) -> dict[str, Before] | None:
+    """The accepted model of each configuration of the vehicle; None without --accepted. Raises UsageError if there is
+    none."""
+    if not arguments.accepted:
+        return None
+    serves, refused = dict[str, Before](), list[exit_codes.UsageError]()
+    for configuration in [file.configuration] if file.configuration else file.vehicle.configurations:
+        try:
+            leave = Leave(doubts=arguments.despite_doubts)
+            serves[configuration] = before_of(arguments.accepted, file, configuration, leave)
+        except exit_codes.UsageError as error:
+            refused.append(error)
+    if not serves:
+        raise refused[0]
+    return serves
 
 
 def check(arguments: argparse.Namespace) -> None:
     """Raise UsageError for contradicting options."""
+    if arguments.accepted and not arguments.diagnose:
+        raise exit_codes.UsageError("--accepted is what dives are diagnosed against; give --diagnose with it")
     if arguments.method not in (*METHODS, "paper"):
         raise exit_codes.UsageError(
             f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}, paper"
@@ -117,11 +155,18 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, rows: Sequence[Row]) -> int:
-    """Show and write the results of the batch, and return the exit code."""
+def finish(
+    arguments: argparse.Namespace,
+    file: VehicleFile,
+    recordings: Found,
+    rows: Sequence[Row],
+    remarks: Sequence[str],
+) -> int:
+    """Show and write the results of the batch, with `remarks` on the dives' conditions, and return the exit code."""
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     effects = effects_of(rows)
     tell(arguments, recordings, rows, drifts, effects)
+    show.say(show.words(), *remarks)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
         if arguments.csv is not None:
@@ -131,6 +176,7 @@ def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, 
                 "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
                 "method": arguments.method,
                 "dives": [to_json(row) for row in rows],
+                "conditions": list(remarks),
                 "counted_once": [
                     {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
                 ],
@@ -140,7 +186,7 @@ def finish(arguments: argparse.Namespace, file: VehicleFile, recordings: Found, 
             arguments.json,
         )
         page = Path(arguments.out) / PAGE
-        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects)
+        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects, remarks)
         read = [
             Read(
                 row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s

@@ -2,6 +2,7 @@
 
 import argparse
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,9 +17,14 @@ from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
-from identify.dive import Dive, Signal
+from identify.dive import Array, Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import BAG_FOLDER, TABLES, identity_of, read_dives, recording_files
+from identify.ingest.proposal_of_runs import MOST_ASKED
+from identify.ingest.ros.bags import READERS as BAGS
+from identify.ingest.ros.definitions import files_beside
+from identify.ingest.streams import some_of
+from identify.run.recordings import runs_in
 from identify.run.together import joined
 from tui import show
 from tui.column_map import propose_map
@@ -36,10 +42,14 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     columns = column_map_for(arguments.columns, (arguments.file,))
     path = Path(arguments.file)
-    runs = read_dives(path, columns, file)
-    dive = (
-        runs[0] if len(runs) == 1 else replace(joined(runs), sha256=identity_of(recording_files(path)).sha256)
-    )
+    places = runs_in(path)
+    if len(places) > 1 and arguments.out:
+        raise exit_codes.UsageError(
+            f"--out: {path} holds {len(places)} recordings, and is a folder of runs as it is; leave it out, and give "
+            "the folder and its column map to `identify --together` and `diagnose`"
+        )
+    runs = [dive for place in places for dive in read_dives(place, columns, file)]
+    dive = _whole(runs, places)
     holds = contents(dive)
     console = show.results(arguments.json)
     show.put(
@@ -57,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     show.say(console, *(f"note: {note}" for note in dive.notes))
     if columns is not None:
-        holds["contradictions"] = [mend.sentence for mend in mends(max(runs, key=lambda run: run.duration_s))]
+        holds["contradictions"] = _contradictions(runs)
         show.say(console, *(f"note: {sentence}" for sentence in holds["contradictions"]))
     fixes = check_fixes(dive)
     if fixes is not None:
@@ -74,6 +84,28 @@ def run(arguments: argparse.Namespace) -> int:
             files.attempt(file_it)
         files.json(holds, arguments.json)
     return files.code(exit_codes.DONE)
+
+
+def _whole(runs: Sequence[Dive], places: Sequence[Path]) -> Dive:
+    """The dive, or all runs as one, known by the table that holds them."""
+    if len(runs) == 1:
+        return runs[0]
+    whole = joined(runs)
+    return whole if len(places) > 1 else replace(whole, sha256=identity_of(recording_files(places[0])).sha256)
+
+
+def _contradictions(runs: Sequence[Dive]) -> list[str]:
+    """Contradictions of physics in the runs, each with the runs that show it."""
+    showing: dict[tuple[str, str], list[str]] = {}
+    sentences: dict[tuple[str, str], str] = {}
+    for run in sorted(runs, key=lambda run: -run.duration_s)[:MOST_ASKED]:
+        for mend in mends(run):
+            showing.setdefault((mend.signal, mend.remedy), []).append(run.name)
+            sentences.setdefault((mend.signal, mend.remedy), mend.sentence)
+    return [
+        sentences[key] if len(runs) == 1 else f"{some_of(names)}: {sentences[key]}"
+        for key, names in showing.items()
+    ]
 
 
 def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile | None) -> tuple[Path, str]:
@@ -115,6 +147,10 @@ def _copy(source: Path, out: Path) -> None:
         for number, file in enumerate(recording_files(source), start=1):
             ending = next((ending for ending in TABLES if file.name.lower().endswith(ending)), file.suffix)
             _copy_bytes(file, out / f"telemetry{f'.{number}' if number > 1 else ''}{ending}")
+            for defined in files_beside(file) if file.suffix.lower() in BAGS else ():
+                made = out / defined.relative_to(file.parent)
+                made.parent.mkdir(parents=True, exist_ok=True)
+                _copy_bytes(defined, made)
 
 
 def _copy_bytes(source: Path, made: Path) -> None:
@@ -129,17 +165,20 @@ def contents(dive: Dive) -> dict[str, Any]:
         "name": dive.name,
         "sha256": dive.sha256,
         "duration_s": dive.duration_s,
-        "signals": [_signal(name, signal) for name, signal in dive.signals().items()],
+        "signals": [_signal(name, signal, dive.breaks_s) for name, signal in dive.signals().items()],
         "counts": dive.counts,
         "notes": list(dive.notes),
     }
 
 
-def _signal(name: str, signal: Signal) -> dict[str, Any]:
-    steps = np.diff(signal.time_s)
+def _signal(name: str, signal: Signal, breaks_s: Array) -> dict[str, Any]:
+    """A signal's samples, rate and gaps; between two runs there is no gap, and an axis never read is not unknown."""
+    in_a_run = np.diff(np.searchsorted(breaks_s, signal.time_s)) == 0
+    steps = np.diff(signal.time_s)[in_a_run]
     usual = 1.0 / signal.rate_hz if signal.rate_hz else 0.0
     gaps = steps[steps > max(GAP_PERIODS * usual, SHORTEST_GAP_S)]
-    unknown = ~np.isfinite(signal.value).all(axis=1)
+    known = np.isfinite(signal.value)
+    unknown = ~known[:, known.any(axis=0)].all(axis=1)
     return {
         "name": name,
         "samples": len(signal),

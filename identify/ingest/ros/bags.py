@@ -8,7 +8,7 @@ import numpy as np
 from bridge.errors import LogError
 from identify.dive import Array
 from identify.ingest.ros.db3 import read_db3
-from identify.ingest.ros.definitions import Types, full_type, is_large, types_of
+from identify.ingest.ros.definitions import Types, definition_file, full_type, is_large, types_of
 from identify.ingest.ros.fields import Undefined, columns_of
 from identify.ingest.ros.mcap import read_mcap
 from identify.ingest.ros.recorded import CutOff, Reader, Topic
@@ -17,6 +17,8 @@ from identify.ingest.streams import Stream, Streams, some_of
 
 READERS: dict[str, Reader] = {".bag": read_rosbag1, ".mcap": read_mcap, ".db3": read_db3}
 RECEIVED, STAMP, HEADER_STAMP = "received", "stamp", "header.stamp"
+APART_S = 1.0
+"""Longer than the way of any message from a sensor to the log."""
 AT_ONCE = 4096
 """Messages of a topic that are read at once: few enough to stay in the processor's memory."""
 
@@ -61,11 +63,13 @@ def read_bag(files: Sequence[Path]) -> Streams:
         except OSError as error:
             raise LogError(f"can't be read ({error.strerror}); give a recording that can", file) from None
     streams = [stream for topic in topics.values() if (stream := topic.stream(notes)) is not None]
-    undefined = [f"{name} ({topic.undefined})" for name, topic in topics.items() if topic.undefined]
+    undefined = {name: topic.undefined for name, topic in topics.items() if topic.undefined}
     if undefined:
+        types = sorted({full_type(topics[name].topic.type) for name in undefined})
+        said = some_of([f"{name} ({kind})" for name, kind in undefined.items()])
         notes.append(
-            f"Left out, since the bag does not define what they hold: {some_of(undefined)}. Record it as .mcap, which "
-            "has the definitions."
+            f"Left out, since the bag does not define what they hold: {said}. Put the definition beside the bag, as "
+            f"{definition_file(types[0])}, or record it as .mcap, which has the definitions."
         )
     if not streams and cut and not undefined:
         raise LogError(
@@ -79,8 +83,30 @@ def read_bag(files: Sequence[Path]) -> Streams:
         raise LogError(f"holds no message with numbers that can be read; check the bag.{said}", files[0])
     unstamped = [name for name, topic in topics.items() if not topic.is_stamped]
     if unstamped:
-        notes.append(f"No header time in {some_of(unstamped)}: their `{STAMP}` is the time of the log.")
+        notes.append(
+            f"No header time in {some_of(unstamped)}: its `{STAMP}` is the time of the log, later by what the way "
+            "takes."
+        )
     return Streams(tuple(streams), tuple(notes))
+
+
+def headers_apart(streams: Sequence[Stream]) -> str:
+    """How far the headers of two topics are from each other, by the times at which the log got their messages, in
+    words; "" if by less than APART_S, or if these are no topics of a bag."""
+    late_s: dict[str, float] = {}
+    for stream in streams:
+        if {STAMP, RECEIVED} <= stream.columns.keys():
+            after_s = stream.columns[RECEIVED] - stream.columns[STAMP]
+            if np.isfinite(after_s).any():
+                late_s[stream.name] = float(np.nanmedian(after_s))
+    if not late_s:
+        return ""
+    least, most = min(late_s, key=late_s.__getitem__), max(late_s, key=late_s.__getitem__)
+    if late_s[most] - late_s[least] < APART_S:
+        return ""
+    return (
+        f"the log got {most} {late_s[most]:.3g} s after its headers' times, and {least} {late_s[least]:.3g} s"
+    )
 
 
 class _TopicColumns:

@@ -5,6 +5,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from bridge.errors import LogError
+from bridge.files import read_small
 from identify.ingest.extras import library
 from identify.ingest.ros.recorded import EXTRA, Topic
 
@@ -30,10 +32,10 @@ def full_type(name: str) -> str:
 def types_of(topic: Topic, path: Path) -> Types:
     """The types that a topic's type is made of, itself included, by name.
 
-    Its own definition comes first, those of ROS fill in what it lacks. Types that are nowhere are missing. Raises
-    LogError if the library is.
+    Its own definition comes first, then those in files beside the bag, and those of ROS fill the gaps. Types
+    that are nowhere are missing. Raises LogError for a file that defines nothing, or if the library is missing.
     """
-    known = dict(_of_ros(topic.encoding, path))
+    known = _of_ros(topic.encoding, path) | _beside(path)
     if topic.definition:
         typesys = library("rosbags.typesys", EXTRA, path)
         try:
@@ -46,6 +48,29 @@ def types_of(topic: Topic, path: Path) -> Types:
                     held |= typesys.get_types_from_idl(text) if text.strip() else {}
         except (typesys.TypesysError, RecursionError):
             return {}
+        known |= {name: fields for name, (_, fields) in held.items()}
+    return known
+
+
+def definition_file(kind: str) -> str:
+    """Where the definition of a type is looked for, from the folder of a bag on: as ROS packages have it."""
+    return f"{kind}.msg"
+
+
+def files_beside(path: Path) -> list[Path]:
+    """The files that define types, as `our_msgs/msg/Dvl.msg`, in the folder of a file of a bag."""
+    return sorted(path.parent.glob(definition_file("*/msg/*")))
+
+
+def _beside(path: Path) -> Types:
+    """The types that files beside a bag define."""
+    known: Types = {}
+    for file in files_beside(path):
+        typesys = library("rosbags.typesys", EXTRA, path)
+        try:
+            held = typesys.get_types_from_msg(read_small(file), f"{file.parts[-3]}/msg/{file.stem}")
+        except (typesys.TypesysError, RecursionError, UnicodeDecodeError, OSError) as error:
+            raise LogError(f"can't be read as the definition of a type ({error}); mend it", file) from None
         known |= {name: fields for name, (_, fields) in held.items()}
     return known
 

@@ -1,0 +1,68 @@
+"""Whether runs that are taken for one vehicle respond alike: a mass by each run's own readings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.dive import Array
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+
+FEWEST_RUNS, FEWEST_OF_A_KIND = 5, 2
+LEAST_RATIO = 1.25
+"""Of two kinds' masses: less is another trim of ballast, or a flaw of the model."""
+CLEAR_SCORE, LEAST_SHARE = 6.0, 0.8
+"""Standard errors by which two kinds are apart, and the share of all scatter of the runs that lies between them."""
+VAGUE = 1.0
+"""Standard deviation of the logarithm of a mass or a damping of a single run, before its readings."""
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """Runs of two kinds, by their places in a dive: `heavy` respond as if `ratio` times as heavy as the others."""
+
+    heavy: tuple[int, ...]
+    ratio: float
+
+
+def kinds_of_runs(problem: AxisLikelihood, theta: Array) -> Kinds | None:
+    """The two kinds that the runs of an axis fall into near the fit of all; None if they are of one."""
+    if len(problem.axis.runs) < FEWEST_RUNS:
+        return None
+    shifts, precisions = np.array([
+        _own_word(rows.tolist(), gradient, information)
+        for rows, gradient, information in problem.score_by_run(theta)
+    ]).T  # fmt: skip
+    return _split(shifts, precisions)
+
+
+def _own_word(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
+    """Step of the log mass by a run's own readings, with a damping and a trim of its own, and its precision."""
+    prior = np.array([VAGUE**-2 if row in (MASS, DAMPING) else 0.0 for row in rows])
+    covariance = np.linalg.pinv(information + np.diag(prior), hermitian=True)
+    place = rows.index(MASS)
+    return float(covariance[place] @ gradient), float(1.0 / covariance[place, place])
+
+
+def _split(shifts: Array, precisions: Array) -> Kinds | None:
+    """The kinds of runs by their steps (r,) of the log mass and the precisions (r,) of these."""
+    order = np.argsort(shifts)
+    whole = _scatter(shifts, precisions)
+    best, clearest = None, CLEAR_SCORE
+    for cut in range(FEWEST_OF_A_KIND, len(order) - FEWEST_OF_A_KIND + 1):
+        light, heavy = order[:cut], order[cut:]
+        within = _scatter(shifts[light], precisions[light]) + _scatter(shifts[heavy], precisions[heavy])
+        apart = _mean(shifts[heavy], precisions[heavy]) - _mean(shifts[light], precisions[light])
+        variance = 1.0 / precisions[light].sum() + 1.0 / precisions[heavy].sum()
+        score = apart / np.sqrt(variance * max(1.0, within / (len(order) - 2)))
+        if score > clearest and apart > np.log(LEAST_RATIO) and within < (1.0 - LEAST_SHARE) * whole:
+            best, clearest = Kinds(tuple(sorted(heavy.tolist())), float(np.exp(apart))), score
+    return best
+
+
+def _mean(values: Array, weights: Array) -> float:
+    return float(np.average(values, weights=weights))
+
+
+def _scatter(values: Array, weights: Array) -> float:
+    return float(weights @ (values - _mean(values, weights)) ** 2)
