@@ -193,12 +193,21 @@ class Shift:
         left, _, _ = self.without(chosen)
         return 0.5 * float(self.size @ self.precision @ self.size - left @ self.precision @ left)
 
+    def excess(self, chosen: Sequence[int]) -> float:
+        """By how much the squares that some effects leave exceed what both sides are known to, at least 1 (Birge 1932);
+        1 for the first of them, to which all of the shift may be due."""
+        if len(chosen) < 2:
+            return 1.0
+        left, _, _ = self.without(chosen)
+        free = max(len(self.size) - len(chosen), 1)
+        return max(1.0, float(left @ self.precision @ left) / free)
+
     def best_beside(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
         """Nats and index of each further effect, best first; other forms of a chosen effect are left out."""
         taken, base = {self.effects[k].name for k in chosen}, self.nats(chosen)
         return sorted(
             (
-                (self.nats([*chosen, k]) - base, k)
+                ((self.nats([*chosen, k]) - base) / self.excess([*chosen, k]), k)
                 for k, effect in enumerate(self.effects)
                 if effect.name not in taken
             ),
@@ -275,7 +284,7 @@ def _found(
         for name, (value, unit) in effect.told(cause.values).items()
     }
     others = [k for k in chosen if k != chosen[i]]
-    nats = shift.nats(chosen) - shift.nats(others)
+    nats = (shift.nats(chosen) - shift.nats(others)) / (shift.excess(chosen) if i else 1.0)
     wrench = _as_wrench(cause.act(explanation.now.course), explanation.now.course)
     braking = braking_of(explanation.causes, explanation.now)
     gain = (

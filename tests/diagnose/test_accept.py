@@ -14,6 +14,7 @@ from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import known_beside
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import (
+    Shift,
     accepted_causes,
     all_accepted,
     changes_of,
@@ -30,7 +31,7 @@ from identify.diagnose.wording import effect_words
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
 from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak
 from identify.effects.environment import STEADY_CURRENT
-from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
 from identify.effects.sensors import DVL_MISALIGNMENT, DVL_SCALE
 from identify.estimators.misfit import Doubts, Multiplier
@@ -471,3 +472,12 @@ def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(dragg
     values = accepted_of((), nominal_of(dive_of(case), alone, case.configuration), shape).values
     assert "X_uu" in values
     assert not {item.name for item in DAMPINGS} & values.keys()
+
+
+@pytest.mark.parametrize(("elsewhere", "nats"), [(0.0, 50.0), (0.3, 50.0 / 900.0)], ids=["alone", "doubtful"])
+def test_a_second_change_counts_by_what_is_left_unexplained(elsewhere, nats):
+    """Published numbers that are off everywhere leave a shift that no effect has, and any effect takes some of it."""
+    effects, patterns = (ADDED_PAYLOAD, FOULING), np.eye(4)[:2]
+    shift = Shift(np.array([0.5, 0.1, elsewhere, elsewhere]), 1e4 * np.eye(4), effects, patterns)
+    assert shift.best_beside([]) == [(pytest.approx(1250.0), 0), (pytest.approx(50.0), 1)]
+    assert shift.best_beside([0]) == [(pytest.approx(nats), 1)]
