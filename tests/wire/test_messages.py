@@ -257,7 +257,7 @@ def exact(value: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", CONTRACT)
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(data=st.data())
 def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     values = data.draw(values_of(name))
