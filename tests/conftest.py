@@ -9,12 +9,17 @@ from functools import lru_cache
 from pathlib import Path
 
 import figures
+import hypothesis
 import pytest
 
 from bridge import plain
 from bridge.clock import SimulatedClock
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+# A machine with other work to do is slow, and no promise is broken by that.
+hypothesis.settings.register_profile("whatever_it_takes", deadline=None)
+hypothesis.settings.load_profile("whatever_it_takes")
 
 
 @pytest.hookimpl(wrapper=True)
