@@ -28,10 +28,6 @@ class Turning:
         rng = np.random.default_rng(seed)
         self._rates, self._phases = rng.uniform(0.15, 1.5, 12), rng.uniform(0.0, 2 * np.pi, 12)
 
-    def yaw_rad(self, time_s: Any) -> Any:
-        angles = np.multiply.outer(np.asarray(time_s), self._rates) + self._phases
-        return (0.15 / self._rates * np.sin(angles)).sum(axis=-1)
-
     def rate_rad_s(self, time_s: Any) -> Any:
         angles = np.multiply.outer(np.asarray(time_s), self._rates) + self._phases
         return (0.15 * np.cos(angles)).sum(axis=-1)

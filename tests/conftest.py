@@ -4,14 +4,22 @@ import gc
 import os
 import zlib
 from collections.abc import Iterator
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 
 import figures
+import hypothesis
 import pytest
 
+from bridge import plain
 from bridge.clock import SimulatedClock
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+# A machine with other work to do is slow, and no promise is broken by that.
+hypothesis.settings.register_profile("whatever_it_takes", deadline=None)
+hypothesis.settings.load_profile("whatever_it_takes")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -60,6 +68,15 @@ def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest
         for file in (state / "seatrial").glob(told):
             file.unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _a_file_of_yaml_is_parsed_once() -> Iterator[None]:
+    """Each verb and each app reads the same few vehicle files, at 10 ms each."""
+    parsed = lru_cache(maxsize=64)(plain.from_yaml)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plain, "from_yaml", lambda text: deepcopy(parsed(text)))
+        yield
 
 
 @pytest.fixture

@@ -17,24 +17,25 @@ LEGS = "name: short\nlegs:\n  - {name: surge, duration_s: 2, push_surge_n: 24, a
 
 
 def identified() -> None:
-    """A mission, what is identified of it, and a diagnosis."""
-    from bench.missions.mission import draw_one
+    """A planted dive, what is identified of it, and its diagnosis."""
     from identify.challenge.case import dive_of, draw_case
     from identify.diagnose.diagnose import diagnose
     from identify.estimators.table import estimator
 
-    mission = draw_one(SEED, seconds=SECONDS)
-    estimator("likelihood")(mission.dive, mission.file, mission.configuration, _quiet)
     case = draw_case(391_001, names=["quadratic_drag"], size=0.9, seconds=SECONDS)
-    diagnose(dive_of(case), case.file, case.configuration, progress=_quiet)
+    dive = dive_of(case)
+    estimator("likelihood")(dive, case.file, case.configuration, _quiet)
+    diagnose(dive, case.file, case.configuration, progress=_quiet)
 
 
 def compared() -> None:
-    """A dive of the simulated vehicle, read; a field dive; and what the benchmarks compare with."""
+    """A drawn mission; a dive of the simulated vehicle, read; a field dive, whose hull is that of a planted one."""
     from bench.field.draw import draw
+    from bench.missions.mission import draw_one
     from identify.ingest.open import read_dive
     from tui import cli
 
+    draw_one(SEED, seconds=SECONDS)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["XDG_STATE_HOME"] = folder
         legs = Path(folder) / "legs.yaml"

@@ -111,7 +111,7 @@ def identified_and_diagnosed(folder: Path) -> Any:
     from tui.app.screens.identify_lines import load_identified
     from tui.show import plain
 
-    case = draw_case(300_051, names=["quadratic_drag"], seconds=90.0)
+    case = draw_case(300_051, names=["quadratic_drag"], seconds=66.0)
     dive, check = dive_of(case), check_of(case)
     steps: list[Any] = []
     identification = identify(

@@ -108,7 +108,6 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         sizes=sizes,
         steep=sizes == WIDTHS,
         needs=(PULSES,),
-        seen_in_rpm=True,
         feedforward="dead_zone",
         variant=variant,
         model_part=part,
@@ -134,7 +133,6 @@ SATURATION = Effect(
     model_part="limit_n",
     sizes=SIZES,
     needs=(PULSES,),
-    seen_in_rpm=True,
 )
 
 
@@ -166,7 +164,6 @@ def thruster_lag(nominal_s: float) -> tuple[Effect, Effect]:
             linear=False,
             sizes=SIZES,
             needs=(QUICK_COMMANDS,),
-            seen_in_rpm=True,
             variant=variant,
             timing="lag",
             model_part="lag_s",
@@ -191,7 +188,6 @@ COMMAND_DELAY = Effect(
     linear=False,
     sizes=SIZES,
     needs=(QUICK_COMMANDS,),
-    seen_in_rpm=True,
     timing="delay",
 )
 

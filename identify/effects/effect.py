@@ -191,8 +191,6 @@ class Effect:
     - number: the thruster that it concerns, from 1; 0 for all.
     - needs: data that the recording must hold in addition to motion and thrust (`PULSES`, `QUICK_COMMANDS`,
       `OWN_VELOCITY` or the name of a signal); otherwise the effect is not tried.
-    - seen_in_rpm: it acts before the shaft, whose speed then differs from the speed that its pulse asks for
-      (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds unchanged.
     - growth_is_apart: its growth over a dive counts as a different effect.
     - feedforward: the parameter group with which the feed-forward compensates it, "" if it can't.
     - variant: the form, if several forms share a name; they are the same cause.
@@ -222,7 +220,6 @@ class Effect:
     linear: bool = True
     number: int = 0
     needs: tuple[str, ...] = field(default=())
-    seen_in_rpm: bool = False
     growth_is_apart: bool = False
     feedforward: FeedForward = ""
     variant: str = ""

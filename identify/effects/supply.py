@@ -96,7 +96,6 @@ BATTERY_SAG = Effect(
     Separation(
         manoeuvres=("a leg at the beginning and again at the end", "a coast-down"), sensors=("the voltage",)
     ),
-    seen_in_rpm=True,
     variant="with time",
 )
 
@@ -108,7 +107,6 @@ BATTERY_SAG_BY_VOLTAGE = Effect(
     _with_voltage,
     Separation(manoeuvres=("a leg at the beginning and again at the end", "a coast-down")),
     needs=("voltage",),
-    seen_in_rpm=True,
     feedforward="voltage",
     variant="with the voltage",
     compensation=_by_voltage,
@@ -142,7 +140,6 @@ LOAD_SAG = Effect(
     linear=False,
     sizes=SIZES,
     needs=(PULSES,),
-    seen_in_rpm=True,
     feedforward="voltage",
     compensation=compensated_by(Compensation(RESISTANCE, "ohm", "resistance")),
     companions=_load_losses,

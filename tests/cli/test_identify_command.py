@@ -38,8 +38,8 @@ def identify(*words):
 
 @pytest.fixture(scope="module")
 def minute(tmp_path_factory):
-    """Two minutes of a dive, as a `.tlog`."""
-    return cut(tmp_path_factory.mktemp("dive") / "minutes.tlog", 120.0, 240.0)
+    """A minute of a dive, as a `.tlog`."""
+    return cut(tmp_path_factory.mktemp("dive") / "minute.tlog", 120.0, 180.0)
 
 
 def cut(path, start_s, end_s):
@@ -130,7 +130,7 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
 def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(minute, capsys):
     assert identify(minute, minute, "--json", "-") == exit_codes.DONE
     shown = capsys.readouterr()
-    assert [load["dive"]["name"] for load in json.loads(shown.out)] == ["minutes", "minutes"]
+    assert [load["dive"]["name"] for load in json.loads(shown.out)] == ["minute", "minute"]
     assert "low 95 %" in shown.err
 
 
@@ -180,7 +180,7 @@ def test_two_methods_stand_side_by_side_in_json_table_and_page(minute, tmp_path,
     assert data["comparison"]["method"] == "paper"
     assert {"difference_in_std", "disagrees", "value"} <= set(data["comparison"]["parameters"][0])
     assert "likelihood beside paper (converged)" in capsys.readouterr().out
-    assert "Likelihood beside paper: minutes" in page.read_text(encoding="utf-8")
+    assert "Likelihood beside paper: minute" in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from tui.app.jobs import Done, work
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ...]:
     """The words that identify a short dive without a hidden effect."""
-    case = draw_case(300_001, kind="none", seconds=100.0)
+    case = draw_case(300_001, kind="none", seconds=45.0)
     folder = tmp_path_factory.mktemp("dive")
     (folder / "dive.tlog").write_bytes(tlog_of(dive_of(case)))
     (folder / "vehicle.yaml").write_text(case.vehicle.text, encoding="utf-8")

@@ -15,7 +15,7 @@ from identify.ingest.open import read_dive
 
 HULL = "quadratic_drag"
 WHOLE_S = 1000.0
-short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([150.0, WHOLE_S]))
+short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([110.0, WHOLE_S]))
 
 
 def vehicle() -> VehicleFile:

@@ -27,7 +27,7 @@ from identify.ingest.open import read_dive
 from identify.statistics import Z95
 
 WHOLE_S = 1000.0
-short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([200.0, WHOLE_S]))
+short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([150.0, WHOLE_S]))
 
 
 def told(name, seconds, lag_s=0.03):

@@ -1,6 +1,9 @@
 """Dives of a vehicle with a ring, as the ground and other recorders heard them, to be fetched or merged."""
 
 import random
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from diving_vehicle import Dive
 
@@ -23,13 +26,16 @@ def fetcher_of(dive):
     return Fetcher(dive, dive.world, 60.0, lambda *_: None)
 
 
-def all_frames(tmp_path, seconds=120.0, seed=0):
+@cache
+def all_frames(seconds=120.0, seed=0):
     """All frames that the vehicle sent, dated by the ground's clock."""
-    dive = Dive(tmp_path / f"ring{seed}", seed)
-    dive.dive(7.35 * seed)
-    dive.heard.clear()
-    dive.dive(seconds)
-    return dive.heard
+    with TemporaryDirectory() as ring:
+        dive = Dive(Path(ring), seed)
+        dive.dive(7.35 * seed)
+        dive.heard.clear()
+        dive.dive(seconds)
+        dive.ring.close()
+    return tuple(dive.heard)
 
 
 def each_once(frames):

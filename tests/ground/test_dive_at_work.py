@@ -39,8 +39,8 @@ def at_once(monkeypatch, tmp_path):
 
 
 @pytest.fixture
-def frames(tmp_path):
-    return all_frames(tmp_path)
+def frames():
+    return all_frames()
 
 
 @pytest.fixture

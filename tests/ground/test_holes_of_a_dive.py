@@ -24,9 +24,9 @@ DAY_US = 86_400_000_000
 
 
 @pytest.fixture(scope="module")
-def frames(tmp_path_factory):
+def frames():
     """The vehicle's frames of 80 s, dated by the ground's clock."""
-    return all_frames(tmp_path_factory.mktemp("sent"), 80.0)
+    return all_frames(80.0)
 
 
 def bytes_of(records):
@@ -180,9 +180,9 @@ BOARD_US = 40_000_000
 
 
 @pytest.fixture(scope="module")
-def sent(tmp_path_factory):
+def sent():
     """The frames of two minutes, each other than all others, and by the ground's clock."""
-    return each_once(all_frames(tmp_path_factory.mktemp("sent")))
+    return each_once(all_frames())
 
 
 def place(sent, second):

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_stated(
     tmp_path, offset_s, drift
 ) -> None:
-    frames, rng = all_frames(tmp_path, 600.0), random.Random(1)
+    frames, rng = all_frames(300.0), random.Random(1)
     begin_s = frames[0][0] * 1e-6
 
     def clock(unix_s):
@@ -37,7 +37,7 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
 
     ground = heard_by(frames, lambda unix_s: unix_s, rng)
     result = put_together(tmp_path, ground, heard_by(frames, clock, rng))
-    time_s = np.linspace(begin_s, begin_s + 600.0, 5)
+    time_s = np.linspace(begin_s, begin_s + 300.0, 5)
     truth_s = np.array([clock(time_) - time_ for time_ in time_s])
     within_s = result.clock.within_s(time_s[0], time_s[-1])
     assert np.abs(result.clock.ahead_s(time_s) - truth_s).max() <= within_s < 0.02
@@ -48,7 +48,7 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
 
 
 def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> None:
-    frames, rng = all_frames(tmp_path), random.Random(2)
+    frames, rng = all_frames(), random.Random(2)
     ground, other = (
         heard_by(frames, lambda unix_s: unix_s, rng),
         heard_by(frames, lambda unix_s: unix_s - 86_400.0, rng),
@@ -76,9 +76,9 @@ def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> Non
 
 
 def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) -> None:
-    frames, rng = all_frames(tmp_path), random.Random(3)
+    frames, rng = all_frames(), random.Random(3)
     ground = heard_by(frames, lambda unix_s: unix_s, rng)
-    twice = frames + [(stamp_us + rng.randrange(50_000), raw) for stamp_us, raw in frames]
+    twice = [*frames, *((stamp_us + rng.randrange(50_000), raw) for stamp_us, raw in frames)]
     twice.sort(key=itemgetter(0))
     result = put_together(tmp_path, ground, twice)
     merged = [raw for _, raw in result.records]
@@ -87,8 +87,8 @@ def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) ->
 
 
 def test_the_file_of_another_dive_or_vehicle_is_refused_and_changes_nothing(tmp_path) -> None:
-    folder = dive_of(tmp_path, all_frames(tmp_path, seed=0))
-    write_records(tmp_path / "strange.tlog", all_frames(tmp_path, seed=1))
+    folder = dive_of(tmp_path, all_frames(seed=0))
+    write_records(tmp_path / "strange.tlog", all_frames(seed=1))
     beats = Encoder(255, 190)
     only_ground = [(1_790_000_000_000_000 + k, beats.encode(ground_heartbeat())) for k in range(300)]
     write_records(tmp_path / "ground.tlog", only_ground)
@@ -107,9 +107,9 @@ STEP_AT_S = 30.0
 
 
 @pytest.fixture(scope="module")
-def frames(tmp_path_factory):
+def frames():
     """The vehicle's frames of a minute, all different, dated by the ground's clock."""
-    return each_once(all_frames(tmp_path_factory.mktemp("sent"), 60.0))
+    return each_once(all_frames(60.0))
 
 
 def set_by(records, by_s, at_us):

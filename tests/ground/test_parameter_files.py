@@ -24,7 +24,7 @@ SETS = st.dictionaries(NAMES, SINGLES, min_size=1, max_size=20)
 
 
 @given(SETS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30)
 @pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])
 def test_every_float32_survives_each_form(suffix, values):
     back = {entry.name: entry.value for entry in parse(text_of(values, suffix), "x")}
@@ -34,7 +34,7 @@ def test_every_float32_survives_each_form(suffix, values):
 
 
 @given(SINGLES)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_the_text_of_a_value_is_no_longer_than_nine_digits_need(value):
     assert float32.same(float(float32.text(value)), value)
     assert len(float32.text(value)) <= len(f"{value:.9g}") + 2

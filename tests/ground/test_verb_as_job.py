@@ -3,14 +3,16 @@
 import os
 import select
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
+from jobs_at_work import refuse, square
 
 from bridge.clock import SimulatedClock
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, FitError
 from gcs_plugin import job as jobs
-from gcs_plugin.job import Job
+from gcs_plugin.job import Job, side_by_side
 from gcs_plugin.mavproxy.work import Work
 
 DEADLINE_S = 60.0
@@ -117,3 +119,18 @@ def test_an_option_that_mavproxy_does_not_take_is_refused_with_the_way_to_more(
     with pytest.raises(ConfigError, match=why):
         work.begin(function, tmp_path, options, "ruvifist")
     assert work.status() == []
+
+
+def test_each_result_comes_back_under_its_own_name_from_another_process():
+    heard = []
+    result = side_by_side(
+        {"a": partial(square, 3), "b": partial(square, 4)}, lambda done: heard.append(dict(done))
+    )
+    assert {name: value for name, (value, _) in result.items()} == {"a": 9, "b": 16}
+    assert os.getpid() not in {process for _, process in result.values()}
+    assert heard[0] == {"a": 0.0, "b": 0.0}
+
+
+def test_the_error_of_a_job_reaches_the_one_that_waits():
+    with pytest.raises(FitError, match="record the DVL"):
+        side_by_side({"a": refuse}, lambda _: None)

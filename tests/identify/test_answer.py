@@ -167,7 +167,7 @@ def test_a_dive_that_tells_all_or_all_but_a_trim_has_no_null_direction():
     assert null_directions(knowing(SURGE_AXIS)) == null_directions(knowing(SURGE_AXIS, [0, 0, 1])) == ()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0.02, 3.1), st.floats(1e-3, 1.0))
 def test_sets_do_not_depend_on_how_the_null_space_is_turned(angle, weak):
     of = (*SURGE_AXIS, "M_v", "D_v", "sway_trim")

@@ -267,7 +267,7 @@ def slow(time_s: Array, asked: Array) -> Array:
     return np.array(state)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(st.floats(0.001, 3.0), st.floats(1100, 1900)), min_size=2, max_size=60))
 def test_the_scan_equals_the_step_by_step_recursion(commands: list[tuple[float, float]]) -> None:
     time_s = np.cumsum([step for step, _ in commands])

@@ -7,6 +7,7 @@ import fitted
 import numpy as np
 import pytest
 from fakes.planted import quiet
+from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from identify.checks.controller import unchecked
@@ -79,7 +80,7 @@ def test_a_dvl_turned_off_its_axes_answers_to_the_other_axis_with_the_sign_of_th
     assert "check the DVL's mounting and the order of the thrusters" in doubt.sentence
 
 
-@pytest.mark.parametrize("method", ["likelihood", "pinn"])
+@pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
 def test_swapped_axes_of_the_dvl_make_data_and_model_disagree_without_any_word_of_the_controller(method):
     dived = mission()
     dive = replace(with_velocity(dived.dive, SWAPPED), nu_fb=None, tau_pid=None, tau_cmd=None, nu_ref=None)

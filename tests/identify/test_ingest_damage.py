@@ -270,7 +270,7 @@ def assert_alike(path: Path) -> None:
 
 
 @given(seed=st.integers(0, 10**6), cut=st.floats(0, 1), drop=st.integers(0, 40))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_file_cut_and_spliced_anywhere_is_read_alike(
     tmp_path_factory: pytest.TempPathFactory, seed: int, cut: float, drop: int
 ) -> None:

@@ -7,6 +7,7 @@ import network_tasks
 import numpy as np
 import pytest
 from scipy.stats import chi2
+from soak import rest_in_soak
 
 from identify.checks.lacking import lacking_doubts
 from identify.dive import Signal
@@ -116,8 +117,9 @@ def test_a_dvl_that_reads_the_turning_as_speed_is_doubted():
     assert [lack.kind for lack in lacks(turned) if lack.dof == SURGE] == [Kind.TURNING]
 
 
-def test_of_thirty_dives_that_lack_nothing_none_is_doubted():
-    assert [lacks(dived(seed=seed)) for seed in range(30)] == [()] * 30
+@pytest.mark.parametrize("count", rest_in_soak([10, 30]))
+def test_of_dives_that_lack_nothing_none_is_doubted(count):
+    assert [lacks(dived(seed=seed)) for seed in range(count)] == [()] * count
 
 
 def test_a_force_that_turns_with_the_steps_spoils_the_damping_and_its_interval_holds_the_truth(monkeypatch):

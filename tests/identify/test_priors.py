@@ -271,7 +271,7 @@ def test_what_comes_through_anothers_prior_counts_as_from_the_prior():
     assert found["M_v"].share_from_prior == pytest.approx(0.99**2, rel=1e-3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.lists(st.floats(0.005, 0.2), min_size=2, max_size=2),
     st.floats(-0.95, 0.95),

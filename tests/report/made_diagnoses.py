@@ -168,6 +168,16 @@ def read(one: Diagnosis) -> str:
     return "\n".join(Text(page_of(one)).lines)
 
 
+def with_figure(one: Diagnosis, name: str) -> Text:
+    """The page with no figure but this one, where figures are rendered, which takes long."""
+    report = diagnosis_report(one)
+    sections = (
+        replace(section, figures=tuple(figure for figure in section.figures if figure.name == name))
+        for section in report.sections
+    )
+    return Text(render_report(replace(report, sections=tuple(sections))))
+
+
 UNKNOWN = Character(("yaw",), "world", "even", "intermittent", ("heading", "yaw_rate"))
 
 

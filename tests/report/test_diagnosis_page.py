@@ -5,7 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_diagnoses import LIBRARY, NAN, UNKNOWN, Text, diagnosis, effect, found, gap, places, read
+from made_diagnoses import (
+    LIBRARY,
+    NAN,
+    UNKNOWN,
+    diagnosis,
+    effect,
+    found,
+    gap,
+    places,
+    read,
+    with_figure,
+)
 
 from identify.diagnose import wording
 from identify.diagnose.candidates import Cause
@@ -24,7 +35,6 @@ from identify.diagnose.result import (
 )
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report.diagnosis import diagnosis_report
-from identify.report.page import render_report
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
@@ -292,7 +302,7 @@ def test_parameters_have_units_and_intervals_that_a_crew_reads_and_no_cause_is_c
 
 @pytest.mark.usefixtures("rendered")
 def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_marked():
-    page = Text(render_report(diagnosis_report(diagnosis())))
+    page = with_figure(diagnosis(), "candidates")
     names = [line for line in page.lines if line.startswith(("munk moment", "quadratic drag"))]
     assert sum(line.startswith("munk moment (") for line in names) == 1
     assert [line for line in page.lines if line.endswith(": accepted")] == ["quadratic drag: accepted"]
@@ -314,16 +324,14 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
 @pytest.mark.usefixtures("rendered")
 def test_a_candidate_that_is_possible_or_was_not_accepted_says_so_and_why():
     drag = replace(found("quadratic_drag"), probability=0.42)
-    page = Text(render_report(diagnosis_report(diagnosis(findings=(drag,)))))
+    page = with_figure(diagnosis(findings=(drag,)), "candidates")
     assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
     assert not [line for line in page.lines if line.endswith(": accepted")]
     why = Tried(replace(effect("waves"), variant="2.25 and 2.33 s"), 20.0, False, "30 nats are asked for")
-    tried = read(diagnosis(tried=(*diagnosis().tried, why)))
-    assert "waves (2.25 and 2.33 s) (30 nats are asked for)\n20 nats" in tried
+    tried = with_figure(diagnosis(tried=(*diagnosis().tried, why)), "candidates")
+    assert "waves (2.25 and 2.33 s) (30 nats are asked for)\n20 nats" in "\n".join(tried.lines)
     half = replace(drag, probability=0.5)
-    assert (
-        "quadratic drag: accepted" in Text(render_report(diagnosis_report(diagnosis(findings=(half,))))).lines
-    )
+    assert "quadratic drag: accepted" in with_figure(diagnosis(findings=(half,)), "candidates").lines
 
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():

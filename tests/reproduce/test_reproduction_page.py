@@ -2,10 +2,8 @@
 
 import json
 import math
-import os
 import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -19,13 +17,12 @@ from bench.reproduce.paper import PaperOptions, sized
 from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
 from bridge import exit_codes
-from bridge.errors import FitError, ParamRejected
+from bridge.errors import ParamRejected
 from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import bounds
-from gcs_plugin.job import side_by_side
 from identify.report.page import render_report
 from tui import cli, show
 
@@ -233,28 +230,3 @@ def test_without_inertia_means_the_least_that_the_parameters_take():
     assert result == {**VALUES, "I_r": least}
     assert least < 0.1 * VALUES["I_r"]
     carrying(FILE, "survey", result)
-
-
-def square(number, progress):
-    progress(0.5)
-    progress(1.0)
-    return number * number, os.getpid()
-
-
-def refuse(_progress):
-    raise FitError("a dive without velocity; record the DVL")
-
-
-def test_each_result_comes_back_under_its_own_name_from_another_process():
-    heard = []
-    result = side_by_side(
-        {"a": partial(square, 3), "b": partial(square, 4)}, lambda done: heard.append(dict(done))
-    )
-    assert {name: value for name, (value, _) in result.items()} == {"a": 9, "b": 16}
-    assert os.getpid() not in {process for _, process in result.values()}
-    assert heard[0] == {"a": 0.0, "b": 0.0}
-
-
-def test_the_error_of_a_job_reaches_the_one_that_waits():
-    with pytest.raises(FitError, match="record the DVL"):
-        side_by_side({"a": refuse}, lambda _: None)

@@ -70,7 +70,7 @@ def test_the_datasheets_example_gives_its_pressure_and_temperature():
     assert temperature_c * 100 == pytest.approx(1981, abs=0.5)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.integers(3_000_000, 9_000_000), st.integers(5_600_000, 8_600_000))
 def test_the_compensation_is_the_datasheets_whole_number_arithmetic_but_for_rounding(d1, d2):
     pressure_pa, temperature_c = compensate(d1, d2, DATASHEET)
@@ -89,7 +89,7 @@ def test_every_flipped_bit_of_the_calibration_is_refused():
             Bar30(FakeBar30(flipped_prom_bit=bit), no_wait)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.floats(0, 30e5), st.floats(-19.9, 84.9))
 def test_raw_readings_are_the_inverse_of_the_compensation(pressure_pa, temperature_c):
     d1, d2 = raw_readings(pressure_pa, temperature_c, DATASHEET)

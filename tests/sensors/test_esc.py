@@ -83,7 +83,7 @@ def test_a_line_held_low_gives_no_sample():
     assert parser.feed(bytes(1000), 0.0) == []
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 65535), st.integers(1, 8000), st.integers(0, 30000), st.integers(0, 150))
 def test_what_is_encoded_is_what_is_parsed(field, centivolts, centiamps, temperature_c):
     values = field * 200 / 14, centivolts / 100, centiamps / 100

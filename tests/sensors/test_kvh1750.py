@@ -132,7 +132,7 @@ def test_a_lost_byte_is_one_slip_and_no_wrong_rate(lost):
     np.testing.assert_allclose(block.time_s[:28], np.arange(28) * PERIOD, atol=2.1e-3)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.integers(0, 150 * 6 - 1), st.integers(1, 40), st.binary(max_size=30), st.randoms(use_true_random=False)
 )
@@ -254,7 +254,7 @@ def test_five_faults_in_2000_frames_leave_no_valid_rate_more_wrong_than_a_spike_
     assert fewest >= 1970
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.integers(-(2**21) + 1, 2**21 - 1), min_size=12, max_size=60), st.integers(0, 3))
 def test_what_is_encoded_is_what_is_parsed(raw, first):
     rates = np.array(raw) * LSB_RAD_S

@@ -83,7 +83,7 @@ def test_a_rate_that_the_device_does_not_have_is_refused_with_those_that_it_has(
         encode_setup(400)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(-8, 8, width=32), st.integers(0, 127), st.none() | st.integers(0, 2**32 - 1))
 def test_what_is_encoded_is_what_is_parsed(rotation, sequence, stamp):
     frame = encode_kvh1760(rotation, sequence, stamp=stamp)

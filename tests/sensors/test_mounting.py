@@ -71,7 +71,7 @@ def test_an_attitude_is_that_of_the_body_from_north_east_and_down(axes, roll_pit
 angles = st.floats(-180, 180)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(angles, st.floats(-89, 89), angles, st.tuples(angles, angles, angles))
 def test_any_attitude_comes_out_under_any_mounting(roll, pitch, yaw, rotation_deg):
     mounting = Mounting(rotation_deg=rotation_deg)
@@ -83,7 +83,7 @@ def test_any_attitude_comes_out_under_any_mounting(roll, pitch, yaw, rotation_de
     assert math.hypot(w, x, y, z) == pytest.approx(1.0)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.tuples(angles, angles, angles))
 def test_the_rotation_is_roll_then_pitch_then_yaw(rotation_deg):
     roll, pitch, yaw = rotation_deg

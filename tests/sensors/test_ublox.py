@@ -157,7 +157,7 @@ def test_an_overlong_sentence_is_passed_over(data):
     assert len(parser.feed(data + PVT, 0.0)) == 1
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     st.floats(-89.9, 89.9),
     st.floats(-179.9, 179.9),

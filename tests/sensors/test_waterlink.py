@@ -233,7 +233,7 @@ speeds = st.floats(-6, 6)
 ranges = st.floats(0.05, 50) | st.just(NAN)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.tuples(speeds, speeds, speeds), st.floats(0, 50), st.floats(0, 1), st.tuples(*[ranges] * 4))
 def test_what_is_encoded_is_what_is_parsed(velocity, altitude_m, sigma, beams):
     stamps = (1_700_000_000_000_000, 1_700_000_000_050_000)

@@ -122,7 +122,7 @@ speeds = st.floats(-19, 19, width=32) | st.just(NAN)
 ranges = st.floats(0, 80, width=32) | st.just(NAN)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.tuples(speeds, speeds, speeds), st.tuples(ranges, ranges, ranges, ranges), ranges)
 def test_what_is_encoded_is_what_is_parsed(velocity, beams, altitude_m):
     (sample,) = samples(encode_wayfinder(velocity, beams, altitude_m, WHEN))

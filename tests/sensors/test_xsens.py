@@ -169,7 +169,7 @@ numbers = st.floats(-1000, 1000, width=32)
 vectors = st.tuples(numbers, numbers, numbers)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(vectors, vectors, st.integers(0, 65535), st.integers(0, 2**32 - 1))
 def test_what_is_encoded_is_what_is_parsed(force, rate, packet, status):
     sample = one(encode_xsens(packet, 3.0, force, rate, LEVEL, status | ORIENTATION_VALID))

@@ -163,7 +163,7 @@ positive = st.floats(0.5, 200)
     turn=st.tuples(*[st.floats(0.1, 1)] * 4),
     net_up=small,
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_the_compiled_kernel_is_the_dynamics_of_the_vehicle(nu, tau, mass, damping, quadratic, turn, net_up):
     attitude = np.array(turn) / np.linalg.norm(turn)
     body = Configuration(
@@ -185,7 +185,7 @@ def test_the_compiled_kernel_is_the_dynamics_of_the_vehicle(nu, tau, mass, dampi
 
 
 @given(turn=st.tuples(*[st.floats(0.1, 1)] * 4), nu=st.tuples(*[small] * 6))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_position_and_attitude_follow_the_rotation_matrix_of_the_attitude(turn, nu):
     attitude, ahead = np.array(turn) / np.linalg.norm(turn), 1e-6
     out = np.empty(13)

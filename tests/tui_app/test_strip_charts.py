@@ -55,7 +55,7 @@ def test_what_is_no_number_and_a_silence_of_over_three_intervals_are_gaps_and_a_
     assert np.isfinite(low[:11]).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.tuples(st.floats(-2, 12), st.floats(-5, 5) | st.just(math.nan)), max_size=40),
     st.integers(1, 6),
@@ -82,7 +82,7 @@ def test_steps_are_one_two_or_five(least, step):
     assert nice_step(least) == pytest.approx(step)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.floats(-50, 50), max_size=8), st.floats(0.1, 20), st.booleans())
 def test_a_scale_holds_its_values_and_spans_enough(values, least, with_zero):
     scale = scale_for(np.array(values), least, with_zero)

@@ -107,7 +107,7 @@ def test_a_weak_thruster_is_asked_for_as_much_more_as_it_gives_less_and_the_othe
     ohm=st.floats(0, 0.05),
     supply=st.floats(0.8, 1.1),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_thrusters_give_what_was_wanted_of_what_they_are_asked_for(thrust, gain, astern, start, ohm, supply):
     worn = Losses(np.full(8, gain), astern, start, 0.0, ohm)
     wanted = np.array(thrust)
@@ -150,7 +150,7 @@ def test_where_one_thruster_would_pass_its_limit_all_are_scaled_down_together():
     st.dictionaries(st.sampled_from(sorted(one.name for one in effect_coefficients(SHAPE))), st.floats()),
     st.floats(),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_whatever_coefficients_and_voltage_come_in_the_pulses_stay_within_the_limits(effects, voltage):
     pwm_us = tick(MODEL | effects, Mode.BOTH, replace(LEVEL, voltage_v=voltage))
     assert np.all(np.abs(CURVE.thrust(pwm_us)) <= 40.0 + 1e-9)

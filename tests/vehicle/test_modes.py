@@ -394,7 +394,6 @@ def run(examples: int, steps: int, derandomize: bool) -> None:
             max_examples=examples,
             stateful_step_count=steps,
             derandomize=derandomize,
-            deadline=None,
             suppress_health_check=checks,
         ),
     )
@@ -402,7 +401,7 @@ def run(examples: int, steps: int, derandomize: bool) -> None:
 
 @pytest.mark.slow
 def test_no_order_of_events_breaks_what_is_promised_of_the_modes():
-    run(30, 30, True)
+    run(20, 30, True)
 
 
 @pytest.mark.soak

@@ -203,7 +203,7 @@ def test_answers_keep_to_the_links_pace_and_a_refusal_does_not_wait_for_it(folde
     assert Fault.NOT_FOUND in [unpacked(payload).data[0] for _, payload in server.due(1.0)]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(st.tuples(st.sampled_from([ME, OTHER, (1, 1, 1)]), st.binary(max_size=251)), max_size=30))
 def test_nothing_that_comes_breaks_it(tmp_path_factory, heard):
     place = tmp_path_factory.getbasetemp() / "fuzzed"

@@ -80,7 +80,7 @@ def test_the_table_and_this_test_name_the_same_signals():
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_what_is_encoded_is_decoded_as_float32_and_has_the_bytes_that_pymavlink_packs(row, data):
     values = data.draw(VALUES[row.name])
@@ -257,7 +257,7 @@ def exact(value: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", CONTRACT)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=30)
 @given(data=st.data())
 def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     values = data.draw(values_of(name))
