@@ -179,10 +179,16 @@ class AxisLikelihood:
         axis, step, force, trims = self.axis, self.step, self.mean_force(theta), self.axis.trims
         shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
         noise = np.exp(2 * points[:, self.noise_place : self.white_place])
-        disturbance, fourth = np.array([self.hidden_levels(point)[:2] for point in points]).T
+        disturbance, fourth = np.ascontiguousarray(
+            np.array([self.hidden_levels(point)[:2] for point in points]).T
+        )
         for k, (run, trim) in enumerate(zip(axis.runs, axis.trim_of_run, strict=True)):
             rows, at = (tables, step[run]) if len(axis.runs) == 1 else _used(tables, step[run])
-            own = np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
+            # Of one layout in memory each: the compiler makes the kernel anew for every other.
+            rows = np.ascontiguousarray(rows)
+            own = np.ascontiguousarray(
+                np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
+            )
             yield gradient_and_information(
                 rows, at, force[run], own, self.reading[run], axis.state_read[run], noise, axis.channel[run],
                 axis.scale[run], disturbance, fourth, axis.is_coloured, axis.initial[k],
