@@ -73,21 +73,21 @@ def labels(figure: Figure) -> list[str]:
     [
         (
             {"off": errs(0.04), "ff": errs(0.02), "both": errs(0.01)},
-            "'both' errs least: in surge by 0.0100 m/s on average (75 % less than 'off', 50 % less than 'ff').",
+            "'both' errs least: in surge by 10 mm/s on average (75 % less than 'off', 50 % less than 'ff').",
         ),
         (
             {"off": errs(0.0400), "shadow": errs(0.0401)},
-            "'off' errs least: in surge by 0.0400 m/s on average (like 'shadow').",
+            "'off' errs least: in surge by 40 mm/s on average (like 'shadow').",
         ),
         (
             {
                 "off": TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes)),
                 "both": TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes)),
             },
-            "'off' errs least: in surge by 0.0100 m/s on average (50 % less than 'both'). "
-            "'both' errs least: in sway by 0.0100 m/s on average (75 % less than 'off').",
+            "'off' errs least: in surge by 10 mm/s on average (50 % less than 'both'). "
+            "'both' errs least: in sway by 10 mm/s on average (75 % less than 'off').",
         ),
-        ({"off": errs(0.04)}, "'off' errs: in surge by 0.0400 m/s on average."),
+        ({"off": errs(0.04)}, "'off' errs: in surge by 40 mm/s on average."),
         (
             {"off": errs(math.nan)},
             "No dive has a reference that moves and a measured speed beside it: nothing to compare.",
@@ -104,14 +104,11 @@ def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_t
     report = made({"off": moving("pid", 1.5), "both": moving("both", 0.2)})
     assert [section.heading for section in report.sections] == ["Every axis, over the whole mission", "Surge"]
     surge = report.sections[1]
-    assert [figure.name for figure in surge.figures] == [
-        "errors in surge by phase",
-        "errors in surge of all dives",
-        "tracking surge off",
-        "tracking surge both",
-    ]
-    assert [labels(figure) for figure in surge.figures[:2]] == [["off", "both"]] * 2
-    assert [box.get_title(loc="left") for box in surge.figures[2].draw(10.0).axes] == [
+    filed = ["errors in surge of all dives", "tracking surge off", "tracking surge both"]
+    assert [figure.name for figure in surge.figures] == ["errors in surge by phase"]
+    assert [figure.name for figure in surge.filed] == filed
+    assert labels(surge.figures[0]) == labels(surge.filed[0]) == ["off", "both"]
+    assert [box.get_title(loc="left") for box in surge.filed[1].draw(10.0).axes] == [
         "surge speed u, m/s",
         "error in surge, m/s",
         "surge force X, N",
@@ -121,7 +118,16 @@ def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_t
 
 def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_first_moves():
     dives = {"off": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
-    (box,) = made(dives).sections[1].figures[1].draw(10.0).axes
+    surge = made(dives).sections[1]
+    (trace,) = surge.traces
+    assert trace.labels == ("off", "both", "reference")
+    assert trace.kinds == ("mode0", "mode1", "reference")
+    early, late, wanted = dict(trace.panels)["speed, mm/s"]
+    assert late[:50] == pytest.approx(early[:50], abs=10.0)
+    assert (wanted[:29] == 0.0).all()
+    assert wanted[31:60].min() > 0.0
+    assert 'class="curve reference"' in render_report(made(dives))
+    (box,) = surge.filed[0].draw(10.0).axes
     early, late = (line.get_data() for line in box.get_lines()[:2])
     assert early[0][0] == pytest.approx(0.0, abs=0.1)
     assert np.interp(early[0], *late) == pytest.approx(early[1], abs=0.01)
