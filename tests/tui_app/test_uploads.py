@@ -231,7 +231,7 @@ def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
     on_screen(
         FakeVehicle(),
         *(Lacks("101.25"), "r", "7", "enter", Sees("✓ applied")),
-        lambda app: "101.25" in line_of(app, "FF1_M_U"),
+        lambda app: "101.25" in line_of(app, "FF1_M_U  "),
         # Nothing of the other line stands.
         lambda app: line_of(app, "FF1_I_R").partition("✓")[0].split()[-3:] == ["--"] * 3,
         Sees("accepted 101.25 kg (2026-11-20 09:12 UTC)"),
