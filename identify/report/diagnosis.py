@@ -26,7 +26,8 @@ from identify.report.page import Report, Section, Table
 from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
 FLOOR = (
-    "Drift of all degrees of freedom together is told in floors: 1 floor is what sensor noise and stationary disturbance alone would give on this very "
+    "Drift of all degrees of freedom together is told in floors: 1 floor is what sensor noise and stationary "
+    "disturbance alone would give on this very "
     f"dive, on average over their chances: a dive without any gap comes to {1 - CHANCE:g} to {1 + CHANCE:g}. About 1 "
     "is as good as a model gets; what is below it is chance, most of all in a single degree of freedom or over a few "
     "windows."
