@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from tui.app.desk import Desk
-from tui.app.drawing import Line, Lines, Role, changed, cut, harmless, width
+from tui.app.drawing import Line, Lines, Role, Span, changed, cut, harmless, width, wrapped
 from tui.app.header import PHONE, Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
 from tui.app.themes import ROLE_CLASSES
@@ -238,7 +238,7 @@ class StationScreen(Screen[None]):
         yield KeyLine()
 
     def _next(self, cells: int, _: int) -> Lines:
-        """The line that says what to do now, and by which keys."""
+        """The line that says what to do now, and by which keys; on a phone as many as it needs."""
         step = self.view.next if self.view is not None else None
         if step is None:
             return ((),)
@@ -246,7 +246,12 @@ class StationScreen(Screen[None]):
         keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
         named: Line = () if self.view_only else ((f" {' '.join(keys)} ", "key"),)
         head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
-        return ((*head, (cut(step.words, max(cells - width(head), 1)), "strong")),)
+        room = max(cells - width(head), 1)
+        if cells >= PHONE:
+            return ((*head, (cut(step.words, room), "strong")),)
+        first, *more = wrapped(step.words, "strong", room)
+        indent: Span = (" " * width(head), "plain")
+        return ((*head, *first), *((indent, *line) for line in more))
 
     def body(self) -> ComposeResult:
         yield from ()

@@ -48,7 +48,7 @@ class _Widths:
     half: int
 
 
-ROOMY, TIGHT = _Widths(13, 10, 11, 8), _Widths(12, 8, 11, 7)
+ROOMY, TIGHT, OF_A_PHONE = _Widths(13, 10, 11, 8), _Widths(12, 8, 11, 7), _Widths(0, 8, 9, 0)
 
 
 def number(value: float | None, cells: int = 0) -> str:
@@ -98,7 +98,7 @@ def table(
 
 def _head(cells: int, back: bool, present: str) -> Line:
     wide = _widths(cells)
-    values = present, "before" if back else "identified"
+    values = present, "before" if back else "identified" if cells >= PHONE else "new"
     head = (
         f"   {'name':<{NAME}}{values[0]:>{wide.number}}{ARROW}{values[1]:>{wide.file}}{'change':>{PERCENT}}"
     )
@@ -109,7 +109,7 @@ def _head(cells: int, back: bool, present: str) -> Line:
 
 
 def _widths(cells: int) -> _Widths:
-    return ROOMY if cells >= WIDE else TIGHT
+    return ROOMY if cells >= WIDE else TIGHT if cells >= PHONE else OF_A_PHONE
 
 
 def _row(entry: Compared, chosen: bool, at: bool, became: Written | None, cells: int, *, stale: bool) -> Line:
