@@ -34,7 +34,7 @@ OTHER_SEA = 700
 """Added to a campaign's seed for the flights after it."""
 
 IDENTIFIED, TRUE = "identified", "true"
-MODES = {"PID": Mode.OFF, "feed-forward": Mode.ALONE, "both": Mode.BOTH}
+MODES = {mode.word: mode for mode in (Mode.OFF, Mode.ALONE, Mode.BOTH)}
 PAPER_TABLE_5 = {
     "surge": dict(zip(PHASES, (9.1, 3.6, 4.8, 5.1), strict=True)),
     "sway": dict(zip(PHASES, (6.9, 3.0, 2.6, 3.5), strict=True)),

@@ -125,9 +125,10 @@ def wanted_by(path: Path, option: str, *, despite_doubts: bool, any_vehicle: boo
     return Wanted(values, (origin,), True, sidecar, system)
 
 
-COLUMNS = ("name", "unit", "on the vehicle", "in the file", "last accepted", "change", "verdict")
-NUMBERS = COLUMNS[2:6]
-LEGEND = "change: in halves of the 95 % interval that the file gives; below 1 it is within it"
+COLUMNS = ("name", "on the vehicle", "in the file", "change", "unit", "last accepted", "halves", "verdict")
+NUMBERS = (*COLUMNS[1:4], *COLUMNS[5:7])
+LEGEND = "halves: the change in halves of the 95 % interval that the file gives; below 1 it is within it"
+MOST_PERCENT = 999.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,13 +175,24 @@ class Compared:
         """Whether it can be written; an implausible value can be, once it is chosen."""
         return self.changes or self.implausible
 
+    @property
+    def percent(self) -> str:
+        """The change relative to the present value: `+16 %`; "" if there is nothing to relate it to."""
+        if not self.present:
+            return ""
+        percent = 100 * (self.target - self.present) / abs(self.present)
+        if abs(percent) > MOST_PERCENT:
+            return f"{'>' if percent > 0 else '<-'}{MOST_PERCENT:.0f} %"
+        return f"{percent:+.{0 if abs(percent) >= 10 else 1}f} %"
+
     def cells(self) -> tuple[str, ...]:
         """Texts of the table's cells, in the order of COLUMNS."""
         return (
             self.name,
-            self.unit,
             "-" if self.present is None else value_text(self.present),
             value_text(self.target),
+            self.percent or "-",
+            self.unit,
             "-" if self.accepted is None else value_text(self.accepted),
             "-" if self.change is None else f"{self.change:+.1f}",
             f"{self.verdict}: {self.reason}" if self.reason else self.verdict,

@@ -547,7 +547,10 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     goes = "falls" if after < before else "goes"
     change = f"from {numbers[0]} to {_floors(after)}"
     if by_axis := changes(drifts[0]):
+        closed = drifts[0].value
         pooled = f" (all together {change})"
+        if math.isfinite(closed):
+            pooled = f" ({percent(closed)} of what can be closed)"
         return (
             f"; with {causes} the model's {DRIFT_S:g} s drift {by_axis}{pooled}{where}{_within_noise(before)}"
         )

@@ -26,7 +26,8 @@ from identify.report.page import Report, Section, Table
 from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
 FLOOR = (
-    "Drift is told in floors: 1 floor is what sensor noise and stationary disturbance alone would give on this very "
+    "Drift of all degrees of freedom together is told in floors: 1 floor is what sensor noise and stationary "
+    "disturbance alone would give on this very "
     f"dive, on average over their chances: a dive without any gap comes to {1 - CHANCE:g} to {1 + CHANCE:g}. About 1 "
     "is as good as a model gets; what is below it is chance, most of all in a single degree of freedom or over a few "
     "windows."
@@ -149,7 +150,7 @@ def _by_dof(d: Diagnosis) -> Section:
     shares = wording.shares_by_dof(d.gap.where)
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(entry.floor[i]) for entry in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
-    horizons = tuple(f"After {entry.horizon_s:g} s, floors" for entry in d.gap.drifts)
+    horizons = tuple(f"After {entry.horizon_s:g} s" for entry in d.gap.drifts)
     no_gap = d.verdict == "no_gap"
     rows = []
     for i in present:
@@ -189,10 +190,10 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
 
 
 def _before_after(d: Diagnosis, k: int, dof: int) -> str:
-    before = fixed(float(d.gap.drifts[k].by_axis[dof]), 1)
-    if before == MISSING or k >= len(d.gap.after) or d.verdict == "no_gap":
-        return before
-    return f"{before} → {fixed(float(d.gap.after[k].by_axis[dof]), 1)}"
+    drifts = (d.gap.drifts[k], *(d.gap.after[k : k + 1] if d.verdict != "no_gap" else ()))
+    if not np.isfinite(drifts[0].floor[dof]):
+        return MISSING
+    return " → ".join(wording.rate(float(figures.rms(drift, dof)), DOFS[dof]) for drift in drifts)
 
 
 def _what(d: Diagnosis) -> Section:

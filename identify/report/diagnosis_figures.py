@@ -186,8 +186,8 @@ def _growth_panel(gap: Gap, dof: int) -> Panel:
     unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
     at = np.array([drift.horizon_s for drift in gap.drifts])
     curves = {
-        BEFORE: _rms(gap.drifts, dof),
-        AFTER: _rms(gap.after, dof),
+        BEFORE: np.array([rms(drift, dof) for drift in gap.drifts]),
+        AFTER: np.array([rms(drift, dof) for drift in gap.after]),
         NOISE: np.array([drift.floor[dof] for drift in gap.drifts]),
     }
     lines = [Line(at[: len(y)], scale * y, label, STYLE_OF[label]) for label, y in curves.items() if len(y)]
@@ -202,8 +202,9 @@ def _growth_panel(gap: Gap, dof: int) -> Panel:
     return Panel(draw)
 
 
-def _rms(drifts: Sequence[Drift], dof: int) -> Array:
-    return np.array([math.sqrt(np.mean(drift.off[:, dof] ** 2)) for drift in drifts])
+def rms(drift: Drift, dof: int) -> float:
+    """Root mean square drift of a degree of freedom, m/s or rad/s."""
+    return math.sqrt(np.mean(drift.off[:, dof] ** 2))
 
 
 def over_time(diagnosis: Diagnosis) -> Figure | None:

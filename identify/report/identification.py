@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from bridge.vehicle.coefficients import MASSES, OF_HULL
+from bridge.vehicle.coefficients import BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration, Water
 from bridge.vehicle.mode import word_of
 from identify.comparison import Comparison, further_remarks
@@ -59,8 +59,8 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Tr
     methods = [answers[0].answer.method, *(comparison.second.method for comparison in answers[0].comparisons)]
     verdict = "; ".join(
         f"{each.dive.name} ({each.answer.configuration}): {len(each.answer.values())} of "
-        f"{sum(parameter.name in OF_HULL for parameter in each.answer.parameters)} coefficients identified, "
-        f"{each.answer.outcome.value}"
+        f"{sum(parameter.name in OF_HULL for parameter in each.answer.parameters)} coefficients identified"
+        f"{_accuracy(each.answer)}, {each.answer.outcome.value}"
         for each in answers
     )
     file = answers[-1].file
@@ -70,6 +70,20 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Tr
         f"{verdict}.",
         tuple(sections),
     )
+
+
+def _accuracy(answer: Identification) -> str:
+    """How well masses and dampings are known: `, masses to 3.1 % and dampings to 1.2 % or better given the thrust`."""
+    said = []
+    for kind, words in (("mass", "masses"), ("damping", "dampings")):
+        shares = [
+            (e.high95 - e.low95) / 2 / abs(e.value)
+            for e in answer.parameters
+            if e.identifiable and e.value and e.name in BY_NAME and BY_NAME[e.name].kind == kind
+        ]
+        if shares and np.isfinite(shares).all():
+            said.append(f"{words} to {significant(100 * max(shares), 2)} %")
+    return f", {' and '.join(said)} or better given the thrust" if said else ""
 
 
 def identification_section(

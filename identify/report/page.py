@@ -2,6 +2,8 @@
 network, no script, no further files.
 """
 
+import csv
+import io
 import math
 import platform
 import re
@@ -69,6 +71,11 @@ thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; line-hei
 .scroll thead th { white-space: normal; }
 .scroll { overflow-x: auto; margin: 1.2em 0; }
 tbody th { font-weight: 600; }
+.csv { margin: -.8em 0 1.4em; font-size: .85em; color: var(--soft); }
+.csv summary { cursor: pointer; width: max-content; }
+.csv summary::after { content: ": a click selects it all, to be copied"; }
+.csv:not([open]) summary::after { content: ""; }
+.csv pre { overflow-x: auto; margin: .3em 0; padding: .5em .7em; background: var(--raised); user-select: all; }
 figure { display: flow-root; margin: 1.4em 0 2em; }
 figcaption { margin-top: .3em; }
 .wide-picture, .column-picture { display: block; width: 100%; height: auto; stroke-linejoin: round; }
@@ -90,7 +97,7 @@ figcaption { margin-top: .3em; }
   .wide tbody th { border: 0; padding: .1em 0; } }
 @media print {
   body { max-width: none; padding: 0; font-size: 11pt; }
-  nav { display: none; }
+  nav, .csv { display: none; }
   figure, tr, .verdict, .warning { break-inside: avoid; }
   h2 { break-after: avoid; } }
 """
@@ -129,7 +136,8 @@ class Section:
     """A heading, a warning, judgements, a paragraph, figures, the other paragraphs, tables, traces, in this order.
 
     `warning` and `text` have a blank line between paragraphs; the first paragraph of the warning is its headline.
-    `judged` are sentences that say yes (True) or no, each with its colour and mark.
+    `judged` are sentences that say yes (True) or no, each with its colour and mark. `filed` are figures for files: the
+    page has their content in its traces.
     """
 
     heading: str
@@ -139,6 +147,7 @@ class Section:
     warning: str = ""
     judged: tuple[tuple[bool, str], ...] = ()
     traces: tuple[Traces, ...] = ()
+    filed: tuple[Figure, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -271,12 +280,20 @@ def _table(table: Table) -> str:
     kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS else ""
     caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
-    return f'<div class="scroll"><table{kind}>{caption}{body}</table></div>\n'
+    drawn = f'<div class="scroll"><table{kind}>{caption}{body}</table></div>'
+    return f'{drawn}\n<details class="csv"><summary>CSV</summary><pre>{safe(_csv(table))}</pre></details>\n'
+
+
+def _csv(table: Table) -> str:
+    """The table as CSV; a click in it selects it all, so that it is copied without a script."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows((table.columns, *table.rows))
+    return text.getvalue()
 
 
 def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
     """Write every figure into `folder`, which is created if missing. Raises LogError."""
-    drawn = [figure for section in report.sections for figure in section.figures]
+    drawn = [figure for section in report.sections for figure in (*section.figures, *section.filed)]
     taken: list[str] = []
     written: list[Path] = []
     try:

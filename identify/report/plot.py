@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 LIGHT = {
     "ink": "#111111", "soft": "#444444", "ground": "#ffffff", "raised": "#f1f4f7", "tick": "#c9d0d6", "rule": "#5a646d",
     "first": "#0a4fa3", "second": "#c04600", "third": "#1a1a1a", "fourth": "#007d67",
+    "reference": "#a0257f",
     "alarm": "#a30b0b", "alarm-ground": "#fdecea",
     "heat0": "#fbfcfd", "heat1": "#e3edf7", "heat2": "#bcd3ea", "heat3": "#8fb4dc",
     "heat4": "#2a66ad", "heat5": "#0a4a94",
@@ -33,6 +34,7 @@ LIGHT = {
 DARK = {
     "ink": "#f2f2f2", "soft": "#c4c9ce", "ground": "#101418", "raised": "#1c2329", "tick": "#353e46", "rule": "#8b959e",
     "first": "#6db8ff", "second": "#ff9a4d", "third": "#f4f4f4", "fourth": "#2fc7a4",
+    "reference": "#e58fd0",
     "alarm": "#ffa198", "alarm-ground": "#3a1513",
     "heat0": "#12171b", "heat1": "#172a3c", "heat2": "#1d3f5e", "heat3": "#255780",
     "heat4": "#5ea6e8", "heat5": "#9dd0ff",
@@ -47,8 +49,11 @@ STYLES: tuple[dict[str, Any], ...] = (
     {"color": LIGHT["second"], "linestyle": (0, (5, 2)), "linewidth": 1.6},
     {"color": LIGHT["third"], "linestyle": (0, (1, 1.5)), "linewidth": 1.9},
     {"color": LIGHT["fourth"], "linestyle": (0, (7, 1.5, 1.5, 1.5)), "linewidth": 1.7},
+    {"color": LIGHT["reference"], "linestyle": (0, (3, 1.5)), "linewidth": 1.7},
 )
-"""Each style has its own colour and dash, so that lines are distinct without colour."""
+"""Each style has its own colour and dash, so that lines are distinct without colour; the last is the reference's."""
+
+REFERENCE = len(STYLES) - 1
 
 DISC: dict[str, Any] = {"marker": "o", "color": LIGHT["ink"], "linestyle": "", "zorder": 3}
 DIAMOND: dict[str, Any] = {
@@ -280,7 +285,7 @@ def grouped(title: str, names: Sequence[str], bars: Sequence[Group], height_in: 
     def draw(box: "Axes") -> None:
         for k, group in enumerate(bars):
             places = np.arange(len(names)) + (k - (len(bars) - 1) / 2) * thick
-            colour = STYLES[k % len(STYLES)]["color"]
+            colour = STYLES[k % REFERENCE]["color"]
             hatch = HATCHES[k % len(HATCHES)]
             fill = colour if not hatch else LIGHT["ground"]
             box.bar(

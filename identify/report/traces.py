@@ -35,7 +35,7 @@ class Traces:
     """Panels above each other: their titles, and their curves (k, n), one for each of the k `labels`.
 
     time_s (n,), from 0. block (n,): curves break where it changes, except the first curve of each panel, which breaks
-    between runs alone. The number of a label is that of its `.curve` style.
+    between runs alone. NaN breaks a curve. `kinds` are the labels' classes in STYLE.
     """
 
     name: str
@@ -44,7 +44,10 @@ class Traces:
     time_s: Array
     block: NDArray[np.intp]
     panels: tuple[tuple[str, Array], ...]
+    kinds: tuple[str, ...] = ("curve0", "curve1", "curve2")
 
+
+MODES = ("mode0", "mode1", "mode2", "mode3")
 
 STYLE = """
 .traces { position: relative; }
@@ -72,10 +75,15 @@ STYLE = """
 .curve0 { stroke: var(--ink); stroke-width: 2.4; }
 .curve1 { stroke: var(--second); stroke-dasharray: 6 3; }
 .curve2 { stroke: var(--first); }
+.mode0 { stroke: var(--first); }
+.mode1 { stroke: var(--second); stroke-dasharray: 7 3; }
+.mode2 { stroke: var(--third); stroke-dasharray: 2 2; stroke-width: 2; }
+.mode3 { stroke: var(--fourth); stroke-dasharray: 9 2 2 2; }
+.reference { stroke: var(--reference); stroke-dasharray: 5 2; stroke-width: 2; }
 .grid { stroke: var(--tick); stroke-width: 1; vector-effect: non-scaling-stroke; }
 @media print { .traces input, .traces label { display: none; } .band { width: 100%; min-width: 0; } }
 """
-"""curve0 to curve2: measured, before, after."""
+"""curve0 to curve2: measured, before, after; mode0 to mode3: dives over each other, in the order of `plot.STYLES`."""
 
 
 def render(traces_drawn: Traces, key: str) -> str:
@@ -87,9 +95,9 @@ def render(traces_drawn: Traces, key: str) -> str:
         for by in ZOOMS
     )
     words = "".join(
-        f'<li><svg viewBox="0 0 36 12" aria-hidden="true"><path class="curve curve{kind}" d="M0 6H36"/></svg>'
+        f'<li><svg viewBox="0 0 36 12" aria-hidden="true"><path class="curve {kind}" d="M0 6H36"/></svg>'
         f"{safe(label)}</li>"
-        for kind, label in enumerate(kept.labels)
+        for kind, label in zip(kept.kinds, kept.labels, strict=False)
     )
     span_s = float(kept.time_s[-1]) if len(kept.time_s) else 0.0
     band = "".join(_panel(title, curves, kept, span_s) for title, curves in kept.panels) + _times(span_s)
@@ -112,7 +120,7 @@ def _thinned(traces_drawn: Traces) -> Traces:
 
 
 def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
-    low, high = float(np.min(curves)), float(np.max(curves))
+    low, high = float(np.nanmin(curves)), float(np.nanmax(curves))
     room = 0.05 * (high - low) or 1.0
     low, high = low - room, high + room
     across = WIDE * of.time_s / max(span_s, 1e-9)
@@ -123,9 +131,10 @@ def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
         f'<span style="top:{PANEL_PX * down:.0f}px">{_rounded(value, step)}</span>' for value, down in lines
     )
     paths = "".join(
-        f'<path class="curve curve{k}" '
+        f'<path class="curve {of.kinds[k]}" '
         f'd="{_path(across, HIGH * (high - curve) / (high - low), of.block if k else _runs(of.time_s))}"/>'
         for k, curve in enumerate(curves)
+        if np.isfinite(curve).any()
     )
     return (
         f'<p>{safe(title)}</p><div class="scale">{scale}</div>'
@@ -142,9 +151,11 @@ def _runs(time_s: Array) -> NDArray[np.intp]:
 
 
 def _path(across: Array, down: Array, block: NDArray[np.intp]) -> str:
-    """Path in relative steps, which are shorter than positions; a new start with every block."""
-    x, y = np.round(across).astype(int), np.round(down).astype(int)
-    starts = np.diff(block, prepend=block[:1]) != 0
+    """Path in relative steps, which are shorter than positions; a new start with every block and after a NaN."""
+    known = np.isfinite(down)
+    stretch = np.cumsum(~known)[known]
+    x, y, block = np.round(across[known]).astype(int), np.round(down[known]).astype(int), block[known]
+    starts = (np.diff(block, prepend=block[:1]) != 0) | (np.diff(stretch, prepend=stretch[:1]) != 0)
     starts[:1] = True
     dx, dy = np.diff(x, prepend=0).tolist(), np.diff(y, prepend=0).tolist()
     parts = [f"M{x[i]} {y[i]}l" if begins else f"{dx[i]} {dy[i]}" for i, begins in enumerate(starts.tolist())]

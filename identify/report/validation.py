@@ -12,13 +12,14 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
-from identify.dive import Dive, Signal
+from identify.dive import Array, Dive, Signal
 from identify.filters import low_pass
 from identify.glance.foretold import verdict_of
 from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
-from identify.report.plot import STYLES, Group, Line, Panel, grouped, lines_panel, stack
+from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
+from identify.report.traces import MODES, Traces
 from identify.run.validate import Validation
 from identify.validate import (
     AXES,
@@ -42,6 +43,12 @@ TITLES = {
 
 LEAST_SAMPLES = 20
 """With fewer samples, no error curve is drawn."""
+
+STEP_S = 0.1
+"""Between instants of the curves on the page."""
+
+AROUND_S = 3.0
+"""Shown before the reference moves, and after."""
 
 ALIKE = 0.05
 """Modes whose errors differ by a smaller share are called alike in a sentence."""
@@ -119,7 +126,7 @@ def verdict(errors: Mapping[str, TrackingErrors]) -> str:
         if known:
             best = min(known, key=known.__getitem__)
             axes_by_mode.setdefault(best, []).append(
-                f"in {DOFS[dof]} by {fixed(known[best], 4)} {axis_errors[best].unit} on average{_less(best, known)}"
+                f"in {DOFS[dof]} by {speed(known[best], axis_errors[best].unit)} on average{_less(best, known)}"
             )
     if not axes_by_mode:
         return "No dive has a reference that moves and a measured speed beside it: nothing to compare."
@@ -160,28 +167,90 @@ def _axis(
     """Section of an axis: errors side by side, then each dive's curves, then the numbers as in Table 5."""
     axis = DOFS[dof]
     of_axis = {label: run for label, run in errors.items() if run.axis(axis) is not None}
-    curves = (_curves(dof, label, dive, lever_m) for label, dive in dives.items())
     compared = _compared(dof, dives, lever_m) if len(of_axis) > 1 else None
-    drawn = (_by_phase(axis, of_axis), compared, *curves)
+    curves = tuple(_curves(dof, label, dive, lever_m) for label, dive in dives.items())
     return Section(
         axis.capitalize(),
         "",
         _error_tables(of_axis, [dof]),
-        tuple(figure for figure in drawn if figure is not None),
+        (_by_phase(axis, of_axis),),
+        traces=_overlaid(dof, dives, lever_m),
+        filed=tuple(figure for figure in (compared, *curves) if figure is not None),
     )
+
+
+def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Traces, ...]:
+    """All dives over one another on one scale, each from where its reference first moves; nothing for an axis that
+    every reference rests in."""
+    moving_s = {label: span_s for label, dive in dives.items() if (span_s := _moving_s(dof, dive))}
+    if not moving_s:
+        return ()
+    begun_s = {label: first_s - AROUND_S for label, (first_s, _) in moving_s.items()}
+    longest_s = max(last_s - first_s for first_s, last_s in moving_s.values())
+    time_s = np.arange(0.0, longest_s + 2 * AROUND_S, STEP_S)
+    scale, shown = _shown(dof)
+    push, wrench = ("force", "N") if dof < 3 else ("moment", "N m")
+    nothing = np.full(len(time_s), np.nan)
+    speeds, errors, pid, fed = [], [], [], []
+    for label, at_s in begun_s.items():
+        dive, line = dives[label], error_line(dof, dives[label], lever_m)
+        speeds.append(scale * _at(measured_speed(dive, dof, lever_m), 0, at_s + time_s))
+        within_s = at_s - dive.span_s[0] + time_s
+        errors.append(
+            nothing if line is None else scale * np.interp(within_s, line.x, line.y, np.nan, np.nan)
+        )
+        pid.append(_at(dive.tau_pid, dof, at_s + time_s))
+        fed.append(_at(dive.tau_ff, dof, at_s + time_s))
+    first, first_s = next(iter(begun_s.items()))
+    reference = scale * _at(dives[first].nu_ref, dof, first_s + time_s)
+    panels = (
+        (f"speed, {shown}", np.array([*speeds, reference])),
+        (f"error, {shown}", np.array([*errors, nothing])),
+        (f"{push} of the PID, {wrench}", np.array([*pid, nothing])),
+        (f"{push} of the feed-forward, {wrench}", np.array([*fed, nothing])),
+    )
+    caption = (
+        f"Each dive from {AROUND_S:g} s before its reference moves; the reference is that of {first}, errors are below "
+        f"{CUTOFF_HZ:g} Hz. The buttons stretch the time axis; then it can be moved sideways."
+    )
+    modes = (MODES[k % len(MODES)] for k in range(len(begun_s)))
+    return (
+        Traces(
+            f"{DOFS[dof]} of all dives",
+            caption,
+            (*begun_s, "reference"),
+            time_s,
+            np.zeros(len(time_s), dtype=np.intp),
+            tuple((title, curves) for title, curves in panels if np.isfinite(curves).any()),
+            (*modes, "reference"),
+        ),
+    )
+
+
+def _shown(dof: int) -> tuple[float, str]:
+    """Factor and unit in which a speed of that axis is shown."""
+    return (1e3, "mm/s") if dof < 3 else (math.degrees(1.0), "deg/s")
+
+
+def _at(signal: Signal | None, column: int, time_s: Array) -> Array:
+    """A column of the signal at these times; NaN where it says nothing."""
+    if signal is None or not len(signal):
+        return np.full(len(time_s), np.nan)
+    return np.interp(time_s, signal.time_s, signal.value[:, column], np.nan, np.nan)
 
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
     """Errors of Table 5 as bars: a group for each phase."""
+    scale, shown = _shown(DOFS.index(axis))
     groups = [
-        Group(label, tuple(of_axis.phase(phase) for phase in PHASES))
+        Group(label, tuple(scale * of_axis.phase(phase) for phase in PHASES))
         for label, run in errors.items()
         if (of_axis := run.axis(axis))
     ]
     return Figure(
         f"errors in {axis} by phase",
         f"Mean absolute tracking error in {axis} by phase of the motion, as Table 5 of the source paper has it.",
-        stack([grouped(_error_title(DOFS.index(axis)), PHASES, groups)]),
+        stack([grouped(f"error in {axis}, {shown}", PHASES, groups)]),
     )
 
 
@@ -193,11 +262,11 @@ def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure |
     """Errors of all dives over one another, each from the start of its reference's motion."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
-        begun_s = _begun_s(dof, dive)
+        moving_s = _moving_s(dof, dive)
         line = error_line(dof, dive, lever_m)
-        if line is not None and begun_s is not None:
-            x = line.x + dive.span_s[0] - begun_s
-            lines.append(Line(x[x >= 0], line.y[x >= 0], label, style % len(STYLES)))
+        if line is not None and moving_s is not None:
+            x = line.x + dive.span_s[0] - moving_s[0]
+            lines.append(Line(x[x >= 0], line.y[x >= 0], label, style % REFERENCE))
     if not lines:
         return None
     return Figure(
@@ -207,12 +276,13 @@ def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure |
     )
 
 
-def _begun_s(dof: int, dive: Dive) -> float | None:
-    """Boot time at which the reference of an axis first moves."""
+def _moving_s(dof: int, dive: Dive) -> tuple[float, float] | None:
+    """Boot times between which the reference of an axis moves."""
     if dive.nu_ref is None:
         return None
     moving = np.flatnonzero(np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED)
-    return float(dive.nu_ref.time_s[moving[0]]) if len(moving) else None
+    time_s = dive.nu_ref.time_s
+    return (float(time_s[moving[0]]), float(time_s[moving[-1]])) if len(moving) else None
 
 
 def _error_tables(
@@ -298,7 +368,7 @@ def _curves(dof: int, mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0))
 def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[Panel]:
     speed, wrench = TITLES[dof]
     start_s, measured = dive.span_s[0], measured_speed(dive, dof, lever_m)
-    speeds = [signal_line(reference, dof, start_s, "reference", 1)]
+    speeds = [signal_line(reference, dof, start_s, "reference", REFERENCE)]
     if measured is not None:
         speeds.insert(0, signal_line(measured, 0, start_s, "measured"))
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
@@ -339,9 +409,10 @@ def tracking_section(
         for dof in AXES
         if (figure := _curves(dof, mode, dive)) is not None
     )
+    overlaid = tuple(trace for dof in AXES for trace in _overlaid(dof, dives, (0.0, 0.0, 0.0)))
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."
     )
     tables = _error_tables(errors, _moved(errors), paper)
-    return Section("Tracking", words if tables else "", tables, drawn)
+    return Section("Tracking", words if tables else "", tables, traces=overlaid, filed=drawn)

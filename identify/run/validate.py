@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Final
+from typing import Any
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Vector3, VehicleFile
@@ -24,13 +24,10 @@ from identify.glance.foretold import (
 from identify.glance.raising import Raising, go_no_go, in_one_mode
 from identify.validate import Row, TrackingErrors, tracking_errors
 
-MODES: Final = ("PID", "shadow", "FF", "both")
-"""Labels by FF_MODE."""
-
 
 @dataclass(frozen=True)
 class Run:
-    """A dive in one mode (a label of MODES, "" if unknown); `label` names it in tables, `raising` is None if that can't
+    """A dive in one mode (its word, "" if unknown); `label` names it in tables, `raising` is None if that can't
     be judged. `held`: axes with the errors foretold for them."""
 
     label: str
@@ -85,10 +82,10 @@ def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None 
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
-    parts.sort(key=lambda pair: len(MODES) if pair[0].mode is None else int(pair[0].mode))
+    parts.sort(key=lambda pair: len(Mode) if pair[0].mode is None else int(pair[0].mode))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
-    modes = ["" if part.mode is None else MODES[part.mode] for part, _ in parts]
+    modes = ["" if part.mode is None else part.mode.word for part, _ in parts]
     runs = []
     for label, mode, (part, whole) in zip(
         _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True

@@ -59,7 +59,7 @@ def test_every_axis_is_a_row_for_the_whole_and_one_for_what_it_was_not_asked_to_
     surge = WholeError("surge", "m/s", 0.0133, 0.18, 0.0161, 0.004, 0.001)
     yaw = WholeError("yaw", "rad/s", 0.0189, 0.07, float("nan"), 0.001, 0.0001)
     table = whole_table(
-        {"FF": TrackingErrors("a", (), (surge, yaw)), "both": TrackingErrors("b", (), (surge,))}
+        {"ff": TrackingErrors("a", (), (surge, yaw)), "both": TrackingErrors("b", (), (surge,))}
     )
     assert table.rows == [
         ("surge", "the whole", "13 mm/s", "13 mm/s"),
@@ -67,4 +67,4 @@ def test_every_axis_is_a_row_for_the_whole_and_one_for_what_it_was_not_asked_to_
         ("yaw", "the whole", "1.1 deg/s", "-"),
         ("yaw", "while others move", "-", "-"),
     ]
-    assert whole_table({"FF": TrackingErrors("a", ())}) is None
+    assert whole_table({"ff": TrackingErrors("a", ())}) is None

@@ -214,9 +214,9 @@ def test_validate_shows_dives_in_the_order_of_their_modes(minute, tmp_path, caps
         == exit_codes.DONE
     )
     shown = capsys.readouterr()
-    assert [run["run"] for run in json.loads(shown.out)] == ["PID", "shadow", "FF", "both"]
+    assert [run["run"] for run in json.loads(shown.out)] == ["off", "shadow", "ff", "both"]
     (heading,) = (line for line in shown.err.splitlines() if line.startswith("motion"))
-    assert heading.split() == ["motion", "phase", "PID", "shadow", "FF", "both"]
+    assert heading.split() == ["motion", "phase", "off", "shadow", "ff", "both"]
 
 
 @needs_shared

@@ -93,7 +93,7 @@ def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, 
     capsys.readouterr()
     run("diff", file)
     (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("FF1_M_U"))
-    assert line.split() == ["FF1_M_U", "kg", "101.5", "111.5", "111.5", "+1.0", "changed"]
+    assert line.split() == ["FF1_M_U", "101.5", "111.5", "+9.9", "%", "kg", "111.5", "+1.0", "changed"]
 
 
 def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(

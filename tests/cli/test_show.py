@@ -192,7 +192,7 @@ def rows(runs):
 
 def tables():
     """Each table that a verb shows, with a row of it."""
-    result, runs = identification(), ("PID", "shadow", "FF", "both")
+    result, runs = identification(), ("off", "shadow", "ff", "both")
     other = replace(result, method="pinn", parameters=tuple(
         replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in result.parameters
     ))  # fmt: skip

@@ -223,12 +223,15 @@ def test_a_strangers_number_never_makes_a_receipt_of_ours_unreadable(receipts, t
     assert newest_before(receipts.path, 1) == before
 
 
-def test_a_change_is_told_in_halves_of_the_interval():
+def test_a_change_is_told_in_per_cent_and_then_in_halves_of_the_interval():
     plan = make_plan({"FF1_M_U": 100.0, "FF1_D_U": 45.0, "FF1_M_V": 5.0}, {"FF1_M_U": 85.0, "FF1_D_U": 45.0})
     lines = compared(plan, SIDECAR, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})
     assert [line.change for line in lines] == [1.5, 0.0, None]
-    assert lines[0].cells() == ("FF1_M_U", "kg", "85", "100", "96.5", "+1.5", "changed")
-    assert lines[2].cells()[2:6] == ("-", "5", "-", "-")
+    assert lines[0].cells() == ("FF1_M_U", "85", "100", "+18 %", "kg", "96.5", "+1.5", "changed")
+    assert lines[2].cells()[1:7] == ("-", "5", "-", "kg", "-", "-")
+    assert [dataclasses.replace(lines[0], target=target).percent for target in (83.0, 9e4, -9e4)] == [
+        "-2.4 %", ">999 %", "<-999 %"
+    ]  # fmt: skip
 
 
 FORETOLD = dataclasses.replace(

@@ -1,5 +1,6 @@
 """The page itself: well-formed, self-contained, harmless, in order."""
 
+import csv
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -53,6 +54,14 @@ FIGURE = Figure("line", "A line", stack([Panel(lambda box: box.plot([0, 1], [0, 
 
 def report(*sections: Section) -> Report:
     return Report("Title", "Subtitle", "It works.", sections)
+
+
+def test_each_table_stands_there_as_csv_to_be_copied():
+    odd = Table(("Name", "Words"), (("a", 'said "no", twice'), ("b", "x < y")))
+    page = Page(render_report(report(Section("Part", "", (TABLE, odd)))))
+    first, second = page.texts_in("pre")
+    assert first == "Name,Value\na,1 m\nb,−2 m\nc,—\n"
+    assert list(csv.reader(second.splitlines())) == [list(odd.columns), *map(list, odd.rows)]
 
 
 def test_a_page_stands_alone_and_runs_nothing():

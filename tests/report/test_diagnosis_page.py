@@ -46,7 +46,7 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
     assert "There is no gap, so it lies nowhere" in page
     assert "What the missing force goes with" not in page
     assert "Missing" not in page
-    assert "surge\n1.0\n1.0\n1.0" in page
+    assert "surge\n10 mm/s\n23 mm/s\n46 mm/s" in page
     assert "Here none of 2 candidates saves more than 2 nats." in page
     names = {figure.name for part in diagnosis_report(quiet).sections for figure in part.figures}
     assert names == {"drift over the dive", "drift by horizon"}
@@ -267,8 +267,8 @@ YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
 def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
     told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
     assert wording.verdict_sentence(told).endswith(
-        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 °/s to 1.0 °/s in yaw (all "
-        "together from 3.1 to 1.3 floors) on the check dive."
+        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 °/s to 1.0 °/s in yaw (86 % "
+        "of what can be closed) on the check dive."
     )
     _, surge, yaw, pooled = wording.shrink_lines(told)
     assert surge == (

@@ -28,6 +28,20 @@ def test_measured_is_one_curve_and_simulated_ones_start_anew_with_every_window()
     assert [path.count("M") for path in paths] == [1, 4, 4]
 
 
+def test_a_curve_breaks_where_nothing_is_known_and_one_of_which_nothing_is_known_is_not_drawn():
+    wave = np.sin(0.04 * np.arange(500))
+    holed, nothing = np.where(np.arange(500) // 100 == 2, np.nan, wave), np.full(500, np.nan)
+    kinds = ("mode0", "mode1", "reference")
+    drawn = replace(
+        traces(),
+        block=np.zeros(500, dtype=int),
+        panels=(("speed", np.array([wave, nothing, holed])),),
+        kinds=kinds,
+    )
+    paths = re.findall(r'<path class="curve (\w+)" d="(M[^"H]*)"', render(drawn, "a"))
+    assert [(kind, path.count("M")) for kind, path in paths] == [("mode0", 1), ("reference", 2)]
+
+
 def test_an_hour_in_six_degrees_of_freedom_stays_below_a_megabyte():
     long = traces(90_000, 6)
     html = render(replace(long, block=np.arange(90_000) // 90_000), "a")
@@ -51,6 +65,6 @@ def test_the_page_shows_measured_beside_simulated_on_the_check_dive_or_else_held
 def test_what_the_disturbance_takes_stands_beside_each_degree_of_freedom():
     of_surge = Disturbance("surge", 3.1, 0.62, True)
     page = read(diagnosis(gap=replace(diagnosis().gap, disturbance=(of_surge,))))
-    assert "surge\n83 %\n2.4 N\n3.1 N, 62 %\n3.4 → 1.2" in page
+    assert "surge\n83 %\n2.4 N\n3.1 N, 62 %\n34 mm/s → 12 mm/s" in page
     assert "Disturbance: the fitted stationary disturbance" in page
     assert "Disturbance" not in read(diagnosis())

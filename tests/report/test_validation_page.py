@@ -72,24 +72,24 @@ def labels(figure: Figure) -> list[str]:
     ("errors", "said"),
     [
         (
-            {"PID": errs(0.04), "FF": errs(0.02), "both": errs(0.01)},
-            "'both' errs least: in surge by 0.0100 m/s on average (75 % less than 'PID', 50 % less than 'FF').",
+            {"off": errs(0.04), "ff": errs(0.02), "both": errs(0.01)},
+            "'both' errs least: in surge by 10 mm/s on average (75 % less than 'off', 50 % less than 'ff').",
         ),
         (
-            {"PID": errs(0.0400), "shadow": errs(0.0401)},
-            "'PID' errs least: in surge by 0.0400 m/s on average (like 'shadow').",
+            {"off": errs(0.0400), "shadow": errs(0.0401)},
+            "'off' errs least: in surge by 40 mm/s on average (like 'shadow').",
         ),
         (
             {
-                "PID": TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes)),
+                "off": TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes)),
                 "both": TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes)),
             },
-            "'PID' errs least: in surge by 0.0100 m/s on average (50 % less than 'both'). "
-            "'both' errs least: in sway by 0.0100 m/s on average (75 % less than 'PID').",
+            "'off' errs least: in surge by 10 mm/s on average (50 % less than 'both'). "
+            "'both' errs least: in sway by 10 mm/s on average (75 % less than 'off').",
         ),
-        ({"PID": errs(0.04)}, "'PID' errs: in surge by 0.0400 m/s on average."),
+        ({"off": errs(0.04)}, "'off' errs: in surge by 40 mm/s on average."),
         (
-            {"PID": errs(math.nan)},
+            {"off": errs(math.nan)},
             "No dive has a reference that moves and a measured speed beside it: nothing to compare.",
         ),
     ],
@@ -101,27 +101,33 @@ def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much(
 
 
 def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_table_5():
-    report = made({"PID": moving("pid", 1.5), "both": moving("both", 0.2)})
+    report = made({"off": moving("pid", 1.5), "both": moving("both", 0.2)})
     assert [section.heading for section in report.sections] == ["Every axis, over the whole mission", "Surge"]
     surge = report.sections[1]
-    assert [figure.name for figure in surge.figures] == [
-        "errors in surge by phase",
-        "errors in surge of all dives",
-        "tracking surge PID",
-        "tracking surge both",
-    ]
-    assert [labels(figure) for figure in surge.figures[:2]] == [["PID", "both"]] * 2
-    assert [box.get_title(loc="left") for box in surge.figures[2].draw(10.0).axes] == [
+    filed = ["errors in surge of all dives", "tracking surge off", "tracking surge both"]
+    assert [figure.name for figure in surge.figures] == ["errors in surge by phase"]
+    assert [figure.name for figure in surge.filed] == filed
+    assert labels(surge.figures[0]) == labels(surge.filed[0]) == ["off", "both"]
+    assert [box.get_title(loc="left") for box in surge.filed[1].draw(10.0).axes] == [
         "surge speed u, m/s",
         "error in surge, m/s",
         "surge force X, N",
     ]
-    assert surge.tables[0].columns == ("Surge motion", "PID", "both")
+    assert surge.tables[0].columns == ("Surge motion", "off", "both")
 
 
 def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_first_moves():
-    dives = {"PID": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
-    (box,) = made(dives).sections[1].figures[1].draw(10.0).axes
+    dives = {"off": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
+    surge = made(dives).sections[1]
+    (trace,) = surge.traces
+    assert trace.labels == ("off", "both", "reference")
+    assert trace.kinds == ("mode0", "mode1", "reference")
+    early, late, wanted = dict(trace.panels)["speed, mm/s"]
+    assert late[:50] == pytest.approx(early[:50], abs=10.0)
+    assert (wanted[:29] == 0.0).all()
+    assert wanted[31:60].min() > 0.0
+    assert 'class="curve reference"' in render_report(made(dives))
+    (box,) = surge.filed[0].draw(10.0).axes
     early, late = (line.get_data() for line in box.get_lines()[:2])
     assert early[0][0] == pytest.approx(0.0, abs=0.1)
     assert np.interp(early[0], *late) == pytest.approx(early[1], abs=0.01)
@@ -148,7 +154,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     judged = Raising(
         Mode.OFF, Mode.BOTH, (Criterion("surge mass", False, "2.00 times, 0.71 to 1.41", "dive again"),)
     )
-    report = made({"PID": moving("pid", 1.5)}, {"PID": judged})
+    report = made({"off": moving("pid", 1.5)}, {"off": judged})
     assert [section.heading for section in report.sections] == [
         "May the feed-forward be raised?",
         "Every axis, over the whole mission",
@@ -157,7 +163,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     ]
     ((go, sentence),) = report.sections[0].judged
     assert not go
-    assert sentence.startswith("PID: NO-GO, don't raise it: surge mass.")
+    assert sentence.startswith("off: NO-GO, don't raise it: surge mass.")
     html = render_report(report)
     assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(sentence)}</p>' in html
     assert 'class="judged yes"' not in html
@@ -177,7 +183,7 @@ def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
 def test_every_axis_has_its_rows_whether_it_was_asked_to_move_or_not():
     dive = moving("pid", 1.5)
     swayed = dive.velocity.value + np.array([0.0, 0.05, 0.0])
-    section = made({"PID": replace(dive, velocity=Signal(dive.velocity.time_s, swayed))}).sections[0]
+    section = made({"off": replace(dive, velocity=Signal(dive.velocity.time_s, swayed))}).sections[0]
     assert section.heading == "Every axis, over the whole mission"
     rows = dict(section.tables[0].rows)
     assert rows["Sway, whole mission"] == rows["Sway, while others move"] == "50 mm/s"
@@ -186,13 +192,13 @@ def test_every_axis_has_its_rows_whether_it_was_asked_to_move_or_not():
 
 
 def test_a_dive_without_a_reference_makes_a_page_that_says_so():
-    html = render_report(made({"PID": replace(moving("pid", 0.0), nu_ref=None, notes=("Too short.",))}))
+    html = render_report(made({"off": replace(moving("pid", 0.0), nu_ref=None, notes=("Too short.",))}))
     assert "nothing to compare" in html
-    assert "PID: Too short." in html
+    assert "off: Too short." in html
 
 
 def test_bars_of_a_mode_differ_by_hatch_as_well_as_by_colour():
-    groups = [Group(name, (0.1, math.nan)) for name in ("PID", "shadow", "FF", "both")]
+    groups = [Group(name, (0.1, math.nan)) for name in ("off", "shadow", "ff", "both")]
     (box,) = stack([grouped("error", ("Overall", "Steady state"), groups)])(10.0).axes
     hatches = [container.patches[0].get_hatch() or "" for container in box.containers]
     assert hatches == list(HATCHES)
@@ -236,12 +242,12 @@ def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
 def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
     slow, fast = SteadyError(0.2, -0.0012, 0.0004, 4), SteadyError(0.4, 0.0021, NAN, 1)
     errors = {
-        "FF": TrackingErrors("a", (replace(SURGE, speeds=(slow, fast)),)),
+        "ff": TrackingErrors("a", (replace(SURGE, speeds=(slow, fast)),)),
         "both": TrackingErrors("b", (replace(SURGE, speeds=(fast,)),)),
         "sway": TrackingErrors("c", (SWAY,)),
     }
     *_, by_speed = tracking_section(errors, {}).tables
-    assert by_speed.columns == ("Surge speed, m/s", "FF", "both", "sway")
+    assert by_speed.columns == ("Surge speed, m/s", "ff", "both", "sway")
     assert by_speed.rows == (
         ("0.20", "−0.0012 ± 0.0004", "—", "—"),
         ("0.40", "+0.0021", "+0.0021", "—"),

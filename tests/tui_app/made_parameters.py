@@ -7,7 +7,7 @@ from fake_verbs import FakeVerbs
 from fake_verbs import desk as desk_of
 from made_dives import OUT
 from made_view import FixedViews, view
-from screen_text import played, text
+from screen_text import NARROW, played, text
 
 from bridge.reports import WRITING, Report, Written
 from bridge.vehicle.coefficients import BY_NAME
@@ -150,9 +150,9 @@ def views(armed=Armed.DISARMED, ff_mode=1):
     return FixedViews(replace(made_view, picture=replace(made_view.picture, armed=armed, ff_mode=ff_mode)))
 
 
-def on_screen(vehicle, *steps, shown=None, **what):
+def on_screen(vehicle, *steps, shown=None, size=NARROW, **what):
     """Open the screen of that vehicle, and play the steps."""
-    return played(desk(vehicle, **what), "5", *steps, views=shown or views())
+    return played(desk(vehicle, **what), "5", *steps, views=shown or views(), size=size)
 
 
 def line_of(app, name):

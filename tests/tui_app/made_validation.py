@@ -119,7 +119,7 @@ def raising(go=True, flown="shadow"):
 def validation(go=True):
     return [
         run("shadow", DIVE, 1.0, 1.2, raising(go)),
-        run("FF", CHECK, 0.1, 0.0, raising(flown="ff"), FORETOLD),
+        run("ff", CHECK, 0.1, 0.0, raising(flown="ff"), FORETOLD),
         run("both", OLDER, 0.02, 0.0, None),
     ]
 

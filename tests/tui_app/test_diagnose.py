@@ -165,11 +165,11 @@ def test_causes_are_ranked_with_evidence_probability_and_what_they_are_mistaken_
     assert lines[1].endswith("483 nats      98 %")
     assert lines[2] == "  N_rr 9.84 N m s²/rad² (95 %: 9.05 to 10.62)"
     assert any("can't tell it from command delay" in line for line in lines)
-    assert lines[-3] == "tried as well, and not accepted"
-    assert lines[-2].startswith("  waves: too little here")
+    assert lines[-4] == "tried as well, and not accepted"
+    assert lines[-3] == "  waves: too little here: 30 are asked for"
     assert lines[-1].startswith("  weak thruster 5")  # a DVL bias that gains 0.03 nats is left out
     bars = [line.count("█") for line in lines if "nats" in line]
-    assert bars[0] == diagnose.BAR_CELLS - 8
+    assert bars[0] == diagnose.BAR_CELLS
     assert bars == sorted(bars, reverse=True)
 
 
@@ -208,11 +208,24 @@ def test_no_cause_and_nothing_next_is_said():
     none = diagnosed(
         effects=[],
         verdict="no_gap",
-        told=diagnosis()["told"] | {"causes": [], "tried": [], "next": [], "notes": []},
+        told=diagnosis()["told"] | {"causes": [], "next": [], "notes": []},
     )
-    assert plain(diagnose.where(none, 80))[-1] == "there is no gap: these are shares of noise"
-    assert plain(diagnose.which(none, 80)) == ["No candidate of the library is accepted as a cause."]
+    assert plain(diagnose.where(none, 80)) == ["There is no gap, so it lies nowhere."]
+    assert plain(diagnose.which(none, 80))[0] == "No candidate of the library is accepted as a cause."
+    assert not set("░▒▓█▏") & set("".join(plain((*diagnose.which(none, 80), *diagnose.how_far(none, 80)))))
     assert plain(diagnose.what_next(none, 80)) == ["Nothing is left to split: dive on."]
+
+
+@pytest.mark.parametrize("cells", [68, 80, 104])
+def test_no_head_of_the_map_touches_another(cells):
+    head, *rows = plain(diagnose.where(diagnosed(), cells))
+    assert " ".join(head.split("missing")[0].split()) == "at rest speeds up slows steady turns reverses all"
+    assert all(len(line) <= cells for line in (head, *rows))
+
+
+def test_where_the_map_has_no_room_its_parts_are_listed():
+    lines = plain(diagnose.where(diagnosed(), 48))
+    assert [line.split()[:3] for line in lines[:2]] == [["yaw", "turns", "56"], ["sway", "steady", "19"]]
 
 
 def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():

@@ -15,6 +15,7 @@ from tui.app import app as seatrial_app
 from tui.app.campaign import Campaign
 from tui.app.themes import ORDER
 
+PHONE = (48, 30)
 SIZES = pytest.mark.parametrize("size", rest_in_soak((NARROW, WIDE)))
 
 
@@ -39,6 +40,11 @@ def looks(name, app, size, *keys):
 def test_watch_and_a_replay_on_it(size):
     looks("watch", made(FixedViews()), size)
     looks("replay", made(FixedViews(), desk=desk(replay=StillReplay())), size)
+
+
+def test_watch_on_a_phone_has_the_values_on_its_first_page_and_thrusters_on_its_second():
+    looks("watch", made(FixedViews()), PHONE)
+    looks("watch-second", made(FixedViews()), PHONE, "c")
 
 
 @pytest.mark.parametrize("theme", ORDER[1:])

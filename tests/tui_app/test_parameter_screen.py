@@ -18,9 +18,9 @@ def starts(name, mark):
     return lambda app: line_of(app, name).startswith(mark)
 
 
-def test_each_line_tells_vehicle_file_interval_last_accepted_and_change():
-    row = ("▶■", "FF1_M_U", "kg", "96.5", "111.52", "2.1", "96.5", "+7.2")
-    unit = Sees("FF1_D_R N m/(rad/s) ")
+def test_each_line_tells_old_and_new_value_per_cent_unit_and_interval():
+    row = ("▶■", "FF1_M_U", "96.5", "→", "111.52", "+16", "%", "kg", "2.1", "+7.2")
+    unit = Sees("+10 % N m/(rad/s) ")
     on_screen(FakeVehicle(), has("FF1_M_U", *row), unit, has("FF1_D_U", "same"), Sees("7 of 7 chosen"))
 
 
@@ -156,7 +156,11 @@ def test_what_the_vehicle_held_is_dimmed_and_dated_once_it_may_no_longer_be_so(l
         flying.now_s = 1.0
         flying.views.shown = replace(flying.views.shown, picture=fresh)
 
-    told = (Sees(f"what the vehicle holds was read {age}"), Sees(f"on the vehicle {age} 96.5 kg"), dimmed)
+    told = (
+        Sees(f"what the vehicle holds was read {age}"),
+        Sees(f"on the vehicle {age} 96.5 → in the file 111.52 kg (+16 %)"),
+        dimmed,
+    )
     undated = (Lacks("was read"), lambda app: not dimmed(app))
     flying.on_screen(FakeVehicle(), *undated, grow_old, *told, come_back, *undated)
 

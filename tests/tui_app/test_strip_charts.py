@@ -175,7 +175,9 @@ def test_a_trace_with_one_reading_is_a_dot():
     assert len([c for c in drawn if 0x2800 < ord(c) < 0x2900]) == 1
 
 
-def test_the_measured_curve_is_drawn_over_the_reference_so_that_its_shape_alone_tells_it():
-    measured, asked = np.array([0x2809, BLANK]), np.array([0x2840, 0x2840])
-    row = curve_row(measured, asked, np.zeros(2, dtype=bool), " ", "accent")
-    assert row == (("⠉", "accent"), ("⡀", "reference"))
+def test_both_curves_are_seen_where_they_share_cells_and_the_reference_lies_over_the_grid():
+    measured, asked = np.array([*[0x2809] * 5, BLANK, BLANK]), np.array([*[0x2840] * 6, BLANK])
+    row = curve_row(measured, asked, np.zeros(7, dtype=bool), "┈", "accent")
+    assert row == (
+        ("⡉", "reference"), ("⠉⠉⠉", "accent"), ("⡉⡀", "reference"), ("┈", "rule"),
+    )  # fmt: skip

@@ -203,9 +203,23 @@ def test_utc_stands_in_the_first_line_where_it_fits_and_else_in_the_second():
 
 
 def test_a_click_finds_its_tab():
-    assert [tab_at(TABS, x) and tab_at(TABS, x).title for x in (0, 8, 9, 17, 18)] == [
-        "Watch", "Watch", "Dives", "Dives", None
-    ]  # fmt: skip
+    def tab(cells, x, y):
+        found = tab_at(view(), TABS, cells, x, y)
+        return found and found.title
+
+    assert [tab(80, x, 1) for x in (0, 8, 9, 17, 18)] == ["Watch", "Watch", "Dives", "Dives", None]
+    assert tab(80, 0, 0) is None
+    assert [tab(48, 0, y) for y in (1, 2, 3)] == [None, "Watch", None]
+    assert [tab(17, 0, y) for y in (4, 5)] == ["Watch", "Dives"]
+
+
+def test_on_a_phone_the_parts_are_stacked_and_none_is_cut():
+    shown = plain(header(with_picture(armed=Armed.DISARMED), TABS, 48))
+    assert [" ".join(line.split()) for line in shown] == [
+        "□ DISARMED │ LINK 0.4 s loss 2 % sys 1/1",
+        "REC 00:12:31 41 h left │ FF shadow",
+        "1 Watch 2 Dives 08:52:31 UTC",
+    ]
 
 
 def test_a_silent_engine_leaves_no_number_bright():

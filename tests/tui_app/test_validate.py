@@ -21,7 +21,7 @@ from tui.app.screens.validate import runs
 def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):
     axes = [step for axis in ("surge", "sway", "yaw", "surge") for step in (Sees(f"{axis} speed"), "a")]
     dives = [
-        step for name in ("shadow", "FF", "both", "shadow") for step in (Sees(f"CURVES of {name} "), "m")
+        step for name in ("shadow", "ff", "both", "shadow") for step in (Sees(f"CURVES of {name} "), "m")
     ]
     played(validated_desk(tmp_path), "6", "s", *axes, *dives)
 
@@ -115,7 +115,7 @@ def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
 def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
     lines = validate.error_lines(runs(validation()), DIVE, 80)[6:]
     head, acceleration = plain(lines)[:2]
-    assert head.split() == ["surge,", "m/s", "shadow", "FF", "both"]
+    assert head.split() == ["surge,", "m/s", "shadow", "ff", "both"]
     assert acceleration.split() == ["Acceleration", "0.0928", "0.0093", "0.0019"]
     assert roles(lines[1]) == ["quiet", "plain", "plain", "strong"]
     assert roles(lines[0])[1] == "strong"  # the dive that is looked at
@@ -132,7 +132,7 @@ def test_a_yaw_rate_is_told_in_degrees():
 def test_every_axis_stands_first_over_the_whole_mission_and_while_it_was_not_asked_to_move():
     lines = plain(validate.error_lines(runs(validation()), DIVE, 80))
     assert [line.split() for line in lines[:6]] == [
-        ["rms:", "whole", "/", "unasked", "shadow", "FF", "both"],
+        ["rms:", "whole", "/", "unasked", "shadow", "ff", "both"],
         ["surge,", "mm/s", "46.6", "/", "--", "4.7", "/", "--", "0.9", "/", "--"],
         ["sway,", "mm/s", "34.5", "/", "3.7", "3.5", "/", "0.4", "0.7", "/", "0.1"],
         ["heave,", "mm/s", "1.7", "/", "1.7", "0.2", "/", "0.2", "0.0", "/", "0.0"],

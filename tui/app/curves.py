@@ -23,6 +23,8 @@ Codes = NDArray[np.int_]
 Gaps = NDArray[np.bool_]
 AXIS_CELLS: Final = 7
 LABEL_CELLS: Final = 14
+SHARED: Final = 4
+"""Of the cells that hold both curves, each such one shows the reference."""
 WITH_GRID: Final = 4  # rows of curve from which grid lines at the ticks help
 GAP: Final = "░"
 GRID: Final = "┈"
@@ -149,10 +151,13 @@ def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
 def curve_row(measured: Codes, asked: Codes, gaps: Gaps, grid: str, role: Role) -> Line:
     """One row of the curve, merged into runs of one role."""
     spans: list[Span] = []
-    for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
+    columns = zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True)
+    for column, (value, reference, gap) in enumerate(columns):
         span: Span
-        if value != BLANK:
-            # The value covers the reference, whose dots next to a solid line would look like part of it.
+        if value != BLANK and reference != BLANK and column % SHARED == 0:
+            span = (chr(value | reference), "reference")
+        elif value != BLANK:
+            # Dots of the reference next to a solid line would look like part of it.
             span = (chr(value), role)
         elif reference != BLANK:
             span = (chr(reference), "reference")

@@ -76,10 +76,11 @@ def apart(left: Line, right: Line, cells: int) -> Line:
 
 
 def heading(title: str, note: str, cells: int) -> Line:
-    """The line above a pane: its title, a rule, and a note at the right, such as a key."""
+    """The line above a pane: its title, a rule, and a note at the right, such as a key; the title is cut to fit."""
+    title = cut(title, max(cells - len(note) - 3, 0) if note else cells)
     rule = cells - len(title) - len(note) - (2 if note else 1)
     if rule < 1:
-        return ((cut(title, cells), "quiet"),)
+        return ((cut(title or note, cells), "quiet"),)
     line: Line = ((f"{title} ", "quiet"), ("─" * rule, "rule"))
     return (*line, (f" {note}", "quiet")) if note else line
 

@@ -2,9 +2,9 @@
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 from bridge.vehicle.mode import word_of
 from gcs_plugin.feedforward import sent_text
@@ -13,12 +13,15 @@ from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.drawing import Line, Lines, Role, Span, ago, apart, cut, left, stopwatch, utc, width
 from tui.app.view import GONE_S, STALE_S, Forcing, View
 
+T = TypeVar("T")
 SHORT_DISK_S: Final = 600.0
 ENGINE_SILENT_S: Final = 3.0
 RECORDER_SILENT_S: Final = 5.0
 """The recorder reports once a second, even on a stalled disk, and its report is checked once a second."""
 FIRST_LOOK_S: Final = 5.0
 """A younger dive has not been checked yet: whether data arrives is unknown."""
+PHONE: Final = 60
+"""Cells below which a screen is a phone's, and its parts are stacked."""
 APART: Final = ("  │  ", " │ ", "  ")
 SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
     Armed.UNKNOWN: (" ? ARMED STATE UNKNOWN ", "lost"),
@@ -52,15 +55,35 @@ class Tab:
 
 
 def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
-    """The two lines, and one or two more for an alert that must not be overlooked."""
+    """The two lines, more of them on a phone, and one or two for an alert that must not be overlooked."""
     clock: Line = ((f"{utc(view.unix_s)} UTC ", "quiet"),)
-    first = fit(pieces(view), cells)
-    with_clock = apart(first, clock, cells)
-    fits = len(with_clock) > len(first)
-    second = _tabs(tabs)
+    *above, last = (fit(line, cells) for line in _stacked(pieces(view), cells))
+    with_clock = apart(last, clock, cells)
+    fits = len(with_clock) > len(last)
+    *other_tabs, tab_line = map(_tabs, _tab_rows(tabs, cells))
     alert = _alert(view)
     below: Lines = tuple(((f" {piece:<{cells - 2}} ", "lost"),) for piece in _pieces(alert, cells - 2))
-    return (with_clock if fits else first, second if fits else apart(second, clock, cells), *below)
+    under = (*other_tabs, tab_line if fits else apart(tab_line, clock, cells))
+    return (*above, with_clock, *under, *below)
+
+
+def _stacked(parts: Sequence[Piece], cells: int) -> list[list[Piece]]:
+    """The parts by line: all in one, or on a phone as many in each as fit in their longest forms."""
+    return [list(parts)] if cells >= PHONE else _rows(parts, cells, lambda part: len(part.forms[0]) + 2)
+
+
+def _tab_rows(tabs: Sequence[Tab], cells: int) -> list[list[Tab]]:
+    return _rows(tabs, cells, lambda tab: width(_tabs((tab,))))
+
+
+def _rows(parts: Sequence[T], cells: int, needed: Callable[[T], int]) -> list[list[T]]:
+    """The parts in order, as many in each row as fit."""
+    rows: list[list[T]] = [[]]
+    for part in parts:
+        if rows[-1] and sum(map(needed, rows[-1])) + needed(part) > cells:
+            rows.append([])
+        rows[-1].append(part)
+    return rows
 
 
 def _pieces(alert: str, cells: int) -> list[str]:
@@ -214,10 +237,12 @@ def _tabs(tabs: Sequence[Tab]) -> Line:
     return line
 
 
-def tab_at(tabs: Sequence[Tab], x: int) -> Tab | None:
-    """The cell's tab on the second line."""
+def tab_at(view: View, tabs: Sequence[Tab], cells: int, x: int, y: int) -> Tab | None:
+    """The tab in a cell of the header."""
+    rows = _tab_rows(tabs, cells)
+    row = y - len(_stacked(pieces(view), cells))
     start = 0
-    for tab in tabs:
+    for tab in rows[row] if 0 <= row < len(rows) else ():
         start += width(_tabs((tab,)))
         if x < start:
             return tab

@@ -41,7 +41,7 @@ MOTIONS = {"surge": "Surge motion", "sway": "Sway motion", "yaw": "Yaw motion"}
 
 VEHICLE = "ruvifist"
 CAMPAIGNS = ("survey", "hovering")
-MODES = {"PID": Mode.OFF, "FF": Mode.ALONE, "both": Mode.BOTH}
+MODES = {mode.word: mode for mode in (Mode.OFF, Mode.ALONE, Mode.BOTH)}
 CAMPAIGN_SHARE, UPLOAD_SHARE = 0.72, 0.03
 DIVE_SHARE = 0.75
 """Share of the dive itself in a campaign's work; the rest is the identification."""

@@ -12,7 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import can_check
-from tui.app.drawing import Line, Lines, Role, apart, bar, cut, number, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, apart, bar, cut, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
@@ -29,13 +29,18 @@ PHASES: Final = {
 }
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
 """Shade of a cell by its least share of the gap; below the last share it is blank."""
-SHADE_CELLS, SHARE_CELLS, WIDEST_CELLS = 4, 5, 15
+SHADE_CELLS: Final = (4, 2, 0)
+"""Cells of a shade, from the widest that fits."""
+SHARE_CELLS, WIDEST_CELLS = 5, 15
+LISTED_CELLS: Final = 27
 FORCE: Final = "   missing force"
 NAME_CELLS: Final = 7
 FORCE_FROM: Final = 104
-BAR_CELLS: Final = 24
+BAR_CELLS: Final = 16
 MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
+WITH_ERRORS: Final = 65
+"""Cells from which the drift by degree of freedom has its errors beside it."""
 LEAST_NATS: Final = 1.0
 """A candidate with less gain is not worth showing."""
 MARKS: Final[dict[str, tuple[str, Role]]] = {
@@ -151,43 +156,79 @@ def verdict_lines(answer: Answer, cells: int) -> Lines:
 
 def where(answer: Answer, cells: int) -> Lines:
     """Map of the gap: degrees of freedom against the vehicle's phases of motion. Each cell is shaded and shows its
-    share of the squared gap in per cent; sums stand below and at the right, and the missing force if it fits.
+    share of the squared gap in per cent; sums stand below and at the right, and the missing force if it fits. A list
+    of the parts if the map does not fit.
     """
+    if answer.verdict == "no_gap":
+        none = wrapped("There is no gap, so it lies nowhere.", "plain", cells)
+        return (
+            *none,
+            *(line for words in answer.words.disturbance for line in wrapped(words, "quiet", cells)),
+        )
     known = [dof for dof in DOFS if dof in answer.force_n or any(name == dof for name, _ in answer.shares)]
     with_force = cells >= FORCE_FROM
     room = cells - NAME_CELLS - 1 - (len(FORCE) if with_force else 0)
-    width = min(room // (len(PHASES) + 1), WIDEST_CELLS)
-    head = f"{'':<{NAME_CELLS}}" + "".join(f"{words:>{width}}" for words in (*PHASES.values(), "all"))
+    heads = (*PHASES.values(), "all")
+    shade, widths = next(
+        (
+            (shade, widths)
+            for shade in SHADE_CELLS
+            if sum(widths := [max(len(words), SHARE_CELLS + shade) + 1 for words in heads]) <= room
+        ),
+        (0, []),
+    )
+    if not widths:
+        return _parts(answer, cells)
+    spare = (room - sum(widths)) // len(widths)
+    widths = [max(width, min(width + spare, WIDEST_CELLS)) for width in widths]
+    head = f"{'':<{NAME_CELLS}}" + "".join(
+        f"{words:>{width}}" for words, width in zip(heads, widths, strict=True)
+    )
     lines: list[Line] = [((head + (FORCE if with_force else ""), "quiet"),)]
     for dof in known:
         shares = [answer.shares.get((dof, phase), 0.0) for phase in PHASES]
         line: Line = ((f"{dof:<{NAME_CELLS}}", "plain"),)
-        for share in shares:
-            line = (*line, *_cell(share, width))
-        line = (*line, (f"{_percent(sum(shares)):>{width}}", "strong"))
+        for share, room in zip(shares, widths, strict=False):
+            line = (*line, *_cell(share, shade, room))
+        line = (*line, (f"{_percent(sum(shares)):>{widths[-1]}}", "strong"))
         if with_force:
             unit = "N" if dof in DOFS[:3] else "N m"
             force = number(answer.force_n.get(dof, math.nan), 2)
             line = (*line, (f"{force:>12}", "plain"), (f" {unit}", "quiet"))
         lines.append(line)
     sums = [sum(answer.shares.get((dof, phase), 0.0) for dof in known) for phase in PHASES]
-    foot = "".join(f"{_percent(total):>{width}}" for total in sums)
+    foot = "".join(f"{_percent(total):>{width}}" for total, width in zip(sums, widths, strict=False))
     lines.append(((f"{'all':<{NAME_CELLS}}", "quiet"), (foot, "strong")))
-    if answer.verdict == "no_gap":
-        lines.append((("there is no gap: these are shares of noise", "warn"),))
     for sentence in answer.words.disturbance:
         lines += wrapped(sentence, "quiet", cells)
     return tuple(lines)
 
 
-def _cell(share: float, width: int) -> Line:
+def _parts(answer: Answer, cells: int) -> Lines:
+    """The parts of the gap, the largest first, with a bar each."""
+    parts = sorted(answer.shares.items(), key=lambda part: -part[1])
+    lines: list[Line] = [
+        (
+            (f"{dof:<{NAME_CELLS}}{PHASES[phase]:<11}", "plain"),
+            (f"{_percent(share):>{SHARE_CELLS}}  ", "strong"),
+            (bar(share, max(cells - LISTED_CELLS, 0)), "accent"),
+        )
+        for (dof, phase), share in parts
+        if share > 0
+    ]
+    for sentence in answer.words.disturbance:
+        lines += wrapped(sentence, "quiet", cells)
+    return tuple(lines)
+
+
+def _cell(share: float, shade: int, width: int) -> Line:
     mark = next((shade for least, shade in SHADES if share >= least), " ")
     dark = mark in "█▓"
     number = f"{_percent(share):>{SHARE_CELLS}}"
-    blank = " " * (width - SHADE_CELLS - SHARE_CELLS)
+    blank = " " * (width - shade - SHARE_CELLS)
     return (
         (blank, "plain"),
-        (mark * SHADE_CELLS, "accent" if dark else "faded"),
+        (mark * shade, "accent" if dark else "faded"),
         (number, "strong" if dark else "plain" if mark != " " else "quiet"),
     )
 
@@ -204,7 +245,7 @@ def which(answer: Answer, cells: int) -> Lines:
     words = answer.words
     tried = [cause for cause in words.tried if cause.gain_nats >= LEAST_NATS][:MOST_TRIED]
     nats = [cause.gain_nats for cause in words.causes] + [cause.gain_nats for cause in tried]
-    most = max([LEAST_NATS, *nats])
+    most = 0.0 if answer.verdict == "no_gap" else max([LEAST_NATS, *nats])
     known = list(zip(words.causes, answer.probabilities, strict=True))
     likely = [(cause, probability) for cause, probability in known if probability >= LIKELY]
     possible = [(cause, probability) for cause, probability in known if probability < LIKELY]
@@ -224,15 +265,15 @@ def which(answer: Answer, cells: int) -> Lines:
         lines += wrapped(line, "warn", cells)
     if tried:
         lines += [(), (("tried as well, and not accepted", "quiet"),)]
-        lines += [_tried(cause, most, cells) for cause in tried]
+        for candidate in tried:
+            lines += _tried(candidate, most, cells)
     return tuple(lines)
 
 
 def _cause(place: int, cause: Cause, probability: float, most: float, cells: int, role: Role) -> Lines:
     probable = "over 99 %" if probability >= 0.995 else f"{100 * probability:.0f} %"
-    head: Line = ((f"{place} ", "quiet"), (cut(cause.name, cells - 44), "strong"))
     right: Line = (*_evidence(cause.gain_nats, most, role), (f"{probable:>10}", "strong"))
-    lines: list[Line] = [apart(head, right, cells)]
+    lines = list(_named((f"{place} ", "quiet"), (cause.name, "strong"), right, cells))
     for value in cause.values:
         lines += wrapped(value, "accent", cells, "  ")
     lines += wrapped(cause.sentence, "plain", cells, "  ")
@@ -240,42 +281,50 @@ def _cause(place: int, cause: Cause, probability: float, most: float, cells: int
     return tuple(lines)
 
 
-def _tried(cause: Tried, most: float, cells: int) -> Line:
+def _tried(cause: Tried, most: float, cells: int) -> Lines:
     name = f"{cause.name}: {cause.why}" if cause.why else cause.name
     right: Line = (*_evidence(cause.gain_nats, most, "faded"), (" " * 10, "plain"))
-    return apart((("  " + cut(name, cells - 41), "plain"),), right, cells)
+    return _named(("  ", "plain"), (name, "plain"), right, cells)
+
+
+def _named(mark: Span, name: Span, right: Line, cells: int) -> Lines:
+    """A name and what stands at its right: in the same line where both fit, else in the line below."""
+    if len(mark[0]) + len(name[0]) + width(right) < cells:
+        return (apart((mark, name), right, cells),)
+    first, *more = wrapped(name[0], name[1], cells - len(mark[0]))
+    blank: Span = (" " * len(mark[0]), "plain")
+    return ((mark, *first), *((blank, *line) for line in more), apart((), right, cells))
 
 
 def _evidence(nats: float, most: float, role: Role) -> Line:
     """Bar, on a logarithmic scale, and number of the gain on held-out pieces, nats."""
-    share = math.log1p(max(nats, 0.0)) / math.log1p(most)
-    return ((bar(max(share, SLIVER), BAR_CELLS - 8), role), (f"{number(nats, 0):>6} nats", "quiet"))
+    share = max(math.log1p(max(nats, 0.0)) / math.log1p(most), SLIVER) if most > 0 else 0.0
+    return ((bar(share, BAR_CELLS), role), (f"{number(nats, 0):>6} nats", "quiet"))
 
 
 def how_far(answer: Answer, cells: int) -> Lines:
     """Bars in noise floors of the drift before, after and by noise alone: the dive, held-out pieces, check dive."""
     shrinks = answer.shrinks
     drifts = [drift for shrink in shrinks.values() for drift in (shrink.before, shrink.after, shrink.floor)]
-    most = max(filter(math.isfinite, drifts), default=1.0)
+    most = max(filter(math.isfinite, drifts), default=1.0) if answer.verdict != "no_gap" else math.inf
     lines: list[Line] = []
     by_axis = next((what for what, shrink in reversed([*shrinks.items()]) if shrink.by_axis), None)
     if by_axis is not None:
-        lines += _by_axis(by_axis, shrinks[by_axis].by_axis)
-    lines.append((("drift of the model over 5 s, in floors: 1 is what noise alone gives", "quiet"),))
+        lines += _by_axis(by_axis, shrinks[by_axis].by_axis, cells)
+    lines += wrapped("drift of the model over 5 s, in floors: 1 is what noise alone gives", "quiet", cells)
     for what, shrink in shrinks.items():
         lines += _fall(what, shrink, most, cells)
     return tuple(lines)
 
 
-def _by_axis(what: str, axes: Sequence[AxisShrink]) -> Lines:
+def _by_axis(what: str, axes: Sequence[AxisShrink], cells: int) -> Lines:
     """A row per degree of freedom: drift in its own unit, and errors next to those of a plain fit."""
-    head = (
-        f"{'':<{NAME_CELLS}}{'before':>9}{'after':>9}{'noise':>9}      {'NRMSE':>6}{'':>8}{'plain fit':>11}"
-    )
+    head = f"{'':<{NAME_CELLS}}{'before':>9}{'after':>9}{'noise':>9}"
+    errors = f"      {'NRMSE':>6}{'':>8}{'plain fit':>11}" if cells >= WITH_ERRORS else ""
     return (
-        ((f"{what}: drift over 5 s by degree of freedom", "strong"),),
-        ((head, "quiet"),),
-        *(_axis(axis) for axis in axes),
+        *wrapped(f"{what}: drift over 5 s by degree of freedom", "strong", cells),
+        ((head + errors, "quiet"),),
+        *(_axis(axis)[: 4 if errors else 3] for axis in axes),
         (),
     )
 
@@ -307,7 +356,7 @@ def _fall(what: str, fall: Shrink, most: float, cells: int) -> Lines:
     lines: list[Line] = [apart(((what, "strong"),), ((closed, "plain"),), cells)]
     for word, value, role in rows:
         if math.isfinite(value) and math.isfinite(fall.before):
-            drawn = bar(max(value / most, SLIVER), cells - 20)
+            drawn = bar(max(value / most, SLIVER), cells - 20) if math.isfinite(most) else ""
             lines.append(((f"  {word:<7}", "quiet"), (f"{_floors(value):>8}  ", "strong"), (drawn, role)))
     return tuple(lines)
 

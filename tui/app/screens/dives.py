@@ -11,7 +11,7 @@ from bridge.errors import SeatrialError
 from gcs_plugin.dives.conditions import NOTHING_SAID, TITLES, mistakes, of_texts, texts_of
 from gcs_plugin.dives.folder import DiveFolder, last_conditions
 from tui.app.drawing import Line, Lines, entry_at, hanging, heading
-from tui.app.header import Tab
+from tui.app.header import PHONE, Tab
 from tui.app.jobs import aside
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.dives_lines import (
@@ -52,6 +52,8 @@ class DivesScreen(StationScreen):
         Action("dives.oldest", "end", "Oldest", "the oldest dive", HIDDEN | LOOKS, "go(100000)"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
+    # Side by side only where the table has room for its names.
+    HORIZONTAL_BREAKPOINTS = [(0, "-phone"), (PHONE, "-narrow"), (160, "-wide")]  # noqa: RUF012
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
         (CHOSEN, "the dive that the other screens show"),
         (RECORDED, "it is being recorded"),

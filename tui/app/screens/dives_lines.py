@@ -27,6 +27,7 @@ from tui.app.drawing import (
     stopwatch,
     width,
 )
+from tui.app.header import PHONE
 from tui.app.jobs import real
 from tui.dive_list import FAIR, DiveRow, Glance, dive_folders, kept_glance, letters, short_name
 
@@ -36,7 +37,8 @@ OF_ROW: Final = ("name", "size_bytes", "notes", "conditions", "damaged", "underw
 
 UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
-HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
+BEGAN: Final = f"{'':4}{'began, UTC':<18}"
+HEADS: Final = f"{BEGAN}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
 MASSES, DAMPINGS = "mass", "damping"
 SHORT: Final = 5  # letters kept of a shortened word: `ident.`
 LEAST_NAME: Final = 8  # cells
@@ -120,7 +122,8 @@ def table(
         dive = dives[n]
         return _row(dive, n == at, dive.folder == chosen, dive.folder == recorded, cells)
 
-    return (((cut(HEADS, cells), "quiet"),), *around(len(dives), at, rows, row))
+    heads = f"{BEGAN}dive" if cells < PHONE else HEADS
+    return (((cut(heads, cells), "quiet"),), *around(len(dives), at, rows, row))
 
 
 def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: int) -> Line:
@@ -135,11 +138,15 @@ def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: 
     line: Line = (
         *marks,
         (f"{day(real(dive.glance.began_unix_s)):<18}", role),
-        (f"{length(dive.glance.duration_s):<10}", role),
-        (f"{loss:>6}  ", _of_loss(dive.glance.loss, role)),
-        (f"{_letters(dive, MASSES):<7}", "accent"),
-        (f"{_letters(dive, DAMPINGS):<8}", "accent"),
     )
+    if cells >= PHONE:
+        line = (
+            *line,
+            (f"{length(dive.glance.duration_s):<10}", role),
+            (f"{loss:>6}  ", _of_loss(dive.glance.loss, role)),
+            (f"{_letters(dive, MASSES):<7}", "accent"),
+            (f"{_letters(dive, DAMPINGS):<8}", "accent"),
+        )
     room = cells - width(line)
     made = _made_of(dive, room)
     name = cut(dive.name, room - (len(made) + 1 if made else 0))
@@ -182,7 +189,7 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
     if dive.glance.error:
         lines += hanging(f"can't be read: {dive.glance.error}", "bad", cells)
     elif not dive.underway:
-        lines += _axes(dive)
+        lines += _axes(dive, cells)
     if dive.damaged:
         lines += hanging(dive.damaged, "bad", cells)
     if dive.glance.why_not:
@@ -209,20 +216,20 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
     return tuple(lines)
 
 
-def _axes(dive: DiveRow) -> Iterator[Line]:
-    """A row per degree of freedom: predicted accuracy of mass and damping, and the range of thrust and speed."""
-    yield (
-        (
-            f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{'recorded':>8}{'thrust':>13}{'speed':>14}",
-            "quiet",
-        ),
-    )
+def _axes(dive: DiveRow, cells: int) -> Iterator[Line]:
+    """A row per degree of freedom: predicted accuracy of mass and damping, and the range of thrust and speed, which a
+    phone has no room for."""
+    spans = "" if cells < PHONE else f"{'recorded':>8}{'thrust':>13}{'speed':>14}"
+    yield ((f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{spans}", "quiet"),)
     for dof, name in enumerate(DOFS):
         line: Line = ((f"  {name:<16}", "plain"),)
-        for kind, cells in ((MASSES, 12), (DAMPINGS, 13)):
+        for kind, column in ((MASSES, 12), (DAMPINGS, 13)):
             coefficient = next(c for c in COEFFICIENTS if c.kind == kind and c.dof == dof)
             text, role = known_to((dive.glance.relative_std or {}).get(coefficient.name, math.nan))
-            line = (*line, (f"{coefficient.name} ", "quiet"), (f"{text:<{cells - 4}}", role))
+            line = (*line, (f"{coefficient.name} ", "quiet"), (f"{text:<{column - 4}}", role))
+        if not spans:
+            yield line
+            continue
         span = next((span for span in dive.glance.spans if span.axis == name), None)
         if span is None:
             yield (*line, (f"{NOTHING:>8}", "quiet"))

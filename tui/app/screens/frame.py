@@ -17,8 +17,8 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from tui.app.desk import Desk
-from tui.app.drawing import Line, Lines, Role, changed, cut, harmless, width
-from tui.app.header import Tab, header, tab_at
+from tui.app.drawing import Line, Lines, Role, Span, changed, cut, harmless, width, wrapped
+from tui.app.header import PHONE, Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
 from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 NOT_UNDERLINED: Final = Style(underline=False)
 
-TABS_AT = 1
 NEVER_LEFT_OUT = ("app.force_off", "app.help")
 """Actions that must be visible on any terminal."""
 HELP = "app.help"
@@ -114,7 +113,8 @@ class TopLine(Drawn):
         return header(view, self._tabs, cells) if view is not None else ()
 
     def _open(self, x: int, y: int) -> None:
-        tab = tab_at(self._tabs, x) if y == TABS_AT else None
+        view = self._view()
+        tab = tab_at(view, self._tabs, self.size.width, x, y) if view is not None else None
         if tab is not None:
             self.call_later(self.app.run_action, f"app.open('{tab.title.lower()}')")
 
@@ -195,7 +195,7 @@ class StationScreen(Screen[None]):
     COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)
     ACTIONS: ClassVar[tuple[Action, ...]] = ()
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = ()
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (140, "-wide")]  # noqa: RUF012 (Textual's own type)
+    HORIZONTAL_BREAKPOINTS = [(0, "-phone"), (PHONE, "-narrow"), (140, "-wide")]  # noqa: RUF012 (Textual's own type)
     VERTICAL_BREAKPOINTS = [(0, "-short"), (34, "-tall")]  # noqa: RUF012
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
@@ -238,7 +238,7 @@ class StationScreen(Screen[None]):
         yield KeyLine()
 
     def _next(self, cells: int, _: int) -> Lines:
-        """The line that says what to do now, and by which keys."""
+        """The line that says what to do now, and by which keys; on a phone as many as it needs."""
         step = self.view.next if self.view is not None else None
         if step is None:
             return ((),)
@@ -246,7 +246,12 @@ class StationScreen(Screen[None]):
         keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
         named: Line = () if self.view_only else ((f" {' '.join(keys)} ", "key"),)
         head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
-        return ((*head, (cut(step.words, max(cells - width(head), 1)), "strong")),)
+        room = max(cells - width(head), 1)
+        if cells >= PHONE:
+            return ((*head, (cut(step.words, room), "strong")),)
+        first, *more = wrapped(step.words, "strong", room)
+        indent: Span = (" " * width(head), "plain")
+        return ((*head, *first), *((indent, *line) for line in more))
 
     def body(self) -> ComposeResult:
         yield from ()

@@ -20,7 +20,7 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Array
 from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
-from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, heading, number, stopwatch, width
+from tui.app.drawing import Line, Lines, apart, cut, day, hanging, heading, number, stopwatch, width
 from tui.app.jobs import NOT_KEPT, JobState, newer
 from tui.show import number as significant
 
@@ -34,12 +34,15 @@ BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
 WIDE: Final = 120  # cells from which four charts fit side by side
 AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
-COLUMNS: Final = "".join(
-    (
-        f"{'':7}{'value':>8}  {'95 % interval':<15}  {'given the thrust':<17}  ",
-        f"{'unit':<12}{'accepted':>8}{'change':>7}",
-    )
+NAMED, ACCEPTED = f"{'':7}", f"{'accepted':>8} →"
+AFTER: Final = (
+    f"{'value':>8}",
+    f"{'change':>9}",
+    f"  {'unit':<12}",
+    f"  {'95 % interval':<15}",
+    f"  {'given the thrust':<17}",
 )
+"""Heads of the columns; those at the end are left out where they have no room."""
 
 
 @dataclass(frozen=True)
@@ -384,8 +387,10 @@ def result(shown: Identified, cells: int) -> Lines:
         lines += hanging(f"▲ {doubt}", "warn", cells)
     reasons = list(dict.fromkeys(value.reason for value in shown.values if value.reason))
     if shown.count:
-        lines.append(((cut(COLUMNS, cells), "quiet"),))
-        lines += [_row(value, reasons) for value in shown.values]
+        again = any(math.isfinite(value.accepted) for value in shown.values)
+        columns = (NAMED, ACCEPTED, *AFTER) if again else (NAMED, AFTER[0], *AFTER[2:])
+        lines.append(_fitting(tuple((head, "quiet") for head in columns), cells))
+        lines += [_fitting(_row(value, reasons, again=again), cells) for value in shown.values]
     for n, reason in enumerate(reasons, start=1):
         lines += hanging(f"{n}: {reason}", "warn", cells)
     for note in shown.notes:
@@ -400,26 +405,31 @@ def _outcome(shown: Identified) -> str:
     return f"{capital(shown.outcome)}: {counts} coefficients identified by {shown.method}{other}."
 
 
-def _row(value: Value, reasons: Sequence[str]) -> Line:
+def _fitting(columns: Line, cells: int) -> Line:
+    """The columns that have room."""
+    return tuple(span for n, span in enumerate(columns) if width(columns[: n + 1]) <= cells)
+
+
+def _row(value: Value, reasons: Sequence[str], *, again: bool) -> Line:
+    """A row of the table; `again`: some values were accepted before."""
+    blank: Line = ((" " * len(ACCEPTED), "quiet"),) if again else ()
     if not math.isfinite(value.value):
         why = f"no, see {1 + reasons.index(value.reason)}" if value.reason else "no"
-        return ((f"{value.name:<7}", "plain"), (f"{'--':>8}  ", "quiet"), (why, "warn"))
+        return ((f"{value.name:<7}", "plain"), *blank, (f"{'--':>8}  ", "quiet"), (why, "warn"))
     interval = f"{significant(value.low95, 3)} … {significant(value.high95, 3)}"
     given = " … ".join(map(significant, value.given))
-    line: Line = (
-        (f"{value.name:<7}", "plain"),
-        (f"{significant(value.value):>8}", "strong"),
-        (f"  {interval:<15}  ", "reference"),
-        (f"{given:<17}  ", "quiet"),
-        (f"{value.unit:<12}", "quiet"),
-    )
-    if not math.isfinite(value.accepted):
-        return line
-    role: Role = "warn" if value.is_news else "plain"
+    was, change = blank, ((" " * len(AFTER[1]), "quiet"),) if again else ()
+    if math.isfinite(value.accepted):
+        was = ((f"{significant(value.accepted):>8}", "plain"), (" →", "quiet"))
+        change = ((f"{_signed(100 * value.change):>7} %", "warn" if value.is_news else "plain"),)
     return (
-        *line,
-        (f"{significant(value.accepted):>8}", "plain"),
-        (f"{_signed(100 * value.change):>5} %", role),
+        (f"{value.name:<7}", "plain"),
+        *was,
+        (f"{significant(value.value):>8}", "strong"),
+        *change,
+        (f"  {value.unit:<12}", "quiet"),
+        (f"  {interval:<15}", "plain"),
+        (f"  {given:<17}", "quiet"),
     )
 
 

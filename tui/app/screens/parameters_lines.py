@@ -10,6 +10,7 @@ from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.comparison import Compared, Comparison
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, around, cut, heading, lines_of, wrapped
+from tui.app.header import PHONE
 from tui.app.jobs import JobState, progress
 
 AT: Final = "▶"
@@ -26,12 +27,13 @@ FAILED: Final = {
 SHORT: Final = {"not on the vehicle": "absent", "implausible": "unlikely"}
 """Short forms of verdicts for narrow lines; the sentence below the table has the full words."""
 DIGITS: Final = 5
-WIDE: Final = 90  # cells from which every column fits any value
+WIDE: Final = 90  # cells from which every column fits any value, and the last accepted value stands too
 ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
 IN_HALVES: Final = "Δ/±95%"
 """Column head of the change, in units of the ±95 % column."""
-CHANGE, NAME = 7, 12
+CHANGE, NAME, PERCENT = 7, 12, 7
+ARROW: Final = " →"
 
 READ_FIRST: Final = "The vehicle is read before anything is written."
 
@@ -46,7 +48,7 @@ class _Widths:
     half: int
 
 
-ROOMY, TIGHT = _Widths(13, 10, 11, 8), _Widths(12, 9, 11, 7)
+ROOMY, TIGHT, OF_A_PHONE = _Widths(13, 10, 11, 8), _Widths(12, 8, 11, 7), _Widths(0, 8, 9, 0)
 
 
 def number(value: float | None, cells: int = 0) -> str:
@@ -96,13 +98,18 @@ def table(
 
 def _head(cells: int, back: bool, present: str) -> Line:
     wide = _widths(cells)
-    values = present, "before" if back else "identified"
-    head = f"   {'name':<{NAME}}{'unit':<{wide.unit}}{values[0]:>{wide.number}}{values[1]:>{wide.file}}"
-    return ((f"{head}{'±95 %':>{wide.half}}{'accepted':>{wide.number}}{IN_HALVES:>{CHANGE}}", "quiet"),)
+    values = present, "before" if back else "identified" if cells >= PHONE else "new"
+    head = (
+        f"   {'name':<{NAME}}{values[0]:>{wide.number}}{ARROW}{values[1]:>{wide.file}}{'change':>{PERCENT}}"
+    )
+    if cells < PHONE:
+        return ((head, "quiet"),)
+    accepted = f"{'accepted':>{wide.number}}" if cells >= WIDE else ""
+    return ((f"{head} {'unit':<{wide.unit}}{'±95 %':>{wide.half}}{IN_HALVES:>{CHANGE}}{accepted}", "quiet"),)
 
 
 def _widths(cells: int) -> _Widths:
-    return ROOMY if cells >= WIDE else TIGHT
+    return ROOMY if cells >= WIDE else TIGHT if cells >= PHONE else OF_A_PHONE
 
 
 def _row(entry: Compared, chosen: bool, at: bool, became: Written | None, cells: int, *, stale: bool) -> Line:
@@ -118,13 +125,22 @@ def _row(entry: Compared, chosen: bool, at: bool, became: Written | None, cells:
         (mark, "accent"),
         (DOUBT if entry.doubted else " ", "warn"),
         (f"{cut(entry.name, NAME - 1):<{NAME}}", "tab" if at else lively),
-        (f"{cut(entry.unit, wide.unit - 1):<{wide.unit}}", "quiet"),
         (f"{number(entry.present, wide.number):>{wide.number}}", present),
+        (ARROW, "quiet"),
         (f"{number(entry.target, wide.file):>{wide.file}}", lively),
+        (f"{entry.percent or NOTHING:>{PERCENT}}", lively),
+    )
+    if cells < PHONE:
+        words, role = _words(entry, became, PERCENT - 1)
+        return (*line[:-1], (f" {cut(words, PERCENT - 1):>{PERCENT - 1}}", role)) if became else line
+    line = (
+        *line,
+        (f" {cut(entry.unit, wide.unit - 1):<{wide.unit}}", "quiet"),
         (f"{number(half(entry), wide.half):>{wide.half}}", "quiet"),
-        (f"{number(entry.accepted, wide.number):>{wide.number}}", "quiet"),
         (f"{_change(entry.change):>{CHANGE}}", far),
     )
+    if cells >= WIDE:
+        line = (*line, (f"{number(entry.accepted, wide.number):>{wide.number}}", "quiet"))
     room = cells - sum(len(text) for text, _ in line) - 2
     words, role = _words(entry, became, room)
     return (*line, (f"  {cut(words, room)}", role)) if room > 0 else line
@@ -152,9 +168,10 @@ def details(entry: Compared, became: Written | None, stale_s: float | None, cell
     size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
     held = "staged on the vehicle" if entry.staged else "on the vehicle"
     label = "before" if became else held if stale_s is None else f"{held} {ago(stale_s)}"
-    is_now = "the vehicle has none" if entry.present is None else f"{label} {number(entry.present)}{unit}"
+    is_now = "the vehicle has none" if entry.present is None else f"{label} {number(entry.present)}"
+    by = f" ({entry.percent})" if entry.percent else ""
     sentence = "; ".join(
-        filter(None, (is_now, f"in the file {number(entry.target)}{unit}{interval}", last, size))
+        filter(None, (f"{is_now} → in the file {number(entry.target)}{unit}{by}{interval}", last, size))
     )
     lines = wrapped(f"{entry.name}: {entry.sentence}" if entry.sentence else entry.name, "strong", cells)
     lines += wrapped(f"{sentence}.", "plain", cells)

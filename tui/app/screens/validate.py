@@ -15,7 +15,7 @@ from identify.glance.following import CURVES, Followed
 from identify.glance.raising import Criterion
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
-from tui.app.header import Tab
+from tui.app.header import PHONE, Tab
 from tui.app.jobs import Kept, real
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
@@ -43,7 +43,8 @@ MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
     False: ("▲ no ", "bad"),
     None: ("◐ ?  ", "warn"),
 }
-PHASE_CELLS: Final = 24
+PHASE_CELLS, PHASE_CELLS_OF_A_PHONE = 24, 17
+BOTH_PARTS_CELLS: Final = 13
 LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
 DIGITS: Final = {"m/s": 4, "deg/s": 2}
 EFFORT_DIGITS: Final = 2
@@ -137,54 +138,57 @@ def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
 
 def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
     """Mean absolute tracking errors as in the paper's Table 5, the least of a row strong; then delay and PID."""
-    width = max(min((cells - PHASE_CELLS - 2) // len(runs), 16), 7)
+    left = PHASE_CELLS if cells >= PHONE else PHASE_CELLS_OF_A_PHONE
+    width = max(min((cells - left - 2) // len(runs), 16), 7)
     lines: list[Line] = []
     for axis in dict.fromkeys(axis for run in runs for axis in run.errors):
         unit = next(run.units[axis] for run in runs if axis in run.units)
         shown, factor = SHOWN_IN.get(unit, (unit, 1.0))
-        head: Line = ((f"{f'{axis}, {shown}':<{PHASE_CELLS}}", "strong"),)
+        head: Line = ((f"{f'{axis}, {shown}':<{left}}", "strong"),)
         for run in runs:
             role: Role = "strong" if run.dive == chosen else "quiet"
             head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
         lines.append(head)
         for key, words in ROWS.items():
             values = [run.errors.get(axis, {}).get(key, math.nan) * factor for run in runs]
-            lines.append(_row(words, values, DIGITS.get(shown, 4), width, mark=True))
+            lines.append(_row(words, values, DIGITS.get(shown, 4), left, width, mark=True))
         for key, words in EFFORTS.items():
             values = [run.errors.get(axis, {}).get(key, math.nan) for run in runs]
             if key == "delay_s":
-                lines.append(_row(words, [1000 * value for value in values], 0, width, mark=False))
+                lines.append(_row(words, [1000 * value for value in values], 0, left, width, mark=False))
             else:
                 force = "N m" if unit == "rad/s" else "N"
-                lines.append(_row(f"{words}, {force}", values, EFFORT_DIGITS, width, mark=False))
+                lines.append(_row(f"{words}, {force}", values, EFFORT_DIGITS, left, width, mark=False))
         lines.append(())
-    return (*whole_lines(runs, chosen, width), *lines[:-1])
+    return (*whole_lines(runs, chosen, left, width), *lines[:-1])
 
 
-def whole_lines(runs: Sequence[Run], chosen: str, width: int) -> Lines:
-    """Every axis, rms over the whole mission and while it was not asked to move; no lines if no dive tells it."""
+def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Lines:
+    """Every axis, rms over the whole mission and, where that has room, while it was not asked to move; no lines if no
+    dive tells it."""
+    keys = WHOLE if width >= BOTH_PARTS_CELLS else WHOLE[:1]
     lines: list[Line] = []
     for axis in dict.fromkeys(axis for run in runs for axis in run.whole):
         factor, shown, digits = (1e3, "mm/s", 1) if DOFS.index(axis) < 3 else (math.degrees(1.0), "deg/s", 2)
-        line: Line = ((f"{f'  {axis}, {shown}':<{PHASE_CELLS}}", "quiet"),)
+        line: Line = ((f"{f'  {axis}, {shown}':<{left}}", "quiet"),)
         for run in runs:
-            parts = (run.whole.get(axis, {}).get(key, math.nan) for key in WHOLE)
+            parts = (run.whole.get(axis, {}).get(key, math.nan) for key in keys)
             said = " / ".join(number(factor * value, digits) for value in parts)
             line = (*line, (f"{cut(said, width - 1):>{width}}", "plain"))
         lines.append(line)
     if not lines:
         return ()
-    head: Line = ((f"{'rms: whole / unasked':<{PHASE_CELLS}}", "strong"),)
+    head: Line = ((f"{'rms: whole / unasked' if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
     for run in runs:
         role: Role = "strong" if run.dive == chosen else "quiet"
         head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
     return (head, *lines, ())
 
 
-def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: bool) -> Line:
+def _row(words: str, values: Sequence[float], digits: int, left: int, width: int, *, mark: bool) -> Line:
     known = [value for value in values if math.isfinite(value)]
     least = min(known) if mark and len(known) > 1 else math.nan
-    line: Line = ((cut(f"  {words}", PHASE_CELLS).ljust(PHASE_CELLS), "quiet"),)
+    line: Line = ((cut(f"  {words}", left).ljust(left), "quiet"),)
     for value in values:
         role: Role = "strong" if value == least else "plain"
         line = (*line, (f"{number(value, digits):>{width}}", role))

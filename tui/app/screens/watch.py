@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 
 from textual import events
 from textual.app import ComposeResult
-from textual.containers import Container, Horizontal, Vertical, VerticalScroll
+from textual.containers import Container, Vertical, VerticalScroll
 
 from gcs_plugin.watch.picture import (
     Condition,
@@ -273,7 +273,7 @@ class WatchScreen(StationScreen):
 
     def body(self) -> ComposeResult:
         yield Drawn(self._replay_bar, id="replay-bar")
-        with Horizontal(id="middle"):
+        with Container(id="middle"):
             with Container(id="charts"):
                 for name, title, keys in (("motion", "VELOCITIES", MOTION), ("state", "STATE", STATE)):
                     with Vertical(id=name):
@@ -282,19 +282,17 @@ class WatchScreen(StationScreen):
             with Vertical(id="aside"):
                 yield self._heading("SENSORS")
                 with VerticalScroll(id="sensors-scroll"):
-                    yield self._pane(
-                        lambda now, cells, _: sensors(self._links(now), now.sensors, cells), id="sensors"
-                    )
+                    yield self._pane(self._sensors, id="sensors")
                 with Vertical(id="thrusters-pane"):
                     yield self._pane(
                         lambda now, cells, _: (thrusters_heading(now.configuration, cells),),
                         classes="heading",
                     )
                     yield self._pane(lambda now, cells, _: thrusters(now.thrusters, cells), id="thrusters")
-        with Vertical(id="words-pane"):
-            yield self._heading("WORDS", self._words_note)
-            with VerticalScroll(id="words-scroll"):
-                yield self._pane(lambda now, cells, _: words(now.said, cells), id="words")
+            with Vertical(id="words-pane"):
+                yield self._heading("WORDS", self._words_note)
+                with VerticalScroll(id="words-scroll"):
+                    yield self._pane(lambda now, cells, _: words(now.said, cells), id="words")
 
     def _pane(
         self, make: Callable[[Picture, int, int], Lines], *, id: str | None = None, classes: str | None = None
@@ -323,7 +321,7 @@ class WatchScreen(StationScreen):
         if action == "identify":
             return self.desk.replay is None
         if action == "charts":
-            return self.has_class("-narrow") and not self.has_class("-words")
+            return not (self.has_class("-wide") or self.has_class("-words"))
         if action.startswith("replay_"):
             return self.desk.replay is not None
         return super().check_action(action, parameters)
@@ -344,6 +342,15 @@ class WatchScreen(StationScreen):
         if self.view is None:
             return None
         return self.view.picture if self.view.replay is None else self.view.replay.picture
+
+    def _sensors(self, now: Picture, cells: int, _: int) -> Lines:
+        """All of them; next to the values on a phone only the links and what is not ok."""
+        if not (self.has_class("-phone") and self.has_class("-first")):
+            return sensors(self._links(now), now.sensors, cells)
+        faults = tuple(row for row in now.sensors if row.condition is not Condition.OK)
+        good = len(now.sensors) - len(faults)
+        ok: Lines = (((f"● {good} ok", "quiet"),),) if good else ()
+        return (*sensors((), faults, cells), *ok)
 
     def _links(self, now: Picture) -> tuple[LinkRow, ...]:
         """The links, but for those that fell silent because the dive is over."""
