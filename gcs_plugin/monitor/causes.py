@@ -50,7 +50,7 @@ def likeliest(model: Model, drifts: Sequence[Drift], floors: Array) -> tuple[Cau
     fits: list[tuple[float, str, str]] = []
     for label, members in _candidates(model):
         design = np.stack([columns[:, names.index(name)].ravel() for name in members], axis=1)
-        size: Array = np.linalg.lstsq(design, target.ravel(), rcond=1e-6)[0]
+        size = np.asarray(np.linalg.lstsq(design, target.ravel(), rcond=1e-6)[0], dtype=np.float64)
         words = _words(label, size, drifts[-1].place)
         explained = whole - float(((target.ravel() - design @ size) ** 2).sum())
         if not words or explained < LEAST_EXPLAINED * whole:

@@ -31,6 +31,9 @@ FITTED_S: Final = 60
 FORGOTTEN_S: Final = 900.0
 CORRELATED_S: Final = 4.0
 HOLDS_S: Final = 15
+CLEARS_S: Final = 60
+"""The alarm ends once the departure has been gone for so long: at rest a weak thruster shows nothing."""
+
 ALARM: Final = 6.0
 DOUBT: Final = 2.5
 OVER: Final = 2.0
@@ -42,8 +45,8 @@ LEAST_FLOOR: Final = np.array([0.5e-3] * 3 + [0.2e-3] * 3)
 
 @dataclass(frozen=True)
 class AxisGap:
-    """An axis, 0 to 5: its drift over 5 s, rms of the last SHOWN_S seconds, and its floor, m/s or rad/s; whether it is
-    what the alarm is about."""
+    """An axis, 0 to 5: its drift over 5 s, rms of the last SHOWN_S seconds, and its floor, m/s or rad/s; whether an
+    alarm is about it."""
 
     dof: int
     drift: float
@@ -72,7 +75,7 @@ class GapMonitor:
         self._recent: deque[tuple[Drift, Array]] = deque(maxlen=STAYS_S)
         self._departed: deque[Drift] = deque(maxlen=FITTED_S)
         self._undoubted: deque[Array] = deque()
-        self._high_s = 0
+        self._high_s = self._low_s = 0
         self._since: int | None = None
         self.gap = Gap(learns_s=float(LEARNT_S))
 
@@ -99,7 +102,8 @@ class GapMonitor:
             self._since = self._seconds
             # The windows of these seconds lie behind the onset, which half a minute's mean shows late.
             self._departed.extend(drift for drift, _ in list(self._recent)[-HOLDS_S - OVER_S : -1])
-        elif self._since is not None and size.max() < OVER:
+        self._low_s = self._low_s + 1 if size.max() < OVER else 0
+        if self._since is not None and self._low_s >= CLEARS_S:
             self._since = None
             self._departed.clear()
         if self._since is not None:
@@ -130,7 +134,7 @@ class GapMonitor:
         floor = np.sqrt(np.mean([self._floor(drift) ** 2 for drift in shown], axis=0))
         alarm = self._since is not None
         axes = tuple(
-            AxisGap(dof, float(rms[dof]), float(floor[dof]), alarm and bool(s > OVER))
+            AxisGap(dof, float(rms[dof]), float(floor[dof]), alarm and bool(s >= min(ALARM, size.max())))
             for dof, s in zip(self._dofs, size, strict=True)
         )
         if self._since is None:
