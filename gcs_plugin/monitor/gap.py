@@ -66,7 +66,8 @@ class Gap:
 
 
 class GapMonitor:
-    """Takes the drift of each second; `gap` is the state after the last one."""
+    """Takes the drift of each second that can be judged; `gap` is the state after the last one. A hole of some seconds,
+    as of a DVL without bottom lock, takes nothing back."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -109,14 +110,6 @@ class GapMonitor:
         if self._since is not None:
             self._departed.append(drift)
         self.gap = self._gap_of(size)
-
-    def pause(self) -> None:
-        """The seconds that follow do not join those before; the floor stays known."""
-        self._recent.clear()
-        self._undoubted.clear()
-        self._departed.clear()
-        self._high_s, self._since = 0, None
-        self.gap = Gap(learns_s=max(0.0, float(LEARNT_S - self._seconds)))
 
     def _learn(self, square: Array) -> None:
         keep = 1.0 - 1.0 / FORGOTTEN_S

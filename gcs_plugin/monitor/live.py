@@ -28,6 +28,9 @@ LATE_S: Final = 3.0
 SETTLED_S: Final = 2.0
 """Parameters are taken over when none has changed for so long: a set is written line by line."""
 
+STALE_S: Final = 15.0
+"""The gap is unknown where nothing could be judged for so long."""
+
 KEPT_S: Final = 8.0
 
 
@@ -93,13 +96,14 @@ class LiveGap:
         self._veh_cfg: float | None = None
         self._signals = {name: _Samples() for name in (*NEEDED, "fog", "battery")}
         self._next_s = math.nan
-        self._newest_s = -math.inf
+        self._newest_s = self._judged_s = -math.inf
         self._work: tuple[Predictor, GapMonitor] | None = None
         self._is_made = False
 
     @property
     def gap(self) -> Gap | None:
-        return None if self._work is None or not self._armed else self._work[1].gap
+        stale = self._newest_s > self._judged_s + STALE_S
+        return None if self._work is None or not self._armed or stale else self._work[1].gap
 
     def parameter(self, name: str, value: float) -> None:
         """Take a parameter that the vehicle states."""
@@ -140,15 +144,13 @@ class LiveGap:
         """Start from here: after a hole in the readings, or a new boot."""
         for samples in self._signals.values():
             samples.clear()
-        self._newest_s = self._changed_s = -math.inf
+        self._newest_s = self._changed_s = self._judged_s = -math.inf
         self._lose_track()
 
     def _lose_track(self) -> None:
         self._next_s = math.nan
         if self._work is not None:
-            predictor, monitor = self._work
-            predictor.reset()
-            monitor.pause()
+            self._work[0].reset()
 
     def _go_on(self) -> None:
         """Work through the seconds that are complete."""
@@ -161,6 +163,7 @@ class LiveGap:
             return
         if math.isnan(self._next_s):
             self._next_s = max(samples.time_s[0] for samples in needed)
+            self._judged_s = max(self._judged_s, self._next_s)
         while True:
             end_s = self._next_s + SECOND * STEP_S
             if min(samples.last_s for samples in needed) < end_s:
@@ -190,6 +193,7 @@ class LiveGap:
         drift = predictor.step(second)
         if drift is not None:
             monitor.add(drift)
+            self._judged_s = end_s
 
     def _cut(self, start_s: float, end_s: float) -> Second:
         assert self._file is not None

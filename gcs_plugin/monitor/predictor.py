@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.accepted_effects import Losses
+from bridge.vehicle.accepted_effects import Losses, Supply
 from bridge.vehicle.coefficients import QUADRATICS
 from bridge.vehicle.dynamics import coriolis, restoring
 from bridge.vehicle.feedforward import hull_wrench
@@ -69,7 +69,7 @@ class Predictor:
         self._names = names_of(model)
         self._kept = 1.0 - np.exp(-STEP_S / model.lag_s) if model.lag_s > 0 else 1.0
         self._late = round(model.delay_s / STEP_S)
-        self._supply_factor = 1.0
+        self._supply = Supply()
         self.reset()
 
     @property
@@ -123,7 +123,7 @@ class Predictor:
         asked = model.curve.thrust(second.pwm)
         losses = model.effects.losses
         if losses is not None:
-            supply = 1.0 if law is None or not np.isfinite(second.voltage_v) else law.factor(second.voltage_v)
+            supply = 1.0 if law is None else self._supply.step(law, second.voltage_v, SECOND * STEP_S)
             asked = _given(losses, asked, supply)
         if self._thrust is None:
             self._thrust = asked[0].copy()

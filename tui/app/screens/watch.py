@@ -9,6 +9,10 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
+from bridge.vehicle.coefficients import DOFS
+from gcs_plugin.monitor.gap import AxisGap, Gap
+from gcs_plugin.monitor.words import thousandths
+from gcs_plugin.monitor.words import worst as worst_axis
 from gcs_plugin.watch.picture import (
     Condition,
     Freshness,
@@ -209,6 +213,32 @@ def signed_bar(pwm_us: float, half: int) -> str:
     return side + "│" + " " * half
 
 
+def gap_lines(gap: Gap | None, cells: int) -> Lines:
+    """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst."""
+    if gap is None:
+        return ()
+    if not gap.axes:
+        return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
+    if cells < WIDE:
+        axis = worst_axis(gap)
+        assert axis is not None
+        drift, floor, unit = thousandths(axis)
+        return (heading("MODEL", f"{DOFS[axis.dof]} off {drift}, floor {floor} {unit}", cells),)
+    each, half = cells // 2, (len(gap.axes) + 1) // 2
+    rows = tuple(sum((_axis_gap(axis, each) for axis in gap.axes[n::half]), ()) for n in range(half))
+    return (heading("MODEL", "off in 5 s / floor", cells), *rows)
+
+
+def _axis_gap(axis: AxisGap, cells: int) -> Line:
+    drift, floor, unit = thousandths(axis)
+    line: Line = (
+        (f"{DOFS[axis.dof]:<6}", "plain"),
+        (f"{drift:>7}", "bad" if axis.high else "strong"),
+        (f" /{floor:>5} {unit}", "quiet"),
+    )
+    return (*line, (" " * (cells - width(line)), "plain"))
+
+
 def words(said: tuple[Said, ...], cells: int) -> Lines:
     """The vehicle's messages, the newest first, with the severity as a word."""
     if not said:
@@ -291,6 +321,7 @@ class WatchScreen(StationScreen):
                         classes="heading",
                     )
                     yield self._pane(lambda now, cells, _: thrusters(now.thrusters, cells), id="thrusters")
+                yield self._pane(lambda now, cells, _: gap_lines(now.gap, cells), id="gap")
         with Vertical(id="words-pane"):
             yield self._heading("WORDS", self._words_note)
             with VerticalScroll(id="words-scroll"):
