@@ -13,7 +13,7 @@ from gcs_plugin.watch.picture import Alarm, Kind
 class Bell:
     """Rings once for each alarm that wasn't there before; `bell` rings the terminal's own.
 
-    Raises ConfigError if the sound's program is not on this computer.
+    `played` is the sound that plays, or played last. Raises ConfigError if the sound's program is not on this computer.
     """
 
     def __init__(self, settings: Settings, bell: Callable[[], object]) -> None:
@@ -21,6 +21,7 @@ class Bell:
         self._sound = shlex.split(settings.sound)
         if self._sound and shutil.which(self._sound[0]) is None:
             raise ConfigError(f"alarms: sound: no program '{self._sound[0]}' is here; give another, or none")
+        self.played: subprocess.Popen[bytes] | None = None
         self._known: frozenset[tuple[Kind, str]] = frozenset()
 
     def hear(self, alarms: Sequence[Alarm]) -> tuple[Alarm, ...]:
@@ -30,7 +31,7 @@ class Bell:
         if new:
             self._bell()
             if self._sound:
-                subprocess.Popen(
+                self.played = subprocess.Popen(
                     self._sound,
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,

@@ -36,7 +36,7 @@ CLEARS_S: Final = 60
 
 ALARM: Final = 6.0
 DOUBT: Final = 2.5
-OVER: Final = 2.0
+OVER: Final = 3.0
 MOST: Final = 16.0
 KNOWN_SHARE: Final = 0.03
 LEAST_FLOOR: Final = np.array([0.5e-3] * 3 + [0.2e-3] * 3)

@@ -176,11 +176,14 @@ class Alarms:
             yield _Sign(Alarm(Kind.THRUSTER, str(row.number), words), self._limits.thruster_s)
 
     def _of_sensor(self, row: SensorRow) -> Iterator[_Sign]:
-        silent = row.freshness is Freshness.GONE or row.condition is Condition.BAD
-        if self._limits.sensor_s and silent and math.isfinite(row.age_s):
-            # A silent one has been so for its age, and a slow one only after some of its own periods.
-            still_s = self._limits.sensor_s - (0.0 if row.condition is Condition.BAD else row.age_s)
-            yield _Sign(Alarm(Kind.SENSOR, row.signal, f"{row.name}: {row.words}"), still_s)
+        limit_s = self._limits.sensor_s
+        alarm = Alarm(Kind.SENSOR, row.signal, f"{row.name}: {row.words}")
+        if not limit_s:
+            return
+        if row.condition is Condition.BAD:
+            yield _Sign(alarm, limit_s)
+        elif row.freshness is Freshness.GONE and limit_s <= row.age_s < math.inf:
+            yield _Sign(alarm, 0.0)
 
     def _of_gap(self, picture: Picture) -> Iterator[_Sign]:
         gap = picture.gap

@@ -555,7 +555,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
         over = self._is_over or (self._was_armed and silent_after(view))
         view = replace(view, over=over, next=self._next_step(view))
-        self._bell.hear(view.picture.alarms)
+        self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"

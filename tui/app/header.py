@@ -58,14 +58,17 @@ def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
     with_clock = apart(first, clock, cells)
     fits = len(with_clock) > len(first)
     second = _tabs(tabs)
-    loud = (*_alarms(view, cells - 2), *_pieces(_alert(view), cells - 2))
-    below: Lines = tuple(((f" {piece:<{cells - 2}} ", "lost"),) for piece in loud)
+    loud: tuple[Span, ...] = (
+        *((alarm, "failsafe") for alarm in _alarms(view, cells - 2)),
+        *((piece, "lost") for piece in _pieces(_alert(view), cells - 2)),
+    )
+    below: Lines = tuple(((f" {text:<{cells - 2}} ", role),) for text, role in loud)
     return (with_clock if fits else first, second if fits else apart(second, clock, cells), *below)
 
 
 def _alarms(view: View, cells: int) -> tuple[str, ...]:
     """The gravest alarm in a line, and how many others there are."""
-    alarms = view.picture.alarms
+    alarms = view.alarms
     if not alarms:
         return ()
     more = f" (and {len(alarms) - 1} more)" if len(alarms) > 1 else ""

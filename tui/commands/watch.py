@@ -4,7 +4,7 @@ import argparse
 import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -145,13 +145,16 @@ def _quietly(looked: Look, seconds: float) -> None:
 
 def _shown(looked: Look, arguments: argparse.Namespace, bell: Bell) -> None:
     console, clock = show.results(arguments.json), clocks.SystemClock()
-    shown = looked.picture
+    shown = newest = looked.picture
 
     def new() -> bool:
-        nonlocal shown
-        before, shown = shown, looked.picture
-        if shown is before:
+        nonlocal shown, newest
+        before, newest = newest, looked.picture
+        if newest is before:
             return False
+        # With the recording by way of which it was watched, the dive is over.
+        over = arguments.link is None and _holding(None) is None
+        shown = replace(newest, alarms=()) if over else newest
         bell.hear(shown.alarms)
         return True
 

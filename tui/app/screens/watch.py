@@ -217,24 +217,25 @@ def gap_lines(gap: Gap | None, cells: int) -> Lines:
     """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst."""
     if gap is None:
         return ()
-    if not gap.axes:
+    axis = worst_axis(gap)
+    if axis is None:
         return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
     if cells < WIDE:
-        axis = worst_axis(gap)
-        assert axis is not None
         drift, floor, unit = thousandths(axis)
-        return (heading("MODEL", f"{DOFS[axis.dof]} off {drift}, floor {floor} {unit}", cells),)
-    each, half = cells // 2, (len(gap.axes) + 1) // 2
-    rows = tuple(sum((_axis_gap(axis, each) for axis in gap.axes[n::half]), ()) for n in range(half))
-    return (heading("MODEL", "off in 5 s / floor", cells), *rows)
+        return (heading("MODEL", f"{DOFS[axis.dof]} {drift}, floor {floor} {unit}", cells),)
+    rows = [tuple(axis for axis in gap.axes if axis.dof in dofs) for dofs in (range(3), range(3, 6))]
+    return (
+        heading("MODEL", "off in 5 s / floor, mm/s and mrad/s", cells),
+        *(tuple(span for axis in row for span in _axis_gap(axis, cells // 3)) for row in rows if row),
+    )
 
 
 def _axis_gap(axis: AxisGap, cells: int) -> Line:
-    drift, floor, unit = thousandths(axis)
+    drift, floor, _ = thousandths(axis)
     line: Line = (
         (f"{DOFS[axis.dof]:<6}", "plain"),
-        (f"{drift:>7}", "bad" if axis.high else "strong"),
-        (f" /{floor:>5} {unit}", "quiet"),
+        (f"{drift:>6}", "bad" if axis.high else "strong"),
+        (f" /{floor:>5}", "quiet"),
     )
     return (*line, (" " * (cells - width(line)), "plain"))
 
