@@ -128,7 +128,7 @@ def test_ten_hours_of_sea_and_noise_are_no_alarm():
     assert HOLDS_S > 0 < ALARM
 
 
-def said(run, coefficients=TRUTH.model):
+def said(run):
     """What the bridge would send of a dive, with the noise of its sensors."""
     rng = np.random.default_rng(6)
     yield Reading("alive", math.nan, (1.0, 12.0, 0.0))
