@@ -1,4 +1,4 @@
-"""The live gap monitor on simulated dives: how soon it finds an effect that sets in, what it names, false alarms.
+"""The live gap monitor on simulated dives: how soon it finds an effect that sets in, which it names, false alarms.
 
 The dives are of the paper's vehicle without bytes (`bridge.simulator.direct`), with the noise of its sensors; their
 readings go into the monitor itself, faster than real time. The monitor's model has masses and dampings that are off by
@@ -41,7 +41,7 @@ Effects = dict[str, float]
 
 @dataclass(frozen=True)
 class Onset:
-    """What sets in, drawn anew for each dive; `named`: how the label of the right cause begins, of these effects."""
+    """An effect, drawn anew for each dive; `named`: how the label of the right cause begins, of these effects."""
 
     words: str
     draw: Callable[[np.random.Generator], Effects]
@@ -173,7 +173,7 @@ def _alarms(
 
 
 def readings(run: TruthRun, veh_cfg: int, rng: np.random.Generator) -> list[Reading]:
-    """What the bridge would send of a dive: commands, attitude, rates, and a velocity at every second tick."""
+    """The readings that the bridge would send: commands, attitude, rates, and a velocity at every second tick."""
     out = [Reading("veh_cfg", 0.0, (float(veh_cfg),)), Reading("alive", math.nan, (1.0, 12.0, 0.0))]
     rates = run.nu[:, 3:] + GYRO_NOISE_RAD_S * rng.standard_normal((len(run.time_s), 3))
     fog = run.nu[:, 5] + FOG_NOISE_RAD_S * rng.standard_normal(len(run.time_s))

@@ -85,7 +85,7 @@ def _tracking(run: Run) -> str:
 
 
 def _gap_monitor(run: Run) -> str:
-    return gap_monitor.page(run.cache / "bench", 4 if run.short else 40, 4 if run.short else 40)
+    return gap_monitor.page(run.cache / "bench", 4 if run.short else 40, 4 if run.short else 20)
 
 
 def _ladder(run: Run) -> str:

@@ -1,8 +1,8 @@
 """Which cause fits a departure best: the drift of the last half minute, on the drift that each cause makes.
 
 The names are those of the library of effects (`identify.effects`), whose forces these are, at unit size; a diagnosis
-weighs all of the library, on whole dives. Here each cause is fitted alone, by weighted least squares, and what it
-explains beyond its number of parameters is its evidence, in nats.
+weighs all of the library, on whole dives. Here each cause is fitted alone, by weighted least squares; its evidence,
+in nats, is the misfit that it explains beyond its number of parameters.
 """
 
 import math

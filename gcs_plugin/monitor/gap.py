@@ -1,4 +1,4 @@
-"""Departure of a vehicle from its model, beside what noise and sea make of it, and the alarm.
+"""Departure of a vehicle from its model, beside its noise floor, and the alarm.
 
 Each second gives the drift of an axis over 5 s (`predictor`), in units of its noise floor. Its mean square over half a
 minute is 1 where the model is right; drift is correlated over some 4 s, so that it has about seven independent values,
@@ -8,7 +8,7 @@ seconds is no departure that stays.
 
 The floor is that of the dive itself: drift of its first minute and of all later seconds on which no doubt falls, with
 the upper bound of its uncertainty, and a share of the drift that thrust makes, since no coefficient is better known
-than that. What is there from the first minute is thus part of the floor.
+than that. A departure from the first minute on is thus part of the floor.
 """
 
 from collections import deque
@@ -117,7 +117,7 @@ class GapMonitor:
         self._weight = keep * self._weight + 1.0
 
     def _floor(self, drift: Drift) -> Array:
-        """The floor (6,) of a second: the upper bound of the learnt one, and the share of what the thrust makes."""
+        """The floor (6,) of a second: the upper bound of the learnt one, and a share of the drift by the thrust."""
         learnt = self._square / self._weight * (1.0 + 1.5 * np.sqrt(2.0 * CORRELATED_S / self._weight))
         return np.asarray(np.sqrt(np.maximum(learnt, LEAST_FLOOR**2) + (KNOWN_SHARE * drift.driven) ** 2))
 

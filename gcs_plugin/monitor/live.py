@@ -56,7 +56,7 @@ class _Samples:
         self.time_s, self.values = [], []
 
     def drop(self, before_s: float) -> None:
-        """Forget what is older, but for one value."""
+        """Forget all older values but the last."""
         first = sum(time_s < before_s for time_s in self.time_s[:-1])
         del self.time_s[:first], self.values[:first]
 
@@ -79,7 +79,7 @@ class _Samples:
 
 
 class LiveGap:
-    """Takes what a vehicle says; `gap` is None while it can't be known: without a model, a vehicle file, a DVL, or
+    """Takes readings and parameters; `gap` is None while it can't be known: without a model, a vehicle file, a DVL, or
     while the vehicle is disarmed.
 
     `held`: values of its parameters by id, as they were last accepted; the vehicle file's are those it starts with.

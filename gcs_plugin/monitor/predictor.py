@@ -2,7 +2,7 @@
 
 A free-running model would be off by z = nu - y, which obeys M z' = -(D + 2 D2 |nu|) z + f, where f is the force that
 the model misses (Fossen 2011, eq. 6.1, less itself along the recording; nonlinear parts at the measured velocity). The
-drift since a moment is what z has become since, less what is left of the z of that moment. So one recursion gives the
+drift since a moment is z now, less the rest of the z of that moment that damping has left. So one recursion gives the
 drift of every 5 s without starting anew, and the same recursion, driven by a cause's force, gives the drift which that
 cause makes. z is averaged over a second, which takes the noise out of the velocity at both ends.
 """
@@ -78,7 +78,7 @@ class Predictor:
         return len(self._model.configuration.thrusters)
 
     def reset(self) -> None:
-        """Forget what was before."""
+        """Begin anew."""
         count = len(self._names) + 2
         self._z = np.zeros((count, 6))
         self._thrust: Array | None = None

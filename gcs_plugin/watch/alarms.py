@@ -1,4 +1,4 @@
-"""Alarms: what an operator has to know at once, from the picture of a vehicle and limits that the crew sets.
+"""Alarms of which an operator has to know at once, from the picture of a vehicle and limits that the crew sets.
 
 A dive that ends is no alarm: a disarmed vehicle that falls silent, or whose sensors do, is over. A disarmed vehicle's
 battery and its own words still are. Where critical words come from a leak, they are the vehicle's own ("Leak Detected"
