@@ -7,8 +7,8 @@ HOLDS_S, which is half a minute after a large departure began. A second counts f
 seconds is no departure that stays.
 
 The floor is that of the dive itself: drift of its first minute and of all later seconds on which no doubt falls, with
-the upper bound of its uncertainty, and a share of the drift that thrust makes, since no coefficient is better known
-than that. A departure from the first minute on is thus part of the floor.
+the upper bound of its uncertainty, and a share of the drift that thrust makes: twice the 3 % to which an
+identification usually tells a damping. A departure from the first minute on is thus part of the floor.
 """
 
 from collections import deque
@@ -38,7 +38,7 @@ ALARM: Final = 6.0
 DOUBT: Final = 2.5
 OVER: Final = 3.0
 MOST: Final = 16.0
-KNOWN_SHARE: Final = 0.03
+KNOWN_SHARE: Final = 0.06
 LEAST_FLOOR: Final = np.array([0.5e-3] * 3 + [0.2e-3] * 3)
 """Of a dive without noise, m/s and rad/s."""
 
