@@ -10,6 +10,7 @@ from bench import (
     bags,
     coverage,
     deepxde_surge,
+    gap_monitor,
     ladder,
     paper_noise,
     paper_small,
@@ -83,6 +84,10 @@ def _tracking(run: Run) -> str:
     return tracking.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
 
 
+def _gap_monitor(run: Run) -> str:
+    return gap_monitor.page(run.cache / "bench", 4 if run.short else 40, 4 if run.short else 20)
+
+
 def _ladder(run: Run) -> str:
     return ladder.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
 
@@ -143,6 +148,7 @@ SECTIONS = {
     "thrift": Measurement(_thrift, thrift.SOURCES),
     "prediction": Measurement(_prediction, prediction.SOURCES),
     "tracking": Measurement(_tracking, tracking.SOURCES),
+    "gap monitor": Measurement(_gap_monitor, gap_monitor.SOURCES),
     "ladder": Measurement(_ladder, ladder.SOURCES),
     "paper small": Measurement(_paper_small, paper_small.SOURCES),
     "deepxde": Measurement(_deepxde, deepxde_surge.SOURCES),

@@ -119,6 +119,13 @@ def _simulate(options: Options) -> None:
     options.value(
         "--accepted", "FILE", "the vehicle truly is the .param of diagnose --accept, effects included"
     )
+    options.value(
+        "--onset",
+        ("S", "NAME=VALUE"),
+        "effects that set in S seconds into the dive: T2_gain=0.5, X_uu=40 and others of the truth file, current_n=0.1 "
+        "and current_e (m/s), tether=2 (N/m, from where it is then)",
+        nargs="+",
+    )
     options.links("also stream there")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
     options.seconds("end idle after so long")
@@ -259,6 +266,9 @@ def _watch(options: Options) -> None:
     )
     options.system(
         "which vehicle, where several beat on the link (default: the vehicle file's, else the first)"
+    )
+    options.value(
+        "--receipts", "FOLDER", "where what was uploaded lies: the model in force", default="receipts"
     )
     options.seconds("stop after so long (default: at Ctrl-C)")
     options.switch(

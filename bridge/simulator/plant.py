@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
+from bridge.simulator.onset import Sea
 from bridge.simulator.truth import Truth
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration
@@ -93,6 +94,7 @@ def advance(
     state: Array,
     thrust: Array,
     disturbance: Array,
+    push: Array,
     target: Array,
     matrix: Array,
     noise: Array,
@@ -110,9 +112,9 @@ def advance(
 ) -> None:
     """Take as many RK4 steps as `noise` (steps, 6) has rows; updates `state`, `thrust` and `disturbance` in place.
 
-    The disturbance (6,) is held over a step and is then replaced by `keep` times itself plus the noise. Each thrust
-    (n,) follows its target by the exact solution of a first-order lag. Step i fills row i + 1 of `states` (steps + 1,
-    13) and of `rates` (steps + 1, 6: nu_dot); row 0 holds the start.
+    The wrench `push` (6,) is held throughout. The disturbance (6,) is held over a step and is then replaced by `keep`
+    times itself plus the noise. Each thrust (n,) follows its target by the exact solution of a first-order lag. Step i
+    fills row i + 1 of `states` (steps + 1, 13) and of `rates` (steps + 1, 6: nu_dot); row 0 holds the start.
     """
     k1, k2, k3, k4 = np.empty(13), np.empty(13), np.empty(13), np.empty(13)
     trial = np.empty(13)
@@ -123,9 +125,9 @@ def advance(
             thrust[:] = target
         middle = target + (thrust - target) * half
         end = target + (middle - target) * half
-        tau_start = matrix @ thrust + disturbance
-        tau_middle = matrix @ middle + disturbance
-        tau_end = matrix @ end + disturbance
+        tau_start = matrix @ thrust + disturbance + push
+        tau_middle = matrix @ middle + disturbance + push
+        tau_end = matrix @ end + disturbance + push
         derivative(state, tau_start, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k1)
         rates[i] = k1[7:]
         trial[:] = state + 0.5 * dt_s * k1
@@ -142,7 +144,7 @@ def advance(
         states[i + 1] = state
     derivative(
         state,
-        matrix @ thrust + disturbance,
+        matrix @ thrust + disturbance + push,
         mass,
         damping,
         quadratic,
@@ -174,14 +176,10 @@ class Plant:
         self._rng = rng
         self._rate_hz = rate_hz
         self._matrix = allocation_matrix(configuration)
-        self._mass, self._damping = np.array(truth.mass), np.array(truth.damping)
-        self._quadratic = np.array(truth.quadratic)
-        planted = known_effects(truth.effects, configuration)
-        if planted.faults:
-            raise ConfigError(
-                f"the truth's effects can't be simulated: {'; '.join(planted.faults)}; mend them"
-            )
-        self._losses = planted.losses
+        self._configuration, self._truth = configuration, truth
+        self._sea: Sea | None = None
+        self._be(truth.later())  # refused at the start, not in the middle of a dive
+        self._be(truth)
         weight = configuration.dry_mass_kg * GRAVITY_M_S2
         self._arm = configuration.centre_of_gravity_below_buoyancy_m * weight
         self._net_up = configuration.net_buoyancy_n
@@ -190,12 +188,29 @@ class Plant:
         sigma = np.array([truth.disturbance_n] * 3 + [truth.disturbance_nm] * 3)
         self._kick = sigma * math.sqrt(1 - self._keep**2)
         self._disturbance = sigma * rng.standard_normal(6)
+        self._calm = np.zeros(6)
         self._thrust = np.zeros(self._matrix.shape[1])
         self._turned = np.zeros(self._matrix.shape[1])
         self._state = np.zeros(13)
         self._state[2] = depth_m
         self._state[3], self._state[6] = math.cos(heading_rad / 2), math.sin(heading_rad / 2)
         self._steps_done = 0
+
+    def _be(self, truth: Truth) -> None:
+        """Take on what is true of the vehicle itself."""
+        planted = known_effects(truth.effects, self._configuration)
+        if planted.faults:
+            raise ConfigError(
+                f"the truth's effects can't be simulated: {'; '.join(planted.faults)}; mend them"
+            )
+        self._mass, self._damping = np.array(truth.mass), np.array(truth.damping)
+        self._quadratic, self._losses = np.array(truth.quadratic), planted.losses
+
+    def _set_in(self) -> None:
+        """Begin the effects of the truth's onset."""
+        self._be(self._truth.later())
+        rigid = np.array([self._configuration.rigid_body(dof)[0] for dof in range(6)])
+        self._sea = Sea(self._truth.onset, self._mass, rigid, self._damping, self._quadratic)
 
     @property
     def time_s(self) -> float:
@@ -218,6 +233,8 @@ class Plant:
         count = round(duration_s * self._rate_hz)
         if count < 1 or abs(count - duration_s * self._rate_hz) > 1e-6:
             raise ValueError(f"{duration_s} s is no whole number of physics steps at {self._rate_hz} Hz")
+        if self._truth.onset and self._sea is None and self.time_s >= self._truth.onset_s:
+            self._set_in()
         target = self._curve.thrust(pwm_us)
         if self._losses is not None:
             self._turn(self._losses.turned(target), duration_s)
@@ -227,6 +244,7 @@ class Plant:
             self._state,
             self._thrust,
             self._disturbance,
+            self._calm if self._sea is None else self._sea.push(self._state),
             target,
             self._matrix,
             self._kick * self._rng.standard_normal((count, 6)),

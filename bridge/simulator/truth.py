@@ -2,10 +2,12 @@
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from bridge import schema
 from bridge.errors import ConfigError
+from bridge.simulator.onset import OF_THE_SEA
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.effect_coefficients import ASTERN, LEAST, QUADRATIC, START
@@ -22,7 +24,8 @@ class Truth:
 
     `disturbance_n` and `disturbance_nm` are its standard deviations in every force and every moment. `effects`:
     effects beyond the linear model, by the names of `vehicle/effect_coefficients`; coupling and supply effects are
-    not supported.
+    not supported. `onset`: effects, likewise and of the sea (`simulator/onset`), that set in `onset_s` after boot and
+    replace those of the same name.
     """
 
     model: dict[str, float]
@@ -30,6 +33,8 @@ class Truth:
     disturbance_nm: float
     disturbance_time_s: float = 1.5
     effects: dict[str, float] = field(default_factory=dict)
+    onset: dict[str, float] = field(default_factory=dict)
+    onset_s: float = 0.0
 
     def __post_init__(self) -> None:
         missing = [name for name in BY_NAME if name not in self.model]
@@ -44,13 +49,8 @@ class Truth:
         for name, value in self.model.items():
             if not BY_NAME[name].low <= value <= BY_NAME[name].high:
                 raise ValueError(f"model: {name} is {value}, outside its bounds")
-        for name, value in self.effects.items():
-            if name not in PLANTED and not GAIN.fullmatch(name):
-                raise ValueError(
-                    f"effects: '{name}' can't be simulated; known: {', '.join(PLANTED)}, T1_gain ..."
-                )
-            if not 0 <= value < math.inf:
-                raise ValueError(f"effects: {name} is {value}, outside its bounds")
+        _check("effects", self.effects, PLANTED)
+        _check("onset", self.onset, (*PLANTED, *OF_THE_SEA))
         if min(self.disturbance_n, self.disturbance_nm) < 0 or self.disturbance_time_s <= 0:
             raise ValueError("disturbance: standard deviations can't be negative, its time must be positive")
 
@@ -72,9 +72,23 @@ class Truth:
         a, b, c, d, e, f = (self.effects.get(name, 0.0) for name in QUADRATIC)
         return a, b, c, d, e, f
 
+    def later(self) -> "Truth":
+        """The truth once the effects of `onset` have set in."""
+        of_vehicle = {name: value for name, value in self.onset.items() if name not in OF_THE_SEA}
+        return replace(self, effects=self.effects | of_vehicle)
+
     def calm(self) -> "Truth":
         """The same vehicle in still water."""
         return replace(self, disturbance_n=0.0, disturbance_nm=0.0)
+
+
+def _check(part: str, effects: Mapping[str, float], known: tuple[str, ...]) -> None:
+    for name, value in effects.items():
+        if name not in known and not GAIN.fullmatch(name):
+            raise ValueError(f"{part}: '{name}' can't be simulated; known: {', '.join(known)}, T1_gain ...")
+        low = -math.inf if name in OF_THE_SEA else 0.0
+        if not (low <= value < math.inf and math.isfinite(value)):
+            raise ValueError(f"{part}: {name} is {value}, outside its bounds")
 
 
 def load_truth(file: VehicleFile, configuration: str) -> Truth:

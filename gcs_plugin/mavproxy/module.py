@@ -7,6 +7,7 @@ know or takes for delayed. The `recv` and `write` of its links see all of these,
 
 import atexit
 import contextlib
+import sys
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,12 +23,17 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Frame, Framer
 from bridge.wire.readings import decode as decode_reading
+from gcs_plugin.bell import Bell
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy import words as typed
 from gcs_plugin.mavproxy.parameters import Parameters
 from gcs_plugin.mavproxy.recordings import Recordings
 from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.mavproxy.work import Work
+from gcs_plugin.monitor.words import gap_line
+from gcs_plugin.watch.alarms import load_settings
+from gcs_plugin.watch.picture import Picture
+from gcs_plugin.watch.watcher import Watcher
 
 PAUSE_S: Final = 0.5
 MOST_WAITING: Final = 10_000
@@ -76,6 +82,15 @@ class Tap:
         return self._write(data, *words, **named)
 
 
+LOOK_EVERY_S: Final = 1.0
+
+
+def _ring() -> None:
+    """The terminal's bell."""
+    sys.stdout.write("\a")
+    sys.stdout.flush()
+
+
 LOAD_NAME: Final = "gcs_plugin.mavproxy"
 
 
@@ -86,6 +101,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         super().__init__(mpstate, LOAD_NAME, "sea trials", public=True, multi_vehicle=True)
         self._clock, self._fleet = SystemClock(), Fleet()
         self._taps: list[Tap] = []
+        self._file = ""
         self._parameters = Parameters(self._fleet, self._clock, self.say_line)
         self._switching = Switching(self._fleet, self._clock, self.say_line)
         self._work = Work(self._clock, self.say_line)
@@ -97,8 +113,11 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             lambda: [tap.name for tap in self._taps],
             lambda: load_vehicle(self._file) if self._file else None,
         )
-        self._file = ""
         self._ff_mode: dict[int, float] = {}
+        self._settings, self._look_s = load_settings(), 0.0
+        self._bell = Bell(self._settings, _ring)
+        self._picture: Picture | None = None
+        self._watcher = self._new_watcher()
         self.add_command("seatrial", self.command, "sea trials: record, identify, upload", typed.COMPLETIONS)
         for word, complete in typed.COMPLETERS.items():
             self.add_completion_function(word, complete)
@@ -126,6 +145,10 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         except SeatrialError as error:
             self.say_line(f"seatrial: {error}")
         self._work.tick()
+        if now_s >= self._look_s + LOOK_EVERY_S:
+            self._look_s, self._picture = now_s, self._watcher.picture(now_s)
+            for alarm in self._bell.hear(self._picture.alarms):
+                self.say_line(f"ALARM {alarm.words}")
 
     def unload(self) -> None:
         """Clean up when MAVProxy unloads the module or ends."""
@@ -186,6 +209,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self._recordings.keep(frame)
             if sent:
                 continue
+            self._watcher.feed(frame, now_s, tap.name)
             self._switching.on_frame(frame)
             news = self._fleet.on_frame(frame, tap.name, now_s)
             if news is not None and getattr(news.message, "target_system", 0) in (
@@ -237,9 +261,21 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line("nothing heard yet")
         with contextlib.suppress(LinkError):
             self.say_line("meant: vehicle {}, component {}".format(*self._fleet.meant(now_s)))
+        if self._picture is not None:
+            for alarm in self._picture.alarms:
+                self.say_line(f"ALARM {alarm.words}")
+            if self._picture.gap is not None:
+                self.say_line(gap_line(self._picture.gap))
         parts = self._recordings, self._work, self._parameters, self._switching
         for line in (line for part in parts for line in part.status()):
             self.say_line(line)
+
+    def _new_watcher(self) -> Watcher:
+        """A watcher of the vehicle meant, with the parameters that MAVProxy has read of it."""
+        file = load_vehicle(self._file) if self._file else None
+        return Watcher(
+            file, self._fleet.chosen, settings=self._settings, accepted=lambda _: dict(self.mav_param)
+        )
 
     def _vehicle(self, name: str | None = None) -> None:
         now_s = self._clock.boot_s()
@@ -247,6 +283,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             if name != "any" and not name.isdecimal():
                 raise LinkError(f"'{name}' is no system number; give one, or any")
             self._fleet.choose(None if name == "any" else int(name), now_s)
+            self._watcher = self._new_watcher()
         systems = ", ".join(map(str, self._fleet.systems(now_s))) or "none"
         meant = "any" if self._fleet.chosen is None else str(self._fleet.chosen)
         self.say_line(f"vehicle: {meant} (systems that beat: {systems})")
@@ -260,6 +297,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         if name is not None:
             file: VehicleFile = load_vehicle(name)
             self._file = name
+            self._watcher = self._new_watcher()
             shape = file.configuration or "the recording's own"
             self.say_line(f"vehicle file: {file.path} ({file.vehicle.name}), configuration: {shape}")
         elif not self._file:

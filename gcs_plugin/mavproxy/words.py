@@ -9,7 +9,7 @@ from typing import Final
 from gcs_plugin.dives.folder import MADE_ELSEWHERE
 
 HELP: Final = {
-    "status": ("status", "vehicles, links, recording, and what runs"),
+    "status": ("status", "vehicles, links, alarms, how far it is off its model, recording, and what runs"),
     "record": (
         "record start [FOLDER] | record next | record stop | record note TEXT",
         "every frame of every link, both ways, into a dive folder in FOLDER (dives); next goes on in a new one and "

@@ -92,6 +92,11 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
     return accepted
 
 
+def accepted_values(receipts: Path, system: int) -> dict[str, float]:
+    """The values of `last_accepted`, by id."""
+    return {name: accepted.value for name, accepted in last_accepted(receipts, system).items()}
+
+
 def last_sidecar(receipts: Path, configuration: str) -> Sidecar | None:
     """Sidecar of the newest upload of a configuration's model that stands; None if its files can't be read."""
     for kept in reversed(_standing(receipts, None)):

@@ -14,8 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.text import printable
 from bridge.wire.framing import Frame, decode
-from bridge.wire.readings import TABLE
-from bridge.wire.readings import decode as decode_reading
+from bridge.wire.readings import TABLE, Reading
 from bridge.wire.status_codes import CrewText, decoded
 
 Values = tuple[float, ...]
@@ -135,13 +134,12 @@ FROM_ANYONE: Final = frozenset((dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA,))
 """Messages that a driver may send under a ground station's name."""
 
 
-def heard(frame: Frame) -> tuple[Heard, ...]:
-    """Decode the signals in a frame with a checked CRC; empty for a message without any."""
-    number = frame.message_id
-    if number in OF_THE_CONTRACT:
-        reading = decode_reading(frame)
-        return () if reading is None else _of_reading(reading.signal, reading.values)
-    entry = _ARDUSUB.get(number)
+def heard(frame: Frame, reading: Reading | None) -> tuple[Heard, ...]:
+    """Decode the signals in a frame with a checked CRC; empty for a message without any. `reading` is the frame's, if
+    it is of the contract."""
+    if reading is not None:
+        return _of_reading(reading.signal, reading.values)
+    entry = _ARDUSUB.get(frame.message_id)
     if entry is None:
         return ()
     message, decoder = entry

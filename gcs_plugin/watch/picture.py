@@ -1,5 +1,6 @@
 """The state of a vehicle at an instant, as an operator sees it. SI units; ages and rates by arrival on the ground."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -7,6 +8,8 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gcs_plugin.monitor.gap import Gap
 
 Array = NDArray[np.float64]
 
@@ -96,11 +99,39 @@ class ThrusterRow:
 @dataclass(frozen=True)
 class Said:
     """A STATUSTEXT, or a restart of the vehicle. `utc_s` is Unix time, NaN if neither side knows the date; severity
-    as in MAVLink, 0 to 7."""
+    as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms."""
 
     utc_s: float
     severity: int
     text: str
+    heard_s: float = -math.inf
+
+
+class Kind(Enum):
+    """What an alarm is about; the value is the word for it."""
+
+    VEHICLE = "vehicle"
+    LINK = "link"
+    BATTERY = "battery"
+    DEPTH = "depth"
+    ALTITUDE = "altitude"
+    THRUSTER = "thruster"
+    SENSOR = "sensor"
+    GAP = "model"
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """`subject`: which one of its kind, "" where there is one; the same alarm has the same kind and subject, while its
+    words follow the values."""
+
+    kind: Kind
+    subject: str
+    words: str
+
+    @property
+    def key(self) -> tuple[Kind, str]:
+        return self.kind, self.subject
 
 
 @dataclass(frozen=True)
@@ -111,6 +142,7 @@ class Picture:
     that are long gone. `traces` by u v w p q r depth altitude heading voltage current, always complete. `said`: the
     newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
+    `gap`: how far it departs from its model, None if that can't be told. `alarms`: the gravest kind first.
     """
 
     now_s: float
@@ -127,6 +159,14 @@ class Picture:
     configuration: str
     said: tuple[Said, ...]
     twins: str
+    gap: Gap | None = None
+    alarms: tuple[Alarm, ...] = ()
+
+    def newest(self, key: str) -> float:
+        """The newest value of a trace; NaN unless it is fresh."""
+        trace = self.traces[key]
+        fresh = trace.freshness is Freshness.FRESH and len(trace.value)
+        return float(trace.value[-1]) if fresh else math.nan
 
 
 STALE_PERIODS: Final = 3.0

@@ -6,6 +6,8 @@ vehicle file sends a heartbeat, it watches that one.
 
 import math
 from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -14,9 +16,20 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.parameters import ACTIVE, COMMIT
 from bridge.wire.framing import Frame, decode
+from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
+from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
-from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, Values, heard
+from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
+from gcs_plugin.watch.hearing import (
+    FROM_ANYONE,
+    OF_THE_CONTRACT,
+    TELLING,
+    Channel,
+    StatusTexts,
+    Values,
+    heard,
+)
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
@@ -50,13 +63,19 @@ class Watcher:
 
     `system` is the vehicle to watch; by default the vehicle of the file, otherwise the first that sends heartbeats,
     unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
-    the vehicle's clock. `peers` are all senders heard.
+    the vehicle's clock. `peers` are all senders heard. `settings` say what is an alarm; `accepted(system)` returns the
+    parameters that were last uploaded, by id: the model in force as long as the vehicle itself states no others.
     """
 
     def __init__(
-        self, vehicle: VehicleFile | None, system: int | None = None, unix_at_zero_s: float = math.nan
+        self,
+        vehicle: VehicleFile | None,
+        system: int | None = None,
+        unix_at_zero_s: float = math.nan,
+        settings: Settings = SHIPPED,
+        accepted: Callable[[int], Mapping[str, float]] = lambda _: {},
     ) -> None:
-        self._file = vehicle
+        self._file, self._settings, self._accepted = vehicle, settings, accepted
         self._vehicle = None if vehicle is None else vehicle.vehicle
         self._asked_for = system
         self._ground_unix_s = unix_at_zero_s
@@ -78,6 +97,8 @@ class Watcher:
         self._said_at_s = 0.0
         self._texts = StatusTexts(self._tell)
         self._active_set = ActiveSet()
+        self._live_gap = LiveGap(self._file, {} if system is None else self._accepted(system))
+        self._alarms = Alarms(self._settings, self._file)
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """Take a frame; `arrived_s` never runs back."""
@@ -92,13 +113,16 @@ class Watcher:
         if not (from_vehicle or number in FROM_ANYONE) or self._is_twice(frame, arrived_s):
             return
         if number in TELLING:
-            for signal, rank, values in heard(frame):
+            reading = decode_reading(frame) if number in OF_THE_CONTRACT else None
+            if reading is not None and from_vehicle:
+                self._live_gap.take(reading)
+            for signal, rank, values in heard(frame, reading):
                 if self._channels[signal].take((rank, frame.component), values, arrived_s):
                     self._quantities.take(signal, values, arrived_s)
         if number == _SYSTEM_TIME:
             self._date(arrived_s)
         if from_vehicle:
-            self._active_set.hear(frame, arrived_s)
+            self._hear_parameter(frame, arrived_s)
             self._tell_restart(peer, arrived_s)
         if number in _OF_WORDS:
             self._said_at_s = arrived_s
@@ -114,7 +138,7 @@ class Watcher:
         def hz(signal: str) -> float:
             return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.is_ardupilot)
 
-        return Picture(
+        picture = Picture(
             now_s=now_s,
             armed=_armed(beat),
             armed_age_s=now_s - beat.time_s,
@@ -131,7 +155,9 @@ class Watcher:
             configuration=configuration,
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
+            gap=self._live_gap.gap,
         )
+        return replace(picture, alarms=self._alarms.look(picture))
 
     # The senders.
 
@@ -164,6 +190,14 @@ class Watcher:
         beats = self._system_beats
         return min(beats, key=lambda component: (not beats[component].is_autopilot, component), default=None)
 
+    def _hear_parameter(self, frame: Frame, arrived_s: float) -> None:
+        if frame.message_id != _PARAM_VALUE:
+            return
+        message = decode(frame)
+        if message is not None:
+            self._active_set.hear(message.param_id, message.param_value, arrived_s)
+            self._live_gap.parameter(message.param_id, message.param_value)
+
     def _is_twice(self, frame: Frame, arrived_s: float) -> bool:
         # Entries are in order of arrival: those that are too old stand at the front.
         recent = self._recent
@@ -190,13 +224,14 @@ class Watcher:
     def _tell(self, source: Source, severity: int, text: CrewText) -> None:
         del source
         self._active_set.read(text, self._said_at_s)
-        self._said.append(Said(self._said_at_s + self._unix_at_zero_s, severity, text.words))
+        unix_s = self._said_at_s + self._unix_at_zero_s
+        self._said.append(Said(unix_s, severity, text.words, self._said_at_s))
 
     def _tell_restart(self, peer: Peer | None, arrived_s: float) -> None:
         if peer is not None and peer.restart is not None:
             unix_s = self._unix_at_zero_s
             words = peer.restart.words(unix_s)
-            self._said.append(Said(arrived_s + unix_s, dialect.MAV_SEVERITY_WARNING, words))
+            self._said.append(Said(arrived_s + unix_s, dialect.MAV_SEVERITY_WARNING, words, arrived_s))
 
     @property
     def _unix_at_zero_s(self) -> float:
@@ -245,7 +280,7 @@ _PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 
 
 class ActiveSet:
-    """Follows the frames and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news.
+    """Follows the parameters and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news.
 
     `number` is the set's number, None if not yet known; `stated_s` is the time of the last message that stated it.
     """
@@ -254,13 +289,10 @@ class ActiveSet:
         self.number: int | None = None
         self.stated_s = -math.inf
 
-    def hear(self, frame: Frame, arrived_s: float) -> None:
-        """Take a frame of the vehicle."""
-        if frame.message_id != _PARAM_VALUE:
-            return
-        message = decode(frame)
-        if message is not None and message.param_id in (ACTIVE, COMMIT) and message.param_value.is_integer():
-            self.number, self.stated_s = int(message.param_value), arrived_s
+    def hear(self, name: str, value: float, arrived_s: float) -> None:
+        """Take a parameter that the vehicle states."""
+        if name in (ACTIVE, COMMIT) and value.is_integer():
+            self.number, self.stated_s = int(value), arrived_s
 
     def read(self, text: CrewText, arrived_s: float) -> None:
         """Take a text of the vehicle."""

@@ -219,3 +219,21 @@ def test_a_dive_faster_than_real_time_ends_now_and_not_in_the_future(
     monkeypatch.setattr(SystemClock, "unix_s", lambda _: 1_790_000_000.0)
     assert simulate(tmp_path, mission, "--speed", speed) == exit_codes.BAD_INPUT
     assert asked == [1_790_000_000.0 - earlier * (simulated.WARM_UP_S + 6.0)]
+
+
+def test_effects_set_in_during_a_dive_as_asked(tmp_path, mission, capsys):
+    speeds = []
+    for onset in ((), ("--onset", "3", "T1_gain=0.3", "X_uu=400")):
+        assert simulate(tmp_path, mission, *onset, "--json", "-") == exit_codes.DONE
+        velocity = read_dive(Path(json.loads(capsys.readouterr().out)["folder"])).velocity
+        early = velocity.time_s < 2.9
+        speeds.append((velocity.value[early].tolist(), float(velocity.value[-1, 0])))
+    assert speeds[0][0] == speeds[1][0]
+    assert speeds[1][1] < speeds[0][1] - 0.02
+
+
+@pytest.mark.parametrize("onset", [("120",), ("soon", "X_uu=3"), ("120", "X_uu"), ("120", "wind=3")])
+def test_an_onset_that_says_no_effect_is_refused_before_a_folder_is_made(tmp_path, mission, onset, capsys):
+    assert simulate(tmp_path, mission, "--onset", *onset) == exit_codes.BAD_INPUT
+    assert f"--onset {' '.join(onset)}: " in capsys.readouterr().err
+    assert not (tmp_path / "dives").exists()

@@ -45,6 +45,9 @@ def mavproxy(folder, second):
     """MAVProxy with vehicle 1 meant, once it hears both for long enough."""
     if MAVPROXY is None:
         pytest.skip("MAVProxy is not installed: pip install -e '.[dev]'")
+    settings = folder / ".config" / "seatrial"
+    settings.mkdir(parents=True)
+    (settings / "alarms.yaml").write_text("limits: {battery_v: 99}\n", encoding="utf-8")
     port = free_port()
     simulate = f"simulate --vehicle ruvifist:hovering --mission idle --link tcpin:127.0.0.1:{port}"
     words = [sys.executable, "-P", "-m", "tui", *simulate.split()]

@@ -96,6 +96,11 @@ def test_the_feed_forward_goes_off_at_once_and_elsewhere_only_by_a_second_word(m
     mavproxy.ask("seatrial ff off", "ff: vehicle 1: off, as read back and as its telemetry says")
 
 
+def test_an_alarm_of_the_crews_own_limits_is_said_and_stands_in_the_status(mavproxy):
+    mavproxy.until("seatrial status", r"ALARM battery \d\d\.\d V, below 99 V")
+    assert len(re.findall("^ALARM battery", mavproxy.text, re.MULTILINE)) >= 2
+
+
 def test_the_docs_tell_every_command(mavproxy):
     page = (Path(__file__).resolve().parents[2] / "docs" / "ground_stations.md").read_text(encoding="utf-8")
     named = mavproxy.ask("seatrial help nonsense", r"usage: seatrial (status .*)\n")[1].split(" | ")

@@ -16,6 +16,7 @@ from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import Vehicle
 from docs.make import reliability
 from docs.make.__main__ import REFERENCE, pages
+from gcs_plugin.watch.alarms import Settings
 from identify.diagnose import (
     confidence,
     drift,
@@ -206,6 +207,11 @@ def test_the_priors_that_the_manual_shows_are_what_a_vehicle_file_takes():
     shape = build(Vehicle, whole, "manual").configurations["hovering"]
     assert [prior.rests_on for prior in shape.priors.values()] == ["weight", "thrust"]
     assert shape.rigid_body(0) == (72.0, 0.3)
+
+
+def test_the_alarms_that_the_manual_shows_are_what_their_file_takes():
+    (block,) = (yaml.safe_load(block) for block in yaml_blocks() if "sound:" in block)
+    assert build(Settings, block, "manual").of("ruvifist").depth_m == 10.0
 
 
 def yaml_blocks():

@@ -8,7 +8,7 @@ import pytest
 from made_view import UNIX_S, picture, recording, view
 from screen_text import plain
 
-from gcs_plugin.watch.picture import Armed
+from gcs_plugin.watch.picture import Alarm, Armed, Kind
 from tui.app.drawing import changed, harmless
 from tui.app.header import Tab, header, tab_at
 from tui.app.view import Forcing, aged, silent_after
@@ -257,3 +257,28 @@ def test_a_clock_that_is_set_leaves_the_recording_counting():
     set_back = recording(751, set_by_s=-86_400.0, written_unix_s=UNIX_S - 86_400.0)
     line = first(replace(view(), unix_s=UNIX_S - 86_400.0, recording=set_back))
     assert "REC 00:12:31" in joined(line)
+
+
+BATTERY = Alarm(Kind.BATTERY, "", "battery 13.8 V, below 14 V")
+LOST = Alarm(Kind.LINK, "", "nothing heard of the vehicle for 7 s")
+
+
+def test_the_gravest_alarm_has_a_line_of_its_own_above_other_troubles():
+    shown = replace(with_picture(alarms=(LOST, BATTERY)), trouble="the link is refused")
+    _, _, alarm, trouble = header(shown, TABS, 80)
+    assert alarm[0][1] == "failsafe"
+    assert joined(alarm).strip() == f"ALARM {LOST.words} (and 1 more)"
+    assert joined(trouble).strip() == "the link is refused"
+
+
+def test_a_long_alarm_is_cut_and_still_says_that_there_are_more():
+    long = replace(
+        BATTERY, words="it departs from its model in surge, sway and yaw: " + 5 * "a pull of 3 N, "
+    )
+    (alarm,) = header(with_picture(alarms=(long, LOST)), TABS, 80)[2:]
+    assert len(joined(alarm)) == 80
+    assert joined(alarm).rstrip().endswith("(and 1 more)")
+
+
+def test_a_dive_that_is_over_has_no_alarm():
+    assert len(header(replace(with_picture(alarms=(LOST,)), over=True), TABS, 80)) == 2

@@ -22,15 +22,18 @@ from screen_text import (
     run,
     shows,
     strips,
+    text,
 )
 from soak import rest_in_soak
 
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import TlogWriter
-from gcs_plugin.watch.picture import Armed, Condition, Freshness, Said, SensorRow
+from gcs_plugin.monitor.gap import AxisGap, Gap
+from gcs_plugin.watch.picture import Alarm, Armed, Condition, Freshness, Kind, Said, SensorRow
 from tui.app.drawing import width
 from tui.app.screens.watch import (
     WatchScreen,
+    gap_lines,
     replay_line,
     sensors,
     signed_bar,
@@ -366,3 +369,44 @@ def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tm
         await play(app, pilot, shows(WatchScreen), *shown)
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+
+
+ALARM = Alarm(Kind.BATTERY, "", "battery 13.8 V, below 14 V")
+GAP = Gap(
+    tuple(
+        AxisGap(dof, 1e-3 * drift, 1e-3 * floor, drift > 3 * floor)
+        for dof, (drift, floor) in enumerate(
+            [(49.1, 5.1), (29.9, 8.8), (5.0, 3.3), (2.0, 2.9), (2.1, 2.0), (57.1, 2.9)]
+        )
+    )
+)
+
+
+def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
+    assert gap_lines(None, 60) == ()
+    (learns,) = gap_lines(Gap(learns_s=34.0), 34)
+    assert plain((learns,))[0].endswith("its floor is learnt, 34 s")
+    assert plain(gap_lines(GAP, 34)) == ["MODEL ─ yaw 57.1, floor 2.9 mrad/s"]
+    heading, *rows = gap_lines(GAP, 60)
+    assert plain((heading,))[0].endswith("off in 5 s / floor, mm/s and mrad/s")
+    assert plain(rows) == [
+        "surge   49.1 /  5.1 sway    29.9 /  8.8 heave    5.0 /  3.3",
+        "roll     2.0 /  2.9 pitch    2.1 /  2.0 yaw     57.1 /  2.9",
+    ]
+    assert ("  57.1", "bad") in rows[1]
+
+
+def test_an_alarm_rings_once_and_stands_on_every_screen(monkeypatch):
+    views = FixedViews(replace(view(), picture=replace(picture(), gap=GAP, alarms=(ALARM,))))
+    rung = []
+    monkeypatch.setattr("tui.app.app.SeatrialApp.bell", lambda _: rung.append("rung"))
+
+    async def work(app, pilot):
+        await pilot.press("2")
+        await pilot.press("1")
+        return text(app)
+
+    shown = run(made(views), WIDE, work)
+    assert f"ALARM {ALARM.words}" in shown
+    assert "MODEL" in shown
+    assert rung == ["rung"]

@@ -18,6 +18,9 @@ from bridge.errors import LinkLost
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
+from gcs_plugin.monitor.gap import AxisGap, Gap
+from gcs_plugin.params.last_accepted import accepted_values
+from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links
 from tui.commands import watch as watched
@@ -86,6 +89,36 @@ def test_troubles_stand_at_its_end_the_worst_first(healthy):
     assert line.endswith(
         "NOT RECORDING | DVL: no bottom lock for 0.2 s | battery: 13.0 V, and the thrust curve is of 16 V"
     )
+
+
+GAP = Gap((AxisGap(0, 0.049, 0.005, True), AxisGap(5, 0.002, 0.003, False)), since_s=3.0)
+ALARM = Alarm(Kind.GAP, "", "it departs from its model in surge: thruster 2 gives 41 % less")
+
+
+def test_alarms_come_first_and_the_gap_stands_beside_its_floor(healthy):
+    picture = replace(healthy.picture(1.2), gap=GAP, alarms=(ALARM,))
+    line = watched.line(picture, RECORDING)
+    assert line.startswith(f"ALARM {ALARM.words} | ARMED | ")
+    assert "| off its model (floor): surge 49.0 (5.0) mm/s, yaw 2.0 (3.0) mrad/s" in line
+    assert watched.header(picture, None)[1] == f"ALARM {ALARM.words}"
+    assert watched.gap_table(picture).rows == [
+        ("surge", "49.0", "5.0", "mm/s", "ALARM"),
+        ("yaw", "2.0", "3.0", "mrad/s", ""),
+    ]
+    plain = json.loads(json.dumps(watched.plain(picture)))
+    assert plain["alarms"] == [{"kind": "model", "subject": "", "words": ALARM.words}]
+    assert plain["gap"]["axes"][0]["drift"] == 0.049
+
+
+def test_the_model_in_force_is_that_of_the_last_upload(healthy, tmp_path):
+    assert watched.line(healthy.picture(1.2), RECORDING).count("its model") == 0
+    asked = []
+    watcher = Watcher(
+        RUVIFIST, accepted=lambda system: asked.append(system) or {"FF1_M_U": 110.0, "FF1_D_U": 56.0}
+    )
+    OnAir(watcher).beats(1.0, armed=True)
+    assert asked == [1]
+    assert accepted_values(tmp_path, 1) == {}
 
 
 def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):

@@ -20,8 +20,10 @@ from textual.worker import WorkerFailed
 
 from bridge import exit_codes
 from bridge.errors import SeatrialError
+from gcs_plugin.bell import Bell
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Armed
 from tui.app import themes
 from tui.app.campaign import Next, next_of, raised_to
@@ -59,7 +61,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     """Shows the views that `views` makes, `fps` times a second; `keep_theme` saves the chosen theme.
 
     `desk` holds the work that the screens share. `view_only`: the user may look but not act. `begins`: a
-    recording is to begin with the app.
+    recording is to begin with the app. `alarms` say how it rings.
     """
 
     TITLE = "seatrial"
@@ -81,8 +83,10 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         desk: Desk | None = None,
         view_only: bool = False,
         begins: bool = False,
+        alarms: Settings = SHIPPED,
     ) -> None:
         super().__init__(driver)
+        self._bell = Bell(alarms, self.bell)
         self.desk = desk or Desk()
         self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
@@ -551,6 +555,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
         over = self._is_over or (self._was_armed and silent_after(view))
         view = replace(view, over=over, next=self._next_step(view))
+        self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"

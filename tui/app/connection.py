@@ -1,16 +1,21 @@
 """The way that the app goes: the recording that other programs go by as well, or a link that it looks at itself."""
 
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
 from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile
+from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.watcher import Watcher
 from tui import links
 from tui.app import recorder
 from tui.app.connecting import Choice
+from tui.app.desk import RECEIPTS
 from tui.app.station import LinkSource, Station
 
 OF_RECORDING = "the recording"
@@ -21,7 +26,8 @@ NO_LINK = "no link is known yet; connect one first"
 class Connection:
     """`recorded` are the links that a recording is to hold; `looked_at` is the link looked at itself, "" for none.
 
-    `open_one` opens a link, and `trouble` says why one of that name accepts nothing.
+    `open_one` opens a link, and `trouble` says why one of that name accepts nothing. `receipts`: what was uploaded;
+    `alarms`: what is one.
     """
 
     def __init__(
@@ -34,9 +40,12 @@ class Connection:
         sign_key: str,
         open_one: Callable[[str], Link],
         trouble: Callable[[str], str],
+        receipts: Path = RECEIPTS,
+        alarms: Settings = SHIPPED,
         *,
         silent: bool,
     ) -> None:
+        self._receipts, self._alarms = receipts, alarms
         self._clock, self._out, self._silent = clock, out, silent
         self._vehicle, self._file = vehicle
         self._recorded, self._looked_at, self._sign_key = recorded, looked_at, sign_key
@@ -73,7 +82,7 @@ class Connection:
 
     def watcher(self) -> Watcher:
         """A watcher that has heard nothing."""
-        return Watcher(self._file)
+        return Watcher(self._file, settings=self._alarms, accepted=partial(accepted_values, self._receipts))
 
     def record(self) -> None:
         """Begin a recording where none runs. Raises LinkError."""

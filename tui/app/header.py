@@ -61,8 +61,11 @@ def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
     with_clock = apart(last, clock, cells)
     fits = len(with_clock) > len(last)
     *other_tabs, tab_line = map(_tabs, _tab_rows(tabs, cells))
-    alert = _alert(view)
-    below: Lines = tuple(((f" {piece:<{cells - 2}} ", "lost"),) for piece in _pieces(alert, cells - 2))
+    loud: tuple[Span, ...] = (
+        *((alarm, "failsafe") for alarm in _alarms(view, cells - 2)),
+        *((piece, "lost") for piece in _pieces(_alert(view), cells - 2)),
+    )
+    below: Lines = tuple(((f" {text:<{cells - 2}} ", role),) for text, role in loud)
     under = (*other_tabs, tab_line if fits else apart(tab_line, clock, cells))
     return (*above, with_clock, *under, *below)
 
@@ -84,6 +87,15 @@ def _rows(parts: Sequence[T], cells: int, needed: Callable[[T], int]) -> list[li
             rows.append([])
         rows[-1].append(part)
     return rows
+
+
+def _alarms(view: View, cells: int) -> tuple[str, ...]:
+    """The gravest alarm in a line, and how many others there are."""
+    alarms = view.alarms
+    if not alarms:
+        return ()
+    more = f" (and {len(alarms) - 1} more)" if len(alarms) > 1 else ""
+    return (f"{cut(f'ALARM {alarms[0].words}', cells - len(more))}{more}",)
 
 
 def _pieces(alert: str, cells: int) -> list[str]:

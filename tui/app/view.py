@@ -11,7 +11,7 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.recording.state import FRESH_S, Holding
-from gcs_plugin.watch.picture import Armed, Freshness, Picture, SensorRow, ThrusterRow, Trace
+from gcs_plugin.watch.picture import Alarm, Armed, Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.campaign import Next
 
@@ -66,6 +66,11 @@ class View:
     replay: Replayed | None = None
     over: bool = False
     next: Next | None = None
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """The vehicle's alarms; none of a dive that is over."""
+        return () if self.over else self.picture.alarms
 
     @property
     def recorder_silent_s(self) -> float:

@@ -49,9 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigError(
             f"{file.path}: names no sensors, so a dive would record no reading; add 'sensors', such as a dvl and an imu"
         )
-    if arguments.mission == IDLE and arguments.accepted:
+    if arguments.mission == IDLE and (arguments.accepted or arguments.onset):
         raise exit_codes.UsageError(
-            "--accepted says how a vehicle moves, and an idle one lies still; give a mission"
+            "--accepted and --onset say how a vehicle moves, and an idle one lies still; give a mission"
         )
     shape = vehicle.configurations[configuration]
     mission = (
@@ -122,6 +122,8 @@ def dive(
     if arguments.accepted:
         truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
         show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
+    if arguments.onset:
+        truth = with_onset(truth or load_truth(file, configuration), arguments.onset)
     with show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,
@@ -178,6 +180,24 @@ def idle(
 
     command_line.until_stopped(work, clock, arguments.seconds, lambda _: None)
     return exit_codes.DONE
+
+
+def with_onset(truth: Truth, parts: Sequence[str]) -> Truth:
+    """The truth with effects that set in during the dive: parts `S NAME=VALUE ...`, S seconds after boot.
+
+    Raises UsageError for anything else.
+    """
+    try:
+        onset_s, *effects = parts
+        pairs = (effect.split("=") for effect in effects)
+        onset = {name: float(value) for name, value in pairs}
+        if not onset:
+            raise ValueError("it names no effect")
+        return replace(truth, onset=onset, onset_s=float(onset_s))
+    except ValueError as error:
+        raise UsageError(
+            f"--onset {' '.join(parts)}: {error}; give seconds and effects, such as --onset 120 T2_gain=0.6"
+        ) from None
 
 
 def at_once(_: float) -> None:

@@ -20,6 +20,7 @@ from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import newest
 from gcs_plugin.recording.state import was_killed
+from gcs_plugin.watch.alarms import load_settings
 from tui import links, show
 from tui.app import recorder, themes
 from tui.app.app import SeatrialApp
@@ -119,6 +120,7 @@ def _show(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             "the terminal app needs a terminal; `seatrial watch` writes lines to a pipe"
         )
+    alarms = load_settings()
     clock = clocks.SystemClock()
     # Its messages appear on the screen instead: see `refused`.
     opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None, secured.later)
@@ -132,6 +134,8 @@ def _show(arguments: argparse.Namespace) -> int:
         arguments.sign_key or "",
         opener.open,
         opener.trouble,
+        Path(arguments.receipts),
+        alarms,
         silent=arguments.view_only,
     )
     station = connection.station = Station(
@@ -164,6 +168,7 @@ def _show(arguments: argparse.Namespace) -> int:
         ),
         view_only=arguments.view_only,
         begins=begins,
+        alarms=alarms,
     )
     if not in_browser:
         list_sockets(arguments)

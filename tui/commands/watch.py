@@ -4,6 +4,8 @@ import argparse
 import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +18,17 @@ from bridge import command_line, exit_codes
 from bridge.clock import Clock, utc_text
 from bridge.links import secured
 from bridge.links.reconnecting import Reconnecting
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Framer
+from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.monitor.gap import Gap
+from gcs_plugin.monitor.words import gap_line, thousandths
+from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.alarms import load_settings
 from gcs_plugin.watch.picture import (
     Armed,
     Condition,
@@ -49,17 +57,24 @@ POOR = (Condition.BAD, Condition.MISSING)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    file = _vehicle(arguments.vehicle, _holding(arguments.link))
+    file, settings = _vehicle(arguments.vehicle, _holding(arguments.link)), load_settings()
+    bell = Bell(settings, show.results(arguments.json).bell)
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = links.coming_back(links.link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
     try:
-        watcher = Watcher(file, arguments.system, clock.unix_s() - clock.boot_s())
+        watcher = Watcher(
+            file,
+            arguments.system,
+            clock.unix_s() - clock.boot_s(),
+            settings,
+            partial(accepted_values, Path(arguments.receipts)),
+        )
         looked = Look(link, watcher, clock, lambda: opener.words(arguments.link or ""))
         if arguments.once:
             _quietly(looked, arguments.seconds or ONCE_S)
         else:
-            _shown(looked, arguments)
+            _shown(looked, arguments, bell)
     finally:
         link.close()
     picture = looked.picture
@@ -128,14 +143,20 @@ def _quietly(looked: Look, seconds: float) -> None:
     command_line.until_stopped(looked.listen, clocks.SystemClock(), seconds, lambda _: None)
 
 
-def _shown(looked: Look, arguments: argparse.Namespace) -> None:
+def _shown(looked: Look, arguments: argparse.Namespace, bell: Bell) -> None:
     console, clock = show.results(arguments.json), clocks.SystemClock()
-    shown = looked.picture
+    shown = newest = looked.picture
 
     def new() -> bool:
-        nonlocal shown
-        before, shown = shown, looked.picture
-        return shown is not before
+        nonlocal shown, newest
+        before, newest = newest, looked.picture
+        if newest is before:
+            return False
+        # With the recording by way of which it was watched, the dive is over.
+        over = arguments.link is None and _holding(None) is None
+        shown = replace(newest, alarms=()) if over else newest
+        bell.hear(shown.alarms)
+        return True
 
     if not console.is_terminal:
 
@@ -161,7 +182,8 @@ def screen(picture: Picture, holding: Holding | None, width: int, fault: str = "
     """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives."""
     text = Text(no_wrap=True, overflow="ellipsis")
     for number, sentence in enumerate(header(picture, holding, fault)):
-        text.append(f"{sentence}\n", style="bold" if number == 0 else "")
+        loud = 0 < number <= len(picture.alarms)
+        text.append(f"{sentence}\n", style="bold reverse" if loud else "bold" if number == 0 else "")
     parts: list[RenderableType] = [text]
     for table in tables(picture):
         parts += [table.drawn(width), ""]
@@ -265,6 +287,7 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
     """The whole picture in a line; `fault` says why nothing comes."""
     traces = picture.traces
     parts = [
+        *alarm_words(picture),
         armed_words(picture),
         link_words(picture.links[0]) if picture.links else "NO LINK",
         f"depth {beside_asked(traces['depth'])} m",
@@ -273,18 +296,25 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
         mode_words(picture),
         recording_words(holding),
         fault,
+        gap_line(picture.gap) if picture.gap is not None and picture.gap.axes else "",
         *trouble(picture),
     ]
     return " | ".join(part for part in parts if part)
 
 
+def alarm_words(picture: Picture) -> list[str]:
+    """A line for each alarm, the gravest first."""
+    return [f"ALARM {alarm.words}" for alarm in picture.alarms]
+
+
 def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[str]:
-    """Armed state, links and recording, a line each; `fault` says why nothing comes."""
+    """Armed state, alarms, links and recording, a line each; `fault` says why nothing comes."""
     first = [armed_words(picture), mode_words(picture), picture.configuration]
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
     texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
     return [
         "  ".join(filter(None, first)),
+        *alarm_words(picture),
         *links,
         recording_words(holding),
         *filter(None, (fault, picture.twins)),
@@ -321,13 +351,26 @@ def thruster_table(picture: Picture) -> show.Table:
     return show.Table("", columns, rows, numbers=columns[2:], stale=_stale(picture.thrusters))
 
 
+def gap_table(picture: Picture) -> show.Table:
+    """Each axis of the model in force: its drift over 5 s, and how much of that is noise and sea."""
+    gap = picture.gap or Gap()
+    rows = [(DOFS[axis.dof], *thousandths(axis), "ALARM" if axis.high else "") for axis in gap.axes]
+    columns = ("model", "off in 5 s", "floor", "unit", "")
+    return show.Table("", columns, rows, numbers=columns[1:3])
+
+
 def _stale(rows: Iterable[Trace | SensorRow | ThrusterRow]) -> list[bool]:
     return [row.freshness is not Freshness.FRESH for row in rows]
 
 
 def tables(picture: Picture) -> Sequence[show.Table]:
     """The tables that have rows."""
-    candidates = (quantity_table(picture), sensor_table(picture), thruster_table(picture))
+    candidates = (
+        quantity_table(picture),
+        gap_table(picture),
+        sensor_table(picture),
+        thruster_table(picture),
+    )
     return [table for table in candidates if table.rows]
 
 
@@ -357,6 +400,8 @@ def plain(picture: Picture) -> dict[str, Any]:
         "configuration": picture.configuration,
         "said": [vars(said) for said in picture.said],
         "twins": picture.twins,
+        "gap": None if picture.gap is None else asdict(picture.gap),
+        "alarms": [asdict(alarm) | {"kind": alarm.kind.value} for alarm in picture.alarms],
     }
 
 

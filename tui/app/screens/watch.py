@@ -9,6 +9,10 @@ from textual import events
 from textual.app import ComposeResult
 from textual.containers import Container, Vertical, VerticalScroll
 
+from bridge.vehicle.coefficients import DOFS
+from gcs_plugin.monitor.gap import AxisGap, Gap
+from gcs_plugin.monitor.words import thousandths
+from gcs_plugin.monitor.words import worst as worst_axis
 from gcs_plugin.watch.picture import (
     Condition,
     Freshness,
@@ -209,6 +213,33 @@ def signed_bar(pwm_us: float, half: int) -> str:
     return side + "│" + " " * half
 
 
+def gap_lines(gap: Gap | None, cells: int) -> Lines:
+    """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst."""
+    if gap is None:
+        return ()
+    axis = worst_axis(gap)
+    if axis is None:
+        return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
+    if cells < WIDE:
+        drift, floor, unit = thousandths(axis)
+        return (heading("MODEL", f"{DOFS[axis.dof]} {drift}, floor {floor} {unit}", cells),)
+    rows = [tuple(axis for axis in gap.axes if axis.dof in dofs) for dofs in (range(3), range(3, 6))]
+    return (
+        heading("MODEL", "off in 5 s / floor, mm/s and mrad/s", cells),
+        *(tuple(span for axis in row for span in _axis_gap(axis, cells // 3)) for row in rows if row),
+    )
+
+
+def _axis_gap(axis: AxisGap, cells: int) -> Line:
+    drift, floor, _ = thousandths(axis)
+    line: Line = (
+        (f"{DOFS[axis.dof]:<6}", "plain"),
+        (f"{drift:>6}", "bad" if axis.high else "strong"),
+        (f" /{floor:>5}", "quiet"),
+    )
+    return (*line, (" " * (cells - width(line)), "plain"))
+
+
 def words(said: tuple[Said, ...], cells: int) -> Lines:
     """The vehicle's messages, the newest first, with the severity as a word."""
     if not said:
@@ -289,6 +320,7 @@ class WatchScreen(StationScreen):
                         classes="heading",
                     )
                     yield self._pane(lambda now, cells, _: thrusters(now.thrusters, cells), id="thrusters")
+                yield self._pane(lambda now, cells, _: gap_lines(now.gap, cells), id="gap")
             with Vertical(id="words-pane"):
                 yield self._heading("WORDS", self._words_note)
                 with VerticalScroll(id="words-scroll"):

@@ -1,0 +1,98 @@
+"""Which cause fits a departure best: the drift of the last half minute, on the drift that each cause makes.
+
+The names are those of the library of effects (`identify.effects`), whose forces these are, at unit size; a diagnosis
+weighs all of the library, on whole dives. Here each cause is fitted alone, by weighted least squares; its evidence,
+in nats, is the misfit that it explains beyond its number of parameters.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcs_plugin.monitor.model import Model
+from gcs_plugin.monitor.predictor import DRAGGED, Drift, names_of
+
+Array = NDArray[np.float64]
+
+CORRELATED_S: Final = 4.0
+LEAST_SHARE: Final = 0.1
+"""A cause less probable than that is not named."""
+
+LEAST_EXPLAINED: Final = 0.5
+"""Of the mean square; below, no cause is named."""
+
+LEAST_LOST, MOST_LOST = 0.03, 1.3
+"""Share of a thruster's thrust: less is nothing, and more than all of it is another cause."""
+
+OF_AXES: Final = ("forward", "sideways", "vertical", "", "", "turning")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An effect of the library by its label, how probable it is among those that are tried (0 to 1), and in words."""
+
+    label: str
+    probability: float
+    words: str
+
+
+def likeliest(model: Model, drifts: Sequence[Drift], floors: Array) -> tuple[Cause, ...]:
+    """The causes of a departure, the likeliest first; none if none fits. floors (n, 6)."""
+    dofs = list(model.dofs)
+    target = np.array([drift.drift[dofs] for drift in drifts]) / floors[:, dofs]
+    columns = np.array([drift.causes[:, dofs] for drift in drifts]) / floors[:, None, dofs]
+    names = names_of(model)
+    whole = float((target**2).sum())
+    fits: list[tuple[float, str, str]] = []
+    for label, members in _candidates(model):
+        design = np.stack([columns[:, names.index(name)].ravel() for name in members], axis=1)
+        size = np.asarray(np.linalg.lstsq(design, target.ravel(), rcond=1e-6)[0], dtype=np.float64)
+        words = _words(label, size, drifts[-1].place)
+        explained = whole - float(((target.ravel() - design @ size) ** 2).sum())
+        if not words or explained < LEAST_EXPLAINED * whole:
+            continue
+        evidence = 0.5 * explained / CORRELATED_S - 0.5 * len(members) * math.log(len(drifts))
+        fits.append((evidence, label, words))
+    if not fits:
+        return ()
+    best = max(fits)[0]
+    odds = [math.exp(evidence - best) for evidence, _, _ in fits]
+    causes = [Cause(label, odd / sum(odds), words) for odd, (_, label, words) in zip(odds, fits, strict=True)]
+    return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
+
+
+def _candidates(model: Model) -> list[tuple[str, tuple[str, ...]]]:
+    """Labels, each with its names in `names_of`."""
+    count = len(model.configuration.thrusters)
+    return [
+        *((f"weak_thruster of thruster {n}", (f"thruster {n}",)) for n in range(1, count + 1)),
+        ("steady_current", ("water north", "water east")),
+        ("tether", ("pull north", "pull east", "line")),
+        ("net_buoyancy", ("pull down",)),
+        *((f"fouling of {dof}", (f"drag {dof}",)) for dof in DRAGGED if dof in model.dofs),
+    ]
+
+
+def _words(label: str, size: Array, place: Array) -> str:
+    """A fit in words, at a place (2,), north and east; "" for a size that the cause can't have."""
+    if label.startswith("weak_thruster"):
+        lost = float(size[0])
+        number = label.rpartition(" ")[2]
+        return f"thruster {number} gives {100 * lost:.0f} % less" if LEAST_LOST < lost < MOST_LOST else ""
+    if label == "steady_current":
+        return f"a current of {np.hypot(*size):.2f} m/s towards {_heading(size)}"
+    if label == "tether":
+        pull = size[:2] - size[2] * place
+        return f"a pull of {np.hypot(*pull):.1f} N towards {_heading(pull)}, as of a tether"
+    if label == "net_buoyancy":
+        return f"{abs(size[0]):.1f} N {'heavier' if size[0] > 0 else 'lighter'} than its ballast"
+    dof = int(label.rpartition(" ")[2])
+    return f"more drag {OF_AXES[dof]}: something on the hull" if size[0] > 0 else ""
+
+
+def _heading(size: Array) -> str:
+    return f"{math.degrees(math.atan2(size[1], size[0])) % 360:03.0f}"

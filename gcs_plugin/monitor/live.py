@@ -1,0 +1,249 @@
+"""The monitor of a vehicle on the air: readings and parameters in, its gap out. Times are the vehicle's boot times."""
+
+import math
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.parameters import vehicle_table
+from bridge.wire.readings import Reading
+from gcs_plugin.monitor.gap import Gap, GapMonitor
+from gcs_plugin.monitor.model import Model, model_of
+from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
+
+Array = NDArray[np.float64]
+
+NEEDED: Final = ("dvl", "imu", "attitude", "pwm")
+"""Without one of these signals there is nothing to compare."""
+
+LONGEST_HOLE_S: Final = 1.0
+LATE_S: Final = 3.0
+"""A signal later than the others by that much has fallen silent."""
+
+SETTLED_S: Final = 2.0
+"""Parameters are taken over when none has changed for so long: a set is written line by line."""
+
+STALE_S: Final = 15.0
+"""The gap is unknown where nothing could be judged for so long."""
+
+KEPT_S: Final = 8.0
+
+
+class _Samples:
+    """The last seconds of a signal, values (w,) at rising times."""
+
+    def __init__(self) -> None:
+        self.time_s: list[float] = []
+        self.values: list[tuple[float, ...]] = []
+
+    @property
+    def last_s(self) -> float:
+        return self.time_s[-1] if self.time_s else -math.inf
+
+    def put(self, time_s: float, values: tuple[float, ...]) -> None:
+        if self.time_s and len(values) != len(self.values[-1]):
+            self.clear()
+        if time_s > self.last_s:
+            self.time_s.append(time_s)
+            self.values.append(values)
+
+    def clear(self) -> None:
+        self.time_s, self.values = [], []
+
+    def drop(self, before_s: float) -> None:
+        """Forget all older values but the last."""
+        first = sum(time_s < before_s for time_s in self.time_s[:-1])
+        del self.time_s[:first], self.values[:first]
+
+    def covers(self, start_s: float, end_s: float) -> bool:
+        """Whether values lie at both ends, and no hole between them is long."""
+        times = [self.time_s[0], *(t for t in self.time_s if start_s < t < end_s), self.last_s]
+        inside = [min(max(t, start_s), end_s) for t in times]
+        holes = max((b - a for a, b in pairwise(inside)), default=math.inf)
+        return self.time_s[0] <= start_s and self.last_s >= end_s and holes <= LONGEST_HOLE_S
+
+    def at(self, time_s: Array) -> Array:
+        """Values (n, w), straight between samples."""
+        table = np.array(self.values)
+        return np.stack([np.interp(time_s, self.time_s, column) for column in table.T], axis=1)
+
+    def held(self, time_s: Array) -> Array:
+        """Values (n, w), each held until the next."""
+        places = np.searchsorted(self.time_s, time_s + 1e-6, side="right") - 1
+        return np.array(self.values)[np.maximum(places, 0)]
+
+
+class LiveGap:
+    """Takes readings and parameters; `gap` is None while it can't be known: without a model, a vehicle file, a DVL, or
+    while the vehicle is disarmed.
+
+    `held`: values of its parameters by id, as they were last accepted; the vehicle file's are those it starts with.
+    """
+
+    def __init__(self, file: VehicleFile | None, held: Mapping[str, float]) -> None:
+        self._file = file
+        rows = () if file is None else vehicle_table(file.vehicle)
+        self._rows = {row.name: row for row in rows}
+        self._values = {row.name: row.default for row in rows}
+        self._values |= {name: value for name, value in held.items() if name in self._rows}
+        self._changed_s = -math.inf
+        self._armed = False
+        self._veh_cfg: float | None = None
+        self._signals = {name: _Samples() for name in (*NEEDED, "fog", "battery")}
+        self._next_s = math.nan
+        self._newest_s = self._judged_s = -math.inf
+        self._work: tuple[Predictor, GapMonitor] | None = None
+        self._is_made = False
+
+    @property
+    def gap(self) -> Gap | None:
+        stale = self._newest_s > self._judged_s + STALE_S
+        return None if self._work is None or not self._armed or stale else self._work[1].gap
+
+    def parameter(self, name: str, value: float) -> None:
+        """Take a parameter that the vehicle states."""
+        if self._values.get(name, value) != value and name in self._values:
+            self._values[name] = value
+            self._changed_s, self._is_made = self._newest_s, False
+
+    def take(self, reading: Reading) -> None:
+        """Take a reading."""
+        if reading.signal == "alive":
+            self._arm(bool(reading.values[0]))
+        elif (
+            reading.signal == "veh_cfg"
+            and reading.values[0] != self._veh_cfg
+            and math.isfinite(reading.values[0])
+        ):
+            self._veh_cfg, self._is_made = reading.values[0], False
+        samples = self._signals.get(reading.signal)
+        if samples is None or self._file is None or not self._armed:
+            return
+        # A battery's message carries no time; it changes slowly.
+        time_s = reading.time_s if math.isfinite(reading.time_s) else self._newest_s
+        if time_s < self._newest_s - 2 * KEPT_S:
+            self._begin_again()
+        self._newest_s = max(self._newest_s, time_s)
+        if all(map(math.isfinite, _wanted(reading))):
+            samples.put(time_s, _wanted(reading))
+        if reading.signal == "dvl":
+            self._go_on()
+
+    def _arm(self, armed: bool) -> None:
+        if armed and not self._armed:
+            self._begin_again()
+            self._is_made = False
+        self._armed = armed
+
+    def _begin_again(self) -> None:
+        """Start from here: after a hole in the readings, or a new boot."""
+        for samples in self._signals.values():
+            samples.clear()
+        self._newest_s = self._changed_s = self._judged_s = -math.inf
+        self._lose_track()
+
+    def _lose_track(self) -> None:
+        self._next_s = math.nan
+        if self._work is not None:
+            self._work[0].reset()
+
+    def _go_on(self) -> None:
+        """Work through the seconds that are complete."""
+        if not self._is_made:
+            if self._newest_s < self._changed_s + SETTLED_S:
+                return
+            self._make()
+        needed = [self._signals[name] for name in NEEDED]
+        if self._work is None or any(not samples.time_s for samples in needed):
+            return
+        if math.isnan(self._next_s):
+            self._next_s = max(samples.time_s[0] for samples in needed)
+            self._judged_s = max(self._judged_s, self._next_s)
+        while True:
+            end_s = self._next_s + SECOND * STEP_S
+            if min(samples.last_s for samples in needed) < end_s:
+                if self._newest_s > end_s + LATE_S:
+                    self._lose_track()
+                    for samples in self._signals.values():
+                        samples.drop(self._newest_s - STEP_S)
+                return
+            self._second(self._next_s, end_s)
+            if math.isnan(self._next_s):
+                return
+            self._next_s = end_s
+            for samples in self._signals.values():
+                samples.drop(end_s - STEP_S)
+
+    def _second(self, start_s: float, end_s: float) -> None:
+        assert self._work is not None
+        if not all(self._signals[name].covers(start_s, end_s) for name in NEEDED):
+            self._lose_track()
+            for samples in self._signals.values():
+                samples.drop(end_s)
+            return
+        predictor, monitor = self._work
+        second = self._cut(start_s, end_s)
+        if second.pwm.shape[1] != predictor.thrusters:
+            return
+        drift = predictor.step(second)
+        if drift is not None:
+            monitor.add(drift)
+            self._judged_s = end_s
+
+    def _cut(self, start_s: float, end_s: float) -> Second:
+        assert self._file is not None
+        signals, time_s = self._signals, np.linspace(start_s, end_s, SECOND + 1)
+        rates = signals["imu"].at(time_s)
+        fog = signals["fog"]
+        if fog.time_s and fog.covers(start_s, end_s):
+            rates[:, 2] = fog.at(time_s)[:, 0]
+        dvl = self._file.vehicle.sensors.dvl
+        arm = np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m)
+        velocity = signals["dvl"].at(time_s) - np.cross(rates, arm)
+        battery = signals["battery"]
+        volts = battery.values[-1][0] if battery.values else math.nan
+        attitude = signals["attitude"].held(time_s)
+        return Second(np.hstack([velocity, rates]), attitude, signals["pwm"].held(time_s[:-1]), volts)
+
+    def _make(self) -> None:
+        """Make the model of the parameters in force."""
+        self._is_made, self._work = True, None
+        model = self._model()
+        if model is not None:
+            self._work = (Predictor(model), GapMonitor(model))
+            self._next_s = math.nan
+
+    def _model(self) -> Model | None:
+        assert self._file is not None
+        vehicle = self._file.vehicle
+        try:
+            said = self._veh_cfg
+            name = self._file.configuration if said is None else None
+            name = name or vehicle.configuration_at(None if said is None else round(said))
+            number = vehicle.veh_cfg(name)
+            own = {
+                row.coefficient: self._values[row.name]
+                for row in self._rows.values()
+                if row.veh_cfg == number
+            }
+            return model_of(own, self._file, name)
+        except ConfigError:
+            return None
+
+
+_PARTS: Final[Mapping[str, Callable[[tuple[float, ...]], tuple[float, ...]]]] = {
+    "dvl": lambda values: values[:3],
+    "imu": lambda values: values[3:6],
+    "attitude": lambda values: values[:4],
+    "battery": lambda values: values[:1],
+}
+
+
+def _wanted(reading: Reading) -> tuple[float, ...]:
+    part = _PARTS.get(reading.signal)
+    return reading.values if part is None else part(reading.values)

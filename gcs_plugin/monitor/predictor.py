@@ -1,0 +1,223 @@
+"""A model driven by recorded thrust: how far its velocity is from the measured one 5 s after both were equal.
+
+A free-running model would be off by z = nu - y, which obeys M z' = -(D + 2 D2 |nu|) z + f, where f is the force that
+the model misses (Fossen 2011, eq. 6.1, less itself along the recording; nonlinear parts at the measured velocity). The
+drift since a moment is z now, less the rest of the z of that moment that damping has left. So one recursion gives the
+drift of every 5 s without starting anew, and the same recursion, driven by a cause's force, gives the drift which that
+cause makes. z is averaged over a second, which takes the noise out of the velocity at both ends.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.accepted_effects import Losses, Supply
+from bridge.vehicle.coefficients import QUADRATICS
+from bridge.vehicle.dynamics import coriolis, restoring
+from bridge.vehicle.feedforward import hull_wrench
+from bridge.vehicle.references import Reference
+from gcs_plugin.monitor.model import Model
+
+Array = NDArray[np.float64]
+
+OVER_S: Final = 5
+"""Seconds over which the model is on its own."""
+
+SECOND: Final = 20
+"""Steps of a second: the rate of commands."""
+
+STEP_S: Final = 1.0 / SECOND
+NUDGE_M_S: Final = 0.05
+SELF_COMPENSATED: Final = frozenset(coefficient.name for coefficient in QUADRATICS)
+
+
+@dataclass(frozen=True)
+class Second:
+    """A second of a dive at SECOND equal steps, the instants at both ends included.
+
+    nu (n + 1, 6), body axes; attitude (n + 1, 4), w x y z; pwm (n, k), held over each step; voltage_v: NaN if unknown.
+    """
+
+    nu: Array
+    attitude: Array
+    pwm: Array
+    voltage_v: float = np.nan
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Drift (6,) over OVER_S seconds to now, m/s and rad/s; NaN in axes without a model.
+
+    driven (6,): the same of the thrust alone, which tells how much of it a share of its force would be. causes (c, 6):
+    the drift that each cause of `names_of` makes at unit size. place (2,): north and east of where the watch began, m.
+    """
+
+    drift: Array
+    driven: Array
+    causes: Array
+    place: Array
+
+
+class Predictor:
+    """Takes one second after the other; `reset` after a gap."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._names = names_of(model)
+        self._kept = 1.0 - np.exp(-STEP_S / model.lag_s) if model.lag_s > 0 else 1.0
+        self._late = round(model.delay_s / STEP_S)
+        self._supply = Supply()
+        self.reset()
+
+    @property
+    def thrusters(self) -> int:
+        """The number of thrusters that a second must have."""
+        return len(self._model.configuration.thrusters)
+
+    def reset(self) -> None:
+        """Begin anew."""
+        count = len(self._names) + 2
+        self._z = np.zeros((count, 6))
+        self._thrust: Array | None = None
+        self._position = np.zeros(2)
+        self._past: deque[tuple[Array, Array]] = deque(maxlen=OVER_S)
+        self._waiting: deque[Array] = deque(maxlen=self._late + 1)
+
+    def step(self, second: Second) -> Drift | None:
+        """The drift to this second; None for the first OVER_S seconds after a reset."""
+        nu, middle = second.nu, 0.5 * (second.nu[1:] + second.nu[:-1])
+        model = self._model
+        thrust = self._thrusts(second)
+        force = self._force(middle, thrust, second)
+        columns = self._columns(middle, thrust, 0.5 * (second.attitude[1:] + second.attitude[:-1]))
+        rate = (model.damping + 2.0 * model.quadratic * np.abs(middle)) / model.mass
+        left = np.exp(-rate * STEP_S)
+        worth = np.where(rate > 1e-9, (1.0 - left) / np.where(rate > 1e-9, rate, 1.0), STEP_S) / model.mass
+        driving = np.concatenate([np.zeros((SECOND, 2, 6)), columns], axis=1) * worth[:, None]
+        # The force balance of the model gives y; what the measured velocity has beyond it is z.
+        balance = force - (model.damping + model.quadratic * np.abs(middle)) * middle
+        driving[:, 0] = nu[1:] - left * nu[:-1] - worth * (balance + model.mass * rate * middle)
+        driving[:, 1] = worth * (thrust @ model.matrix.T)
+        total = np.zeros_like(self._z)
+        z = self._z
+        for k in range(SECOND):
+            z = left[k] * z + driving[k]
+            total += z
+        self._z = z
+        mean, fade = total / SECOND, np.prod(left, axis=0)
+        before = self._past[0] if len(self._past) == OVER_S else None
+        self._past.append((mean, fade))
+        if before is None:
+            return None
+        over = np.prod([each for _, each in self._past], axis=0)
+        drift = mean - over * before[0]
+        drift[:, [dof for dof in range(6) if dof not in model.dofs]] = np.nan
+        return Drift(drift[0], drift[1], drift[2:], self._position)
+
+    def _thrusts(self, second: Second) -> Array:
+        """Thrust (n, k) of each thruster over each step, N, with lag, delay and accepted losses."""
+        model, law = self._model, self._model.effects.voltage
+        asked = model.curve.thrust(second.pwm)
+        losses = model.effects.losses
+        if losses is not None:
+            supply = 1.0 if law is None else self._supply.step(law, second.voltage_v, SECOND * STEP_S)
+            asked = _given(losses, asked, supply)
+        if self._thrust is None:
+            self._thrust = asked[0].copy()
+            self._waiting.extend([asked[0]] * (self._late + 1))
+        out = np.empty_like(asked)
+        for k, row in enumerate(asked):
+            self._waiting.append(row)
+            before = self._thrust
+            self._thrust = before + self._kept * (self._waiting[0] - before)
+            out[k] = 0.5 * (before + self._thrust)
+        return out
+
+    def _force(self, nu: Array, thrust: Array, second: Second) -> Array:
+        """All forces (n, 6) but damping."""
+        model = self._model
+        attitude = 0.5 * (second.attitude[1:] + second.attitude[:-1])
+        turning = np.stack([np.broadcast_to(f, SECOND) for f in coriolis(model.mass.tolist(), tuple(nu.T))]).T
+        held = np.stack(
+            [np.broadcast_to(f, SECOND) for f in restoring(model.configuration, tuple(attitude.T))]
+        ).T
+        force = thrust @ model.matrix.T - turning - held
+        hull = {name: value for name, value in model.effects.hull.items() if name not in SELF_COMPENSATED}
+        if hull:
+            nu_dot = np.diff(second.nu, axis=0) / STEP_S
+            wrench = hull_wrench(hull, Reference(tuple(nu.T), tuple(nu_dot.T), 0.0, 0.0))
+            force = force - np.stack([np.broadcast_to(f, SECOND) for f in wrench]).T
+        return np.asarray(force)
+
+    def _columns(self, nu: Array, thrust: Array, attitude: Array) -> Array:
+        """Forces (n, c, 6) of the causes, in the order of `names_of`, at unit size."""
+        model = self._model
+        world = _world(attitude)
+        count = thrust.shape[1]
+        out = np.zeros((SECOND, len(self._names), 6))
+        out[:, :count] = -thrust[:, :, None] * model.matrix.T
+        at = count
+        for axis in (0, 1):
+            out[:, at + axis] = self._pushed_by(nu, NUDGE_M_S * world[:, axis]) / NUDGE_M_S
+        at += 2
+        for axis in range(3):
+            out[:, at + axis, :3] = world[:, axis]
+        at += 3
+        self._position = self._position + STEP_S * np.einsum("nai,ni->a", world[:, :2], nu[:, :3])
+        for axis in (0, 1):
+            out[:, at, :3] -= self._position[axis] * world[:, axis]
+        at += 1
+        for place, dof in enumerate(DRAGGED):
+            out[:, at + place, dof] = -np.abs(nu[:, dof]) * nu[:, dof]
+        return out
+
+    def _pushed_by(self, nu: Array, water: Array) -> Array:
+        """Force (n, 6) that a model of the velocity over ground misses if the water moves by (n, 3), body axes, as in
+        `identify.effects.course.Course.pushed_by`: drag, Coriolis forces, and inertia of the turning body."""
+        model = self._model
+        through = nu.copy()
+        through[:, :3] -= water
+        mass = model.mass.tolist()
+        turned = np.stack(
+            [
+                a - b
+                for a, b in zip(coriolis(mass, tuple(nu.T)), coriolis(mass, tuple(through.T)), strict=True)
+            ]
+        ).T
+        drag = model.damping * (nu - through)
+        drag += model.quadratic * (np.abs(nu) * nu - np.abs(through) * through)
+        out = turned + drag
+        out[:, :3] -= model.mass[:3] * np.cross(nu[:, 3:], water)
+        return np.asarray(out)
+
+
+DRAGGED: Final = (0, 1, 2, 5)
+"""Axes in which a hull can grow more drag."""
+
+
+def names_of(model: Model) -> tuple[str, ...]:
+    """Names of the rows of `Drift.causes`: a thruster that gives nothing, water that moves north and east by 1 m/s, a
+    pull of 1 N north, east and down, a line of 1 N/m to where the watch began, drag of 1 N s2/m2 in DRAGGED."""
+    return (
+        *(f"thruster {number}" for number in range(1, len(model.configuration.thrusters) + 1)),
+        *("water north", "water east", "pull north", "pull east", "pull down", "line"),
+        *(f"drag {dof}" for dof in DRAGGED),
+    )
+
+
+def _given(losses: Losses, asked: Array, supply: float) -> Array:
+    return np.stack([losses.given(row, supply) for row in asked])
+
+
+def _world(attitude: Array) -> Array:
+    """Unit vectors north, east, down (n, 3, 3) in body axes."""
+    w, x, y, z = (attitude / np.linalg.norm(attitude, axis=1)[:, None]).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=1) for row in rows], axis=1)

@@ -1,0 +1,214 @@
+"""Alarms of which an operator has to know at once, from the picture of a vehicle and limits that the crew sets.
+
+A dive that ends is no alarm: a disarmed vehicle that falls silent, or whose sensors do, is over. A disarmed vehicle's
+battery and its own words still are. Where critical words come from a leak, they are the vehicle's own ("Leak Detected"
+of ArduSub): they are shown, and not interpreted.
+"""
+
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import shaft_speed, thrust_curve
+from gcs_plugin.watch.picture import (
+    Alarm,
+    Armed,
+    Condition,
+    Freshness,
+    Kind,
+    Picture,
+    SensorRow,
+    ThrusterRow,
+)
+
+CRITICAL: Final = 2
+"""Largest MAV_SEVERITY of words that are an alarm."""
+
+BATTERY_HOLDS_S, ALTITUDE_HOLDS_S = 5.0, 2.0
+LEAST_RPM: Final = 200.0
+"""A thruster that is asked for less may stand still in its dead zone."""
+
+STANDS_SHARE: Final = 0.1
+"""Of the speed that its pulse asks for; a thruster that turns slower stands."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """As in configs/alarms.yaml; 0 switches one off, None leaves it as it is set elsewhere."""
+
+    battery_v: float | None = None
+    depth_m: float | None = None
+    altitude_m: float | None = None
+    link_s: float | None = None
+    sensor_s: float | None = None
+    thruster_s: float | None = None
+    vehicle_s: float | None = None
+    gap_s: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if value is not None and value < 0:
+                raise ValueError(f"{name} is {value:g}; give 0 to switch it off, or more")
+
+    def over(self, base: "Limits") -> "Limits":
+        """These, and those of `base` where these leave one open."""
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        return replace(base, **given)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """As in configs/alarms.yaml: the bell, a program for a sound ("" for none), limits in general and by vehicle."""
+
+    bell: bool = True
+    sound: str = ""
+    limits: Limits = field(default_factory=Limits)
+    vehicles: dict[str, Limits] = field(default_factory=dict)
+
+    def of(self, vehicle: str) -> Limits:
+        """The limits of a vehicle by its name."""
+        return self.vehicles.get(vehicle, Limits()).over(self.limits)
+
+
+def user_file() -> Path:
+    """Path of the crew's own settings, which may not exist."""
+    home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(home) / "seatrial" / "alarms.yaml"
+
+
+def load_settings(file: Path | None = None) -> Settings:
+    """The shipped settings, with those of the crew's file over them. Raises ConfigError for a file that can't be
+    used."""
+    file = file or user_file()
+    data = schema.load_yaml(file) if file.exists() else None
+    if data is None:
+        return SHIPPED
+    crew = schema.build(Settings, data, str(file))
+    return replace(crew, limits=crew.limits.over(SHIPPED.limits))
+
+
+SHIPPED: Final = Settings(
+    limits=Limits(0.0, 0.0, 0.0, link_s=5.0, sensor_s=5.0, thruster_s=3.0, vehicle_s=30.0, gap_s=1.0)
+)
+"""Of configs/alarms.yaml, to the letter."""
+
+
+@dataclass(frozen=True)
+class _Sign:
+    """A condition that holds now, and how long it has to before it is an alarm."""
+
+    alarm: Alarm
+    holds_s: float
+
+
+class Alarms:
+    """Takes each picture; keeps since when each condition has held."""
+
+    def __init__(self, settings: Settings, file: VehicleFile | None) -> None:
+        self._limits = settings.of("" if file is None else file.vehicle.name)
+        self._rpm = _Shafts(file)
+        self._since_s: dict[tuple[Kind, str], float] = {}
+
+    def look(self, picture: Picture) -> tuple[Alarm, ...]:
+        """The alarms of a picture, the gravest kind first."""
+        signs = list(self._signs(picture))
+        known = {sign.alarm.key for sign in signs}
+        self._since_s = {key: since_s for key, since_s in self._since_s.items() if key in known}
+        out = []
+        for sign in signs:
+            since_s = self._since_s.setdefault(sign.alarm.key, picture.now_s)
+            if picture.now_s - since_s >= sign.holds_s:
+                out.append(sign.alarm)
+        return tuple(out)
+
+    def _signs(self, picture: Picture) -> Iterator[_Sign]:
+        yield from self._of_vehicle(picture)
+        armed = picture.armed in (Armed.ARMED, Armed.FAILSAFE)
+        link = picture.links[0] if picture.links else None
+        limits = self._limits
+        if armed and link is not None and limits.link_s and picture.armed_age_s > limits.link_s:
+            yield _Sign(
+                Alarm(Kind.LINK, "", f"nothing heard of the vehicle for {picture.armed_age_s:.0f} s"), 0.0
+            )
+            return  # whatever else is silent then, is so for that reason
+        yield from self._of_battery(picture)
+        if armed:
+            yield from self._of_water(picture)
+            for thruster in picture.thrusters:
+                yield from self._of_thruster(thruster)
+            for sensor in picture.sensors:
+                yield from self._of_sensor(sensor)
+            yield from self._of_gap(picture)
+
+    def _of_vehicle(self, picture: Picture) -> Iterator[_Sign]:
+        if picture.armed is Armed.FAILSAFE and picture.armed_age_s <= (self._limits.link_s or math.inf):
+            yield _Sign(Alarm(Kind.VEHICLE, "failsafe", "the vehicle is in failsafe"), 0.0)
+        newest = {said.text: said for said in picture.said if said.severity <= CRITICAL}
+        for said in newest.values():
+            if self._limits.vehicle_s and picture.now_s - said.heard_s <= self._limits.vehicle_s:
+                yield _Sign(Alarm(Kind.VEHICLE, said.text, f"the vehicle says: {said.text}"), 0.0)
+
+    def _of_battery(self, picture: Picture) -> Iterator[_Sign]:
+        volts, limit_v = picture.newest("voltage"), self._limits.battery_v
+        if limit_v and volts < limit_v:
+            words = f"battery {volts:.1f} V, below {limit_v:g} V"
+            yield _Sign(Alarm(Kind.BATTERY, "", words), BATTERY_HOLDS_S)
+
+    def _of_water(self, picture: Picture) -> Iterator[_Sign]:
+        limits, depth_m, altitude_m = self._limits, picture.newest("depth"), picture.newest("altitude")
+        if limits.depth_m and depth_m > limits.depth_m:
+            words = f"depth {depth_m:.1f} m, deeper than {limits.depth_m:g} m"
+            yield _Sign(Alarm(Kind.DEPTH, "", words), 0.0)
+        if limits.altitude_m and altitude_m < limits.altitude_m:
+            words = f"altitude {altitude_m:.1f} m, less than {limits.altitude_m:g} m"
+            yield _Sign(Alarm(Kind.ALTITUDE, "", words), ALTITUDE_HOLDS_S)
+
+    def _of_thruster(self, row: ThrusterRow) -> Iterator[_Sign]:
+        if self._limits.thruster_s and row.freshness is Freshness.FRESH and self._rpm.stands(row):
+            words = f"thruster {row.number} stands still at {row.pwm_us:.0f} us"
+            yield _Sign(Alarm(Kind.THRUSTER, str(row.number), words), self._limits.thruster_s)
+
+    def _of_sensor(self, row: SensorRow) -> Iterator[_Sign]:
+        limit_s = self._limits.sensor_s
+        alarm = Alarm(Kind.SENSOR, row.signal, f"{row.name}: {row.words}")
+        if not limit_s:
+            return
+        if row.condition is Condition.BAD:
+            yield _Sign(alarm, limit_s)
+        elif row.freshness is Freshness.GONE and limit_s <= row.age_s < math.inf:
+            yield _Sign(alarm, 0.0)
+
+    def _of_gap(self, picture: Picture) -> Iterator[_Sign]:
+        gap = picture.gap
+        if not self._limits.gap_s or gap is None or gap.since_s is None:
+            return
+        causes = " or ".join(cause.words for cause in gap.causes) or "no known cause fits"
+        axes = ", ".join(DOFS[axis.dof] for axis in gap.axes if axis.high)
+        yield _Sign(Alarm(Kind.GAP, "", f"it departs from its model in {axes}: {causes}"), self._limits.gap_s)
+
+
+class _Shafts:
+    """Which shafts stand although they are asked to turn. A vehicle without speeds of its shafts has none that does:
+    one of them has to have turned."""
+
+    def __init__(self, file: VehicleFile | None) -> None:
+        self._curve = None if file is None else file.vehicle.thrust_curve
+        self._turned = False
+        try:
+            self._thrust = None if file is None else thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+        except ConfigError:
+            self._thrust = None
+
+    def stands(self, row: ThrusterRow) -> bool:
+        if self._thrust is None or self._curve is None or not math.isfinite(row.rpm + row.pwm_us):
+            return False
+        self._turned = self._turned or abs(row.rpm) > LEAST_RPM
+        asked = 60.0 * abs(float(shaft_speed(self._curve, self._thrust.thrust(row.pwm_us))))
+        return self._turned and asked > LEAST_RPM and abs(row.rpm) < STANDS_SHARE * asked

@@ -1,0 +1,174 @@
+"""Alarms: limits from one file, judged from the picture, rung once each; a dive that ends is none."""
+
+import pytest
+import yaml
+from pymavlink.dialects.v20 import ardupilotmega as mav
+from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.onboard.orders import status_texts
+from bridge.vehicle.config import CONFIGS, load_vehicle
+from gcs_plugin.bell import Bell
+from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings
+from gcs_plugin.watch.picture import Alarm, Kind
+from gcs_plugin.watch.watcher import Watcher
+
+RUVIFIST = load_vehicle("ruvifist:survey")
+SET = Settings(
+    limits=Limits(battery_v=14.0, depth_m=10.0, altitude_m=0.5).over(SHIPPED.limits),
+)
+AHEAD = (1600.0,) * 4 + (1500.0,) * 4
+TURNS = (1900.0,) * 4 + (0.0,) * 54
+
+
+class Dive:
+    """A healthy armed vehicle, second by second; what `changes` name is said in its place, None is left out."""
+
+    def __init__(self, settings=SET):
+        self.watcher = Watcher(RUVIFIST, settings=settings)
+        self.vehicle = OnAir(self.watcher)
+        self.now_s = 0.0
+
+    def go_on(self, seconds, armed=True, beats=True, **changes):
+        said = {
+            "dvl": dvl(), "imu": imu(), "fog": (0.0,), "attitude": (*LEVEL, *STILL), "altitude": (3.0,),
+            "pressure": (150_000.0, 15.0), "pwm": AHEAD, "rpm": TURNS, "battery": (15.8, 3.0),
+        } | changes  # fmt: skip
+        for _ in range(round(2 * seconds)):
+            self.now_s += 0.5
+            if beats:
+                self.vehicle.beats(self.now_s, armed=armed)
+            for signal, values in said.items():
+                if values is not None:
+                    self.vehicle.tells(signal, values, self.now_s)
+        return self
+
+    @property
+    def alarms(self):
+        return {alarm.kind: alarm.words for alarm in self.watcher.picture(self.now_s).alarms}
+
+    def pictured(self, seconds, **changes):
+        """Go on with a picture every half second, as the app does; the alarms in the end."""
+        for _ in range(round(2 * seconds)):
+            self.go_on(0.5, **changes)
+            alarms = self.alarms
+        return alarms
+
+
+def test_a_healthy_dive_has_no_alarm():
+    assert Dive().pictured(20.0) == {}
+
+
+SILENT = dict.fromkeys(("dvl", "imu", "fog", "attitude", "altitude", "pressure", "pwm", "rpm", "battery"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "words", "after_s"),
+    [
+        ({"battery": (13.8, 3.0)}, Kind.BATTERY, "battery 13.8 V, below 14 V", 5.0),
+        ({"pressure": (101_325.0 + 110_000.0, 15.0)}, Kind.DEPTH, "depth 11.2 m, deeper than 10 m", 0.0),
+        ({"altitude": (0.4,)}, Kind.ALTITUDE, "altitude 0.4 m, less than 0.5 m", 2.0),
+        ({"rpm": (0.0, *TURNS[1:])}, Kind.THRUSTER, "thruster 1 stands still at 1600 us", 3.0),
+        ({"dvl": NO_LOCK}, Kind.SENSOR, "DVL: no bottom lock for ", 5.0),
+        ({"dvl": None}, Kind.SENSOR, "DVL: silent for ", 5.0),
+        ({"beats": False, **SILENT}, Kind.LINK, "nothing heard of the vehicle for 6 s", 5.0),
+    ],
+)
+def test_each_is_an_alarm_once_it_has_held_and_ends_with_it(changes, kind, words, after_s):
+    dive = Dive().go_on(10.0)
+    assert dive.pictured(max(after_s - 1.0, 0.5), **changes).get(kind) is None or after_s == 0.0
+    alarms = dive.pictured(2.0, **changes)
+    assert list(alarms) == [kind]
+    assert alarms[kind].startswith(words)
+    assert dive.pictured(2.0) == {}
+
+
+def test_a_limit_of_nought_switches_one_off():
+    off = Settings(limits=Limits(**dict.fromkeys(vars(SHIPPED.limits), 0.0)))
+    dive = Dive(off).go_on(10.0)
+    assert dive.pictured(12.0, dvl=None, rpm=(0.0,) * 58, battery=(9.0, 1.0), altitude=(0.1,)) == {}
+
+
+def test_a_dive_that_ends_is_no_alarm():
+    dive = Dive().go_on(10.0).go_on(2.0, armed=False)
+    assert dive.pictured(20.0, beats=False, **SILENT) == {}
+
+
+def test_a_disarmed_vehicle_still_tells_of_its_battery_and_its_leak():
+    dive = Dive().go_on(10.0).go_on(2.0, armed=False)
+    dive.pictured(6.0, armed=False, battery=(13.0, 1.0))
+    for message in status_texts("Leak Detected", mav.MAV_SEVERITY_CRITICAL, 1):
+        dive.vehicle.says(message, dive.now_s)
+    assert dive.pictured(0.5, armed=False, battery=(13.0, 1.0)) == {
+        Kind.VEHICLE: "the vehicle says: Leak Detected",
+        Kind.BATTERY: "battery 13.0 V, below 14 V",
+    }
+    assert dive.pictured(31.0, armed=False) == {}
+
+
+def test_a_failsafe_is_an_alarm():
+    dive = Dive().go_on(5.0)
+    dive.vehicle.beats(dive.now_s, armed=True, status=mav.MAV_STATE_CRITICAL)
+    assert dive.alarms == {Kind.VEHICLE: "the vehicle is in failsafe"}
+
+
+def test_thrusters_that_never_tell_their_speed_do_not_stand():
+    assert Dive().pictured(10.0, rpm=(0.0,) * 58) == {}
+
+
+def test_the_shipped_file_says_what_holds_without_one():
+    shipped = schema.build(Settings, yaml.safe_load((CONFIGS / "alarms.yaml").read_text("utf-8")), "shipped")
+    assert shipped == SHIPPED
+
+
+def test_the_crews_file_lies_over_the_shipped_one_and_a_vehicles_limits_over_both(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert load_settings() == SHIPPED
+    file = tmp_path / "seatrial" / "alarms.yaml"
+    file.parent.mkdir()
+    file.write_text("limits: {depth_m: 20, link_s: 0}\nvehicles: {ruvifist: {depth_m: 10}}\n", "utf-8")
+    settings = load_settings()
+    assert settings.bell
+    assert settings.of("ruvifist") == Limits(depth_m=10.0).over(settings.of("another"))
+    assert (settings.of("another").depth_m, settings.of("another").link_s) == (20.0, 0.0)
+    assert settings.of("another").sensor_s == SHIPPED.limits.sensor_s
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("limits: {dept_m: 3}", "did you mean 'depth_m'"), ("limits: {depth_m: -3}", "depth_m is -3")],
+)
+def test_a_file_that_cannot_be_meant_is_refused(tmp_path, text, words):
+    file = tmp_path / "alarms.yaml"
+    file.write_text(text, "utf-8")
+    with pytest.raises(ConfigError, match=words):
+        load_settings(file)
+
+
+BATTERY, LINK = Alarm(Kind.BATTERY, "", "13.9 V"), Alarm(Kind.LINK, "", "6 s")
+
+
+def test_the_bell_rings_once_for_each_alarm_and_again_when_it_comes_back():
+    rung = []
+    bell = Bell(SHIPPED, lambda: rung.append("bell"))
+    assert bell.hear((BATTERY,)) == (BATTERY,)
+    assert bell.hear((Alarm(Kind.BATTERY, "", "13.8 V"), LINK)) == (LINK,)
+    assert bell.hear(()) == ()
+    bell.hear((LINK,))
+    assert len(rung) == 3
+
+
+def test_a_sound_is_a_program_of_this_computer(tmp_path):
+    sounded = tmp_path / "sounded"
+    program = tmp_path / "sound"
+    program.write_text(f"#!/bin/sh\n: > {sounded}\n")
+    program.chmod(0o755)
+    started = []
+    bell = Bell(Settings(bell=False, sound=f"{program} loud"), lambda: started.append("bell"))
+    bell.hear((LINK,))
+    assert bell.played.wait(10.0) == 0
+    assert sounded.exists()
+    assert started == []
+    with pytest.raises(ConfigError, match="no program 'no-such-player'"):
+        Bell(Settings(sound="no-such-player loud"), print)

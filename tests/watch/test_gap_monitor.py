@@ -1,0 +1,223 @@
+"""The live gap: the drift of a model driven by recorded pulses, its floor, the alarm, and what is named for it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bridge.simulator.direct import simulate_truth
+from bridge.simulator.missions import Leg, Mission
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import load_vehicle
+from bridge.wire.readings import Reading
+from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor
+from gcs_plugin.monitor.live import LiveGap
+from gcs_plugin.monitor.model import model_of
+from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Second, names_of
+from gcs_plugin.monitor.words import gap_line, worst
+
+RUVIFIST = load_vehicle("ruvifist:survey")
+TRUTH = load_truth(RUVIFIST, "survey")
+MODEL = model_of(TRUTH.model, RUVIFIST, "survey")
+LEVEL = (1.0, 0.0, 0.0, 0.0)
+STILL_US = (1500.0,) * 8
+
+
+def coasting(start_s, force_n=0.0):
+    """A second of a hull without thrust that moves ahead at 0.4 m/s, but for what a force has made of it since."""
+    mass, damping = MODEL.mass[0], MODEL.damping[0]
+    time_s = start_s + STEP_S * np.arange(SECOND + 1)
+    left = np.exp(-damping / mass * time_s)
+    nu = np.zeros((SECOND + 1, 6))
+    nu[:, 0] = 0.4 * left + force_n / damping * (1.0 - left)
+    return Second(nu, np.tile(LEVEL, (SECOND + 1, 1)), np.tile(STILL_US, (SECOND, 1)))
+
+
+def test_a_vehicle_that_obeys_its_model_does_not_drift_from_it():
+    predictor = Predictor(replace(MODEL, configuration=replace(MODEL.configuration, net_buoyancy_n=0.0)))
+    drifts = [predictor.step(coasting(float(k))) for k in range(8)]
+    assert drifts[:5] == [None] * 5
+    assert np.abs(drifts[-1].drift).max() < 1e-5
+
+
+def test_the_drift_is_what_a_missing_force_makes_in_five_seconds():
+    predictor = Predictor(MODEL)
+    drifts = [predictor.step(coasting(float(k), force_n=2.0)) for k in range(8)]
+    mass, damping = MODEL.mass[0], MODEL.damping[0]
+    exact = 2.0 / damping * (1.0 - math.exp(-5.0 * damping / mass))
+    assert drifts[-1].drift[0] == pytest.approx(exact, rel=1e-3)
+    assert drifts[-1].drift[0] == pytest.approx(
+        2.0 * drifts[-1].causes[names_of(MODEL).index("pull north")][0], rel=1e-3
+    )
+
+
+def test_axes_without_mass_and_damping_are_not_judged():
+    model = model_of({"M_u": 96.0, "D_u": 42.0, "M_v": 138.0}, RUVIFIST, "survey")
+    assert model.dofs == (0,)
+    predictor = Predictor(model)
+    drift = [predictor.step(coasting(float(k))) for k in range(6)][-1].drift
+    assert np.isfinite(drift[0])
+    assert np.isnan(drift[1:]).all()
+    assert model_of({}, RUVIFIST, "survey") is None
+
+
+NO_CAUSE = np.zeros((len(names_of(MODEL)), 6))
+
+
+def drifts_of(rng, seconds, size=1.0):
+    """Drift of a model without a gap, correlated as in five-second windows, with a floor of 5 mm/s; `size` times it."""
+    white = rng.standard_normal((seconds + 4, 6))
+    mean = np.stack([white[k : k + seconds] for k in range(5)]).sum(axis=0) / math.sqrt(5.0)
+    return [Drift(5e-3 * size * row, np.zeros(6), NO_CAUSE, np.zeros(2)) for row in mean]
+
+
+def monitor_after(drifts):
+    monitor = GapMonitor(MODEL)
+    for drift in drifts:
+        monitor.add(drift)
+    return monitor
+
+
+def test_the_floor_is_learnt_in_the_first_minute():
+    rng = np.random.default_rng(1)
+    monitor = monitor_after(drifts_of(rng, LEARNT_S - 10))
+    assert monitor.gap.axes == ()
+    assert monitor.gap.learns_s == 10
+    assert gap_line(monitor.gap) == "its noise floor is learnt, 10 s more"
+    for drift in drifts_of(rng, 300):
+        monitor.add(drift)
+    assert [axis.floor for axis in monitor.gap.axes] == pytest.approx([5.6e-3] * 6, rel=0.3)
+    assert monitor.gap.since_s is None
+
+
+def steady(off, seconds):
+    drift = Drift(np.array([off, 0, 0, 0, 0, 0.0]), np.zeros(6), NO_CAUSE, np.zeros(2))
+    return [drift] * seconds
+
+
+def first_alarm(monitor, drifts):
+    for second, drift in enumerate(drifts, start=1):
+        monitor.add(drift)
+        if monitor.gap.since_s is not None:
+            return second
+    return None
+
+
+def test_a_departure_that_stays_is_an_alarm_after_half_a_minute_and_ends_a_minute_after_it():
+    monitor = monitor_after(drifts_of(np.random.default_rng(2), 120))
+    assert 25 <= first_alarm(monitor, steady(0.03, 60)) <= 35
+    assert [axis.dof for axis in monitor.gap.axes if axis.high] == [0]
+    assert worst(monitor.gap).dof == 0
+    assert monitor.gap.causes == ()  # nothing that is tried makes such a drift
+    quiet = drifts_of(np.random.default_rng(3), 200)
+    ends = next(k for k, drift in enumerate(quiet) if monitor.add(drift) or monitor.gap.since_s is None)
+    assert CLEARS_S < ends < CLEARS_S + 40
+
+
+def test_a_kick_however_hard_is_no_alarm():
+    rng = np.random.default_rng(4)
+    monitor = monitor_after(drifts_of(rng, 120))
+    assert first_alarm(monitor, [*steady(1.0, 10), *drifts_of(rng, 60)]) is None
+
+
+def test_ten_hours_of_sea_and_noise_are_no_alarm():
+    monitor = GapMonitor(MODEL)
+    assert first_alarm(monitor, drifts_of(np.random.default_rng(5), 3600)) is None
+    assert HOLDS_S > 0 < ALARM
+
+
+def said(run):
+    """What the bridge would send of a dive, with the noise of its sensors."""
+    rng = np.random.default_rng(6)
+    yield Reading("alive", math.nan, (1.0, 12.0, 0.0))
+    rates = run.nu[:, 3:] + 7e-4 * rng.standard_normal((len(run.time_s), 3))
+    velocity = run.nu[:, :3] + 4e-3 * rng.standard_normal((len(run.time_s), 3))
+    for k, time_s in enumerate(run.time_s.tolist()):
+        yield Reading("pwm", time_s, tuple(run.actuations[k].pwm_us))
+        yield Reading("imu", time_s, (0.0, 0.0, -9.8, *rates[k].tolist(), math.nan))
+        yield Reading("attitude", time_s, (*run.state[k, 3:7].tolist(), *rates[k].tolist()))
+        if k % 2 == 0:
+            yield Reading("dvl", time_s, (*velocity[k].tolist(), 0.004))
+
+
+def live_with(coefficients):
+    return LiveGap(RUVIFIST, {BY_NAME[name].parameter_id(0): value for name, value in coefficients.items()})
+
+
+THERE_AND_BACK = Mission(
+    "there and back",
+    tuple(
+        Leg(12.0, surge_m_s=u, yaw_rad_s=r, transient_s=5.0)
+        for u, r in ((0.4, 0.0), (0.0, 0.1), (0.4, 0.0), (0.2, 0.1)) * 3
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("onset", "label", "words"),
+    [
+        ({"T2_gain": 0.5}, "weak_thruster of thruster 2", "thruster 2 gives 49 % less"),
+        ({"current_n": 0.15}, "steady_current", "a current of 0.1"),
+        ({"tether": 3.0}, "tether", "a pull of "),
+    ],
+)
+def test_what_sets_in_during_a_dive_is_found_and_named(onset, label, words):
+    truth = replace(TRUTH, onset=onset, onset_s=90.0)
+    run = simulate_truth(RUVIFIST, "survey", THERE_AND_BACK, seed=7, truth=truth)
+    live = live_with(TRUTH.model)
+    before = []
+    for reading in said(run):
+        live.take(reading)
+        if live.gap is not None and live.gap.since_s is not None:
+            break
+        before.append(live.gap)
+    assert 105.0 < reading.time_s < 143.0
+    assert live.gap.causes[0].label == label
+    assert live.gap.causes[0].words.startswith(words)
+    assert before[-1].axes
+
+
+def test_nothing_is_compared_without_a_model_a_file_or_while_disarmed():
+    readings = list(said(simulate_truth(RUVIFIST, "survey", THERE_AND_BACK, seed=8)))[:6000]
+    for live, taken in (
+        (LiveGap(RUVIFIST, {}), readings),
+        (LiveGap(None, {}), readings),
+        (live_with(TRUTH.model), readings[1:]),
+    ):
+        for reading in taken:
+            live.take(reading)
+        assert live.gap is None
+    live = live_with(TRUTH.model)
+    for reading in readings:
+        live.take(reading)
+    assert live.gap.axes
+    live.parameter("FF0_D_U", 50.0)
+    for reading in said_later(readings, 200.0):
+        live.take(reading)
+        if live.gap is not None and live.gap.learns_s:
+            break
+    assert live.gap.learns_s > 0  # the floor of another model is another one
+    live.take(Reading("alive", math.nan, (0.0, 12.0, 0.0)))
+    assert live.gap is None
+
+
+def said_later(readings, by_s):
+    return [replace(reading, time_s=reading.time_s + by_s) for reading in readings[1:]]
+
+
+def test_a_hole_in_the_readings_takes_nothing_back_and_one_that_lasts_leaves_the_gap_unknown():
+    readings = list(said(simulate_truth(RUVIFIST, "survey", THERE_AND_BACK, seed=9)))
+    live, learnt = live_with(TRUTH.model), None
+    for reading in readings:
+        hole = reading.signal == "dvl" and 80.0 < reading.time_s < 84.0
+        if hole or (reading.signal == "dvl" and reading.time_s > 110.0):
+            continue
+        live.take(reading)
+        if reading.time_s < 80.0:
+            learnt = live.gap
+        elif 95.0 < reading.time_s < 110.0:
+            assert live.gap.axes
+            assert live.gap.axes[3].floor == pytest.approx(learnt.axes[3].floor, rel=0.3)
+    assert live.gap is None
