@@ -68,7 +68,7 @@ class JsonBody:
         return self._plant.time_s
 
     def answer(self, packet: bytes) -> bytes | None:
-        """Advance by a step and return the state as JSON; None for what is no packet of ArduSub's.
+        """Advance by a step and return the state as JSON; None for no packet of ArduSub's.
 
         A packet that is sent again gets the same answer again. One that counts from the start comes from an
         autopilot that rebooted: its time starts again, the body moves on.
