@@ -119,7 +119,7 @@ class Companion:
         if self.law is not None and now_s - self._sticks_s > FRESH_S:
             self.law.off()
         return [
-            *self.rates.step(now_s),
+            *self.rates.step(now_s, self.heard.has_switches(now_s)),
             *self.settings.step(now_s),
             *self.handover.step(wanted, now_s),
         ]

@@ -17,7 +17,7 @@ BEAT_WITHIN_S: Final = 3.0
 """A heartbeat comes each second; after as many lost the autopilot counts as silent."""
 FRESH_S: Final = 0.5
 SWITCH_FRESH_S: Final = 3.0
-"""ArduSub states its joystick's switches at 2 Hz or more."""
+"""The joystick's gain and switches are asked for at 2 Hz."""
 
 _SWITCHES: Final = {b"PilotGain": "gain", b"InputHold": "input_hold", b"RollPitch": "roll_pitch"}
 _NAMED: Final = struct.Struct("<If10s")
@@ -72,15 +72,16 @@ class Heard:
         """Whether it beats: until then nothing is sent to it."""
         return now_s - self.beat_s <= BEAT_WITHIN_S
 
+    def has_switches(self, now_s: float) -> bool:
+        """Whether the joystick's gain and switches come."""
+        return all(
+            now_s - self.switches_s.get(name, -math.inf) <= SWITCH_FRESH_S for name in _SWITCHES.values()
+        )
+
     def sticks_doubt(self, now_s: float) -> str:
         """Why the meaning of a stick is not known now, "" if it is."""
-        for name, words in (
-            ("gain", "joystick gain"),
-            ("input_hold", "InputHold"),
-            ("roll_pitch", "RollPitch"),
-        ):
-            if now_s - self.switches_s.get(name, -math.inf) > SWITCH_FRESH_S:
-                return f"no {words} heard"
+        if not self.has_switches(now_s):
+            return "no joystick gain heard"
         if self.input_hold:
             return "the sticks are held (InputHold)"
         if self.roll_pitch:

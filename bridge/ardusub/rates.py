@@ -19,7 +19,10 @@ RATES_HZ: Final = {
     dialect.MAVLINK_MSG_ID_SYS_STATUS: 2.0,
     dialect.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
 }
+SWITCHES_HZ: Final = 2
+"""The joystick's gain and switches come with the stream EXTENDED_STATUS; a rate of their own is denied them."""
 AGAIN_S: Final = 1.0
+STREAM_AGAIN_S: Final = 3.0
 RENEW_S: Final = 60.0
 """An autopilot that rebooted has forgotten all rates, and beats on as if nothing had been."""
 
@@ -33,7 +36,7 @@ class Rates:
         self._target = system, component
         self._left = list(RATES_HZ)
         self._asked: int | None = None
-        self._due_s = -math.inf
+        self._due_s = self._stream_due_s = -math.inf
         self._renew_s = math.inf
         self.denied: set[int] = set()
 
@@ -42,8 +45,14 @@ class Rates:
         """Whether every message was granted or denied."""
         return not self._left
 
-    def step(self, now_s: float) -> list[Any]:
-        """The request to send now, if any."""
+    def step(self, now_s: float, has_switches: bool) -> list[Any]:
+        """The request to send now, if any; `has_switches`: the joystick's gain and switches come."""
+        if not has_switches and now_s >= self._stream_due_s:
+            # Asked first: it sets the rates of all that the stream carries anew.
+            self._stream_due_s = now_s + STREAM_AGAIN_S
+            self.begin_anew()
+            stream = dialect.MAV_DATA_STREAM_EXTENDED_STATUS
+            return [dialect.MAVLink_request_data_stream_message(*self._target, stream, SWITCHES_HZ, 1)]
         if not self._left and now_s >= self._renew_s:
             self.begin_anew()
         if not self._left or now_s < self._due_s:

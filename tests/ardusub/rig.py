@@ -89,6 +89,28 @@ class Pilot:
         return [m.text for m in self.of("STATUSTEXT")]
 
 
+def ready(autopilot, aboard, pilot, *acts):
+    """Wait until the autopilot has started: a simulated ArduSub that is ordered about earlier stands still for good."""
+
+    def started():
+        beats = [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 1]
+        return beats and beats[-1].system_status >= dialect.MAV_STATE_STANDBY
+
+    assert autopilot.until(started, 30.0, aboard, pilot, *acts)
+
+
+def arm(autopilot, aboard, pilot, *acts):
+    """Arm, again where it was too early."""
+
+    def armed():
+        if not aboard.companion.armed:
+            autopilot.arm()
+            autopilot.run(1.5, aboard, pilot, *acts)
+        return aboard.companion.armed
+
+    assert autopilot.until(armed, 30.0, aboard, pilot, *acts)
+
+
 def taken(aboard):
     from bridge.ardusub.handover import Holder
 

@@ -8,7 +8,7 @@ import pytest
 from fakes.ardusub import MANUAL
 from fakes.firmware import Firmware
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from rig import FILE, Aboard, Pilot
+from rig import FILE, Aboard, Pilot, arm, ready
 
 from bridge.onboard.ring import Bounds, ring_in
 from bridge.sensors.samples import DvlSample
@@ -85,11 +85,17 @@ def test_the_recording_aboard_is_a_dive_of_both(autopilot, tmp_path):
     aboard = Aboard(autopilot, file=WITH_DVL, ring=ring)
     pilot, dvl = Pilot(autopilot), Dvl(autopilot, aboard)
     assert autopilot.until(lambda: aboard.companion.rates.settled, 20.0, aboard, pilot, dvl)
+    ready(autopilot, aboard, pilot, dvl)
+    autopilot.run(1.0, aboard, pilot, dvl)
     autopilot.set_mode(MANUAL)
-    autopilot.arm()
-    assert autopilot.until(lambda: aboard.companion.armed, 20.0, aboard, pilot, dvl)
+    arm(autopilot, aboard, pilot, dvl)
     pilot.sticks["x"] = 300
-    autopilot.run(4.0, aboard, pilot, dvl)
+
+    def move():
+        # A reading that stands still is left out of a dive.
+        dvl.velocity = (0.4 + 0.1 * math.sin(autopilot.clock.boot_s()), -0.1, 0.05)
+
+    autopilot.run(8.0, move, aboard, pilot, dvl)
     ring.work()
     ring.close()
     dive = read_dive(sorted((tmp_path / "ring").iterdir())[0])
@@ -112,10 +118,12 @@ def test_with_the_dvl_alone_the_firmware_knows_how_fast_it_is(tmp_path):
     try:
         aboard, pilot = Aboard(autopilot, file=WITH_DVL), Pilot(autopilot)
         dvl = Dvl(autopilot, aboard)
+        assert autopilot.until(lambda: aboard.companion.rates.settled, 20.0, aboard, pilot, dvl)
+        pilot.send(dialect.MAVLink_command_long_message(1, 1, 511, 0, 32, 1e5, 0, 0, 0, 0, 0))
         assert autopilot.until(lambda: pilot.of("LOCAL_POSITION_NED"), 60.0, aboard, pilot, dvl)
+        ready(autopilot, aboard, pilot, dvl)
         autopilot.set_mode(MANUAL)
-        autopilot.arm()
-        assert autopilot.until(lambda: aboard.companion.armed, 20.0, aboard, pilot, dvl)
+        arm(autopilot, aboard, pilot, dvl)
         pilot.sticks["x"] = 300
         autopilot.run(6.0, aboard, pilot, dvl)
         said = pilot.of("LOCAL_POSITION_NED")[-1]

@@ -74,7 +74,9 @@ class Ardusub:
         self.sticks, self.gain = (0, 0, 500, 0), 0.5
         self.input_hold = self.roll_pitch = 0.0
         self.pwm = [1500] * 6
-        self.intervals = {0: 1.0, 251: 0.5, 36: 0.5, 30: 0.1}
+        # A link without streams: the joystick's switches (251) come only with the stream that carries them.
+        self.intervals = {0: 1.0, 36: 0.5, 30: 0.1}
+        self.says_switches = True
         self.due = dict.fromkeys(self.intervals, 0.0)
         self.waiting = deque()
         self.mygcs_s = self.pilot_s = None
@@ -147,6 +149,8 @@ class Ardusub:
             self.sticks = (message.x, message.y, message.z, message.r)
         elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
             self.interval(int(message.param1), message.param2, now_s)
+        elif kind == "REQUEST_DATA_STREAM" and message.req_stream_id == 2:
+            self.intervals[251], self.due[251] = 1 / message.req_message_rate, now_s
         elif kind == "PARAM_SET":
             self.write(message.param_id, message.param_value, now_s)
         elif kind == "PARAM_REQUEST_READ" and self.knows(message.param_id):
@@ -237,7 +241,7 @@ class Ardusub:
                 self.send(dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses, *(0,) * 8))
             elif number == 30:
                 self.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0))
-            elif number == 251:
+            elif number == 251 and self.says_switches:
                 switches = (
                     ("PilotGain", self.gain),
                     ("InputHold", self.input_hold),

@@ -74,6 +74,7 @@ class Firmware:
         )
         self.physics.start()
         base = 5760 + 10 * number
+        self.log = (folder / "out.txt").open("w")
         self.process = subprocess.Popen(
             [
                 str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "--wipe",
@@ -81,7 +82,7 @@ class Firmware:
                 "--serial0", "tcp:0:nowait", "--serial1", "tcp:2:nowait",
             ],
             cwd=folder,
-            stdout=(folder / "out.txt").open("w"),
+            stdout=self.log,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
         )  # fmt: skip
@@ -127,6 +128,7 @@ class Firmware:
     def close(self):
         self.process.kill()
         self.process.wait()
+        self.log.close()
         self.stop.set()
         self.physics.join(10.0)
         self.ground.close()
