@@ -27,6 +27,8 @@ from bridge.vehicle.feedforward import (
     LONGEST_TICK_S,
     SLOPE_PER_S,
     FeedForward,
+    Lead,
+    Onset,
     Slope,
     feedforward,
     silent,
@@ -41,8 +43,10 @@ REFERENCE_RAD_S: Final = 3.0
 """Pace of the reference: half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""
 FULL_STICK: Final = 1000.0
 MOST_ADDED: Final = 600.0
-"""In units of a stick: the pilot can always take back more than half."""
+"""In units of a stick."""
 ADDED_PER_S: Final = SLOPE_PER_S * FULL_STICK
+HELD_S: Final = 0.02
+"""Half the time for which a stick is held, at the 25 Hz of a ground station's joystick."""
 PAUSE_S: Final = 0.5
 """After a longer pause of the sticks the reference starts again from rest."""
 STABILIZE, ALT_HOLD, MANUAL = 0, 2, 19
@@ -65,12 +69,13 @@ class StickLaw:
         allocator = Allocator(shape, thrust_curve(vehicle.thrust_curve, directory))
         self._reach = tuple(float(limit) for limit in allocator.reach())
         self._controller = Controller(load_gains(shape.gains, GAINS), shape, self._reach)
+        self._lead = Lead(vehicle.thrust_curve.lag_s + HELD_S, self._reach)
         self._slope, self._shadow = Slope(self._reach), Shadow(self._reach)
         self._coefficients: Mapping[str, float] = {}
         self._effects = known_effects({}, shape)
         self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
         self._time_s = math.nan
-        self._added = np.zeros(3)
+        self._onset, self._sum = Onset(), np.zeros(3)
         self._faults: tuple[str, ...] = ()
         self._texts: list[str] = []
 
@@ -104,11 +109,13 @@ class StickLaw:
         off = {*range(6)} - {*flown} | {*term.off}
         pid = self._hold(known, reference, dt_s, mode, off)
         self._report(term.faults if mode is not Mode.OFF else ())
-        wanted = [0.0 if dof in off else term.tau[dof] - float(pilot[dof]) + pid[dof] for dof in range(6)]
-        applied = self._slope.step(_six(wanted), off if mode.applies_feedforward else range(6), dt_s)
-        added = self._limited(
-            pilot, np.array(applied), gain, sticks, dt_s, mode.applies_feedforward and not doubt
-        )
+        acts = mode.applies_feedforward and not doubt
+        # The feed-forward follows the sticks in every mode, so that it fades in from where it is.
+        led = self._lead.step(term.tau, dt_s)
+        fed = self._slope.step(_six([t + f for t, f in zip(led, pid, strict=True)]), off, dt_s)
+        self._onset.step(acts, dt_s)
+        total = np.array([pilot[dof] if dof in off else fed[dof] for dof in range(6)])
+        added = self._limited(total, gain, sticks, dt_s, off)
         given = np.zeros(6)
         if len(pwm_us) >= len(self._shape.thrusters):
             given[list(FEEDFORWARD_DOFS)] = self._mixer.wrench_of_pulses(pwm_us[: len(self._shape.thrusters)])
@@ -118,6 +125,11 @@ class StickLaw:
             now_s, _six(pid), term.tau, _six(given.tolist()), nu_fb, reference, (), int(mode), self._veh_cfg
         )
         return added, actuation
+
+    @property
+    def reference_m_s(self) -> tuple[float, ...]:
+        """The velocity that the sticks ask for by now, body axes, m/s and rad/s."""
+        return tuple(self._nu)
 
     def off(self) -> None:
         """Add nothing from now on, as when the sticks have gone."""
@@ -136,8 +148,9 @@ class StickLaw:
     def _restart(self) -> None:
         self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
         self._slope.reset()
+        self._lead.reset()
         self._controller.reset(range(6))
-        self._added = np.zeros(3)
+        self._onset.step(False, 0.0)
         self._shadow.pause()
 
     def _take_coefficients(self) -> None:
@@ -173,21 +186,22 @@ class StickLaw:
         self._controller.reset(tuple(off | {2, 3, 4, YAW}))
         return [held[dof] if dof in (0, 1) and dof not in off else 0.0 for dof in range(6)]
 
-    def _limited(
-        self, pilot: Array, applied: Array, gain: float, sticks: Array, dt_s: float, acts: bool
-    ) -> Array:
-        """The addition (3,) in units of a stick, bounded in size and slope; nothing at once where nothing acts."""
-        if not acts or not applied.any():
-            self._added = np.zeros(3)
-            return self._added
+    def _limited(self, total: Array, gain: float, sticks: Array, dt_s: float, off: set[int]) -> Array:
+        """The addition (3,) in units of a stick, bounded in size; the sum moves away from both the pilot's stick and
+        the sum before by no more than a slope allows. Nothing at once where nothing acts."""
         axes = list(FEEDFORWARD_DOFS)
-        change = self._mixer.inputs((pilot + applied)[axes]) - self._mixer.inputs(pilot[axes])
+        if self._onset.share == 0.0:
+            self._sum = sticks
+            return np.zeros(3)
+        fed = np.where(
+            [dof in off for dof in axes], sticks, self._mixer.inputs(total[axes]) * FULL_STICK / gain
+        )
+        wanted = self._onset.between(sticks, fed)
         most = ADDED_PER_S * min(dt_s, LONGEST_TICK_S)
-        wanted = np.where(applied[axes] == 0.0, 0.0, change * FULL_STICK / gain)
-        added = np.clip(wanted, self._added - most, self._added + most)
-        added = np.clip(added, -MOST_ADDED, MOST_ADDED)
-        self._added = np.clip(sticks + added, -FULL_STICK, FULL_STICK) - sticks
-        return self._added
+        wanted = np.clip(wanted, np.minimum(self._sum, sticks) - most, np.maximum(self._sum, sticks) + most)
+        wanted = np.clip(wanted, sticks - MOST_ADDED, sticks + MOST_ADDED)
+        self._sum = np.clip(wanted, -FULL_STICK, FULL_STICK)
+        return self._sum - sticks
 
     def _judge(
         self, mode: Mode, doubt: str, dt_s: float, given: Array, term: FeedForward, known: Navigation

@@ -24,7 +24,7 @@ FRAMES: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
 }
 """Factors of forward, lateral and yaw of each motor, by FRAME_CONFIG: `vectored` and `vectored_6dof`."""
 
-LEAST_SHARE: Final = 0.02
+LEAST_SHARE: Final = 0.005
 """Below this share of full thrust the inverse runs straight to zero instead of over the dead zone."""
 
 ROUNDS: Final = 4

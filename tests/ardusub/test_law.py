@@ -79,14 +79,24 @@ def test_the_addition_of_a_step_ends_where_it_began_at_nothing():
     assert np.abs(added[-1]).max() < 5
 
 
-def test_the_addition_is_bounded_in_size_and_slope_whatever_the_sticks():
-    sticks = np.random.default_rng(3).integers(-300, 301, (400, 3))
+def test_the_sum_is_bounded_in_size_and_moves_away_from_the_stick_no_faster_than_its_slope():
+    sticks = np.random.default_rng(4).integers(-1000, 1001, (400, 3)).astype(float)
     added = fly(law(), sticks)
-    assert np.abs(np.diff(added, axis=0)).max() <= ADDED_PER_S * PERIOD_S + 1e-9
-    full = np.random.default_rng(4).integers(-1000, 1001, (400, 3))
-    added = fly(law(), full)
+    total = sticks + added
     assert np.abs(added).max() <= MOST_ADDED
-    assert np.abs(full + added).max() <= 1000
+    assert np.abs(total).max() <= 1000
+    low, high = np.minimum(total[:-1], sticks[1:]), np.maximum(total[:-1], sticks[1:])
+    beyond = np.maximum(low - total[1:], total[1:] - high)
+    assert beyond.max() <= ADDED_PER_S * PERIOD_S + 1e-9
+    assert beyond.max() > 1.0
+
+
+def test_raised_under_way_it_begins_at_the_pilots_own_stick():
+    made = law()
+    fly(made, [(600, 0, 0)] * 30, Mode.SHADOW)
+    added = fly(made, [(600, 0, 0), (-600, 0, 0), (-600, 0, 0)], Mode.ALONE, start_s=1.0 + 30 * PERIOD_S)
+    assert np.abs(added[0]).max() < 20
+    assert 0 < np.abs(added[2]).max() <= MOST_ADDED
 
 
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
