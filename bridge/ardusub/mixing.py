@@ -71,13 +71,17 @@ class Mixer:
         The mixer has no say over the fourth combination of its four thrusters, and a thruster pushes harder ahead
         than astern; the loss is asked for in addition.
         """
-        aim = wrench
-        most = MOST_MENDED * float(np.abs(wrench).max())
+        aim, most = wrench, MOST_MENDED * float(np.abs(wrench).max())
+        best, least = np.zeros(3), float("inf")
         for _ in range(ROUNDS):
             pulses = self._pulses(self._inverse @ aim)
             inputs = np.asarray(self._unmix @ ((pulses - NEUTRAL_US) / SPAN_US))
-            aim = aim + np.clip(wrench - self.wrench(inputs), -most, most)
-        return inputs
+            error = wrench - self.wrench(inputs)
+            # Near the dead zone a round may overshoot.
+            if (size := float(np.abs(error).max())) < least:
+                best, least = inputs, size
+            aim = aim + np.clip(error, -most, most)
+        return best
 
     def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
         """Wrench (3,) of the pulses of the frame's outputs."""

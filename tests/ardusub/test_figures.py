@@ -1,5 +1,7 @@
 """Figures with the firmware in the loop, printed by `pytest -s`: how well it follows, and how it ends."""
 
+import sys
+
 import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD
@@ -10,10 +12,15 @@ from test_dvl_and_recording import WITH_DVL, Dvl
 from bridge.ardusub.law import MANUAL
 from bridge.onboard.ring import Bounds, ring_in
 from bridge.vehicle.mode import Mode
+from identify.ingest.open import read_dive
 from identify.run.identify import identify
 
 pytestmark = pytest.mark.soak
 DEATHS = 20
+
+
+def say(text):
+    sys.stderr.write(f"\n{text}\n")
 
 
 @pytest.fixture
@@ -59,7 +66,7 @@ def test_the_feedforward_follows_the_sticks_reference_several_times_better_than_
         aboard.set_mode(mode)
         assert firmware.until(lambda: taken(aboard) or not mode.applies_feedforward, 20.0, *acts)  # noqa: B023
         found[mode] = followed_mm_s(firmware, aboard, pilot, acts, axis, dof)
-    print(f"\n{axis}: " + ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in found.items()))
+    say(f"{axis}: " + ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in found.items()))
     assert found[Mode.ALONE] < found[Mode.SHADOW] / 5
     assert found[Mode.BOTH] < found[Mode.SHADOW] / 5
 
@@ -76,7 +83,7 @@ def test_a_companion_that_dies_ends_disarmed_each_time(firmware):
         pilot.heard.clear()
         assert firmware.until(lambda: disarmed(pilot), 8.0, pilot)  # noqa: B023
         took.append(firmware.clock.boot_s() - began_s)
-    print(f"\ndisarmed {len(took)} of {DEATHS} times, after {min(took):.1f} to {max(took):.1f} s")
+    say(f"disarmed {len(took)} of {DEATHS} times, after {min(took):.1f} to {max(took):.1f} s")
     assert max(took) < 4.5
 
 
@@ -96,14 +103,21 @@ def disarmed(pilot):
 
 def test_the_companions_recording_gives_mass_and_drag_of_the_vehicle_that_it_flew(firmware, tmp_path):
     ring = ring_in(tmp_path / "ring", Bounds(400_000_000, 200_000_000), firmware.clock)
-    aboard, pilot, acts = afloat(firmware, ALT_HOLD, ring=ring)
+    _, pilot, acts = afloat(firmware, ALT_HOLD, ring=ring)
     rng = np.random.default_rng(1)
     for _ in range(75):
-        pilot.sticks |= {"x": int(rng.integers(-400, 401)), "y": int(rng.integers(-400, 401)), "r": 0}
+        pilot.sticks |= {"x": int(rng.integers(-400, 401)), "y": int(rng.integers(-400, 401))}
         firmware.run(float(rng.uniform(0.8, 2.4)), *acts)
         ring.work()
     ring.close()
     (recording,) = sorted((tmp_path / "ring").iterdir())
-    print(f"\n{recording}")
-    truth = {**WITH_DVL.vehicle.configurations["standard"].model}
-    print(identify, truth)
+    answer = identify(read_dive(recording), WITH_DVL, "standard").answer
+    truth = WITH_DVL.vehicle.configurations["standard"].model
+    found = {one.name: one for one in answer.parameters if one.name in ("M_u", "M_v", "X_uu", "Y_vv")}
+    say(
+        "; ".join(
+            f"{n} {f.value:.2f} ({f.low95:.2f} to {f.high95:.2f}), truly {truth[n]}" for n, f in found.items()
+        )
+    )
+    for name in ("M_u", "M_v"):
+        assert found[name].value == pytest.approx(truth[name], rel=0.05)
