@@ -70,6 +70,7 @@ class Companion:
         self._obstacle = ""
         self._leaving = False
         self._thrusters_fault = ""
+        self._other_said = False
         parameters.unproven = self.unproven
 
     @property
@@ -109,6 +110,9 @@ class Companion:
     def step(self, now_s: float) -> list[Any]:
         """Return the messages to the autopilot that are due."""
         if not self.heard.is_there(now_s):
+            if self.heard.is_other and not self._other_said:
+                self._other_said = True
+                self._texts.append("autopilot is no ArduSub: recorded, nothing sent")
             return []
         if self.law is None and self.settings.complete and not self._thrusters_fault:
             self._build()

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.wire.framing import Frame, decode
 
 AUTOPILOT: Final = dialect.MAV_COMP_ID_AUTOPILOT1
+ARDUSUB: Final = (dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, dialect.MAV_TYPE_SUBMARINE)
 BEAT_WITHIN_S: Final = 3.0
 """A heartbeat comes each second; after as many lost the autopilot counts as silent."""
 FRESH_S: Final = 0.5
@@ -28,7 +29,8 @@ class Heard:
     """The autopilot's last words. Times are the companion's; NaN and -inf before the first.
 
     `gain` is the joystick gain, `input_hold` whether the sticks are held, `roll_pitch` whether they tilt instead of
-    move, each NaN before it was heard. `pwm_us` are the pulses of outputs 1 to 16.
+    move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there. `pwm_us` are the pulses
+    of outputs 1 to 16.
     """
 
     system: int
@@ -36,7 +38,7 @@ class Heard:
     beat_s: float = -math.inf
     armed: bool = False
     mode: int = -1
-    vehicle_type: int = 0
+    is_other: bool = False
     gain: float = math.nan
     input_hold: float = math.nan
     roll_pitch: float = math.nan
@@ -89,9 +91,12 @@ class Heard:
         return "" if 0.0 < self.gain <= 1.0 else f"joystick gain of {self.gain:g}"
 
     def _beat(self, link: int, message: Any, now_s: float) -> None:
-        if message is None or message.autopilot != dialect.MAV_AUTOPILOT_ARDUPILOTMEGA:
+        if message is None:
             return
-        self.link, self.beat_s, self.vehicle_type = link, now_s, message.type
+        if (message.autopilot, message.type) != ARDUSUB:
+            self.is_other = True
+            return
+        self.link, self.beat_s = link, now_s
         self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
         self.mode = message.custom_mode
 

@@ -266,3 +266,14 @@ def test_the_companion_arms_nothing(fake):
     fake.run(0.5, aboard, pilot)
     assert [m.result for m in pilot.of("COMMAND_ACK") if m.get_srcComponent() == 191] == [2]
     assert not fake.armed
+
+
+@pytest.mark.parametrize(("autopilot_kind", "vehicle"), [(12, 12), (3, 2)])
+def test_another_autopilot_than_ardusub_is_named_and_sent_nothing(fake, autopilot_kind, vehicle):
+    fake.kind = (vehicle, autopilot_kind)
+    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
+    fake.run(4.0, aboard, pilot)
+    assert "autopilot is no ArduSub: recorded, nothing sent" in pilot.texts()
+    assert not fake.writes
+    assert 36 in fake.intervals
+    assert fake.intervals[36] == 0.5

@@ -77,6 +77,7 @@ class Ardusub:
         # A link without streams: the joystick's switches (251) come only with the stream that carries them.
         self.intervals = {0: 1.0, 36: 0.5, 30: 0.1}
         self.says_switches = True
+        self.kind = (dialect.MAV_TYPE_SUBMARINE, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
         self.due = dict.fromkeys(self.intervals, 0.0)
         self.waiting = deque()
         self.mygcs_s = self.pilot_s = None
@@ -235,7 +236,7 @@ class Ardusub:
             self.due[number] = now_s + every_s
             if number == 0:
                 flags = 1 | (dialect.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0)
-                self.send(dialect.MAVLink_heartbeat_message(12, 3, flags, self.mode, 4, 3))
+                self.send(dialect.MAVLink_heartbeat_message(*self.kind, flags, self.mode, 4, 3))
             elif number == 36:
                 pulses = (*self.pwm, *(0,) * 2)
                 self.send(dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses, *(0,) * 8))
