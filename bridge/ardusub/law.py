@@ -45,6 +45,8 @@ FULL_STICK: Final = 1000.0
 MOST_ADDED: Final = 600.0
 """In units of a stick."""
 ADDED_PER_S: Final = SLOPE_PER_S * FULL_STICK
+FASTEST: Final = 3.0
+"""m/s and rad/s: with a drag that is far too small, a touch of the stick would ask for any speed."""
 HELD_S: Final = 0.02
 """Half the time for which a stick is held, at the 25 Hz of a ground station's joystick."""
 PAUSE_S: Final = 0.5
@@ -225,13 +227,14 @@ class StickLaw:
 
 
 def steady_velocity(force: float, linear: float, quadratic: float) -> float:
-    """Velocity at which drag balances a force: linear v + quadratic |v| v = force. 0 without any drag."""
+    """Velocity at which drag balances a force: linear v + quadratic |v| v = force; at most `FASTEST`, 0 without any
+    drag."""
     size = abs(force)
     if quadratic > 0:
         speed = (math.sqrt(linear * linear + 4 * quadratic * size) - linear) / (2 * quadratic)
     else:
         speed = size / linear if linear > 0 else 0.0
-    return math.copysign(speed, force)
+    return math.copysign(min(speed, FASTEST), force) if math.isfinite(speed) else 0.0
 
 
 def _six(values: "list[float]") -> Six:

@@ -18,18 +18,14 @@ STICKS_S = 0.04
 class Aboard:
     """The companion's computer: a bridge with a companion on the autopilot's second link."""
 
-    def __init__(self, autopilot, mode=Mode.OFF, store=None, file=FILE, **options):
+    def __init__(self, autopilot, mode=Mode.OFF, store=None, file=FILE, more_links=(), **options):
         self.parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
         assert self.parameters.write(MODE, float(mode), armed=False) is None
         configuration = next(iter(file.vehicle.configurations))
         self.companion = Companion(file, configuration, self.parameters, Ground(), store)
+        links = [*more_links, autopilot.aboard]
         self.bridge = Bridge(
-            file.vehicle,
-            autopilot.clock,
-            [autopilot.aboard],
-            self.parameters,
-            companion=self.companion,
-            **options,
+            file.vehicle, autopilot.clock, links, self.parameters, companion=self.companion, **options
         )
         self.alive = True
 

@@ -5,7 +5,9 @@ from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Aboard, Pilot, arm, ready, taken
 
+from bridge.links.memory import memory_pair
 from bridge.vehicle.mode import Mode
+from bridge.wire.framing import Encoder
 
 WAIT_S = 20.0
 
@@ -145,6 +147,9 @@ def test_where_the_companion_dies_the_vehicle_disarms_by_itself(autopilot):
 
 def test_a_ground_that_falls_silent_is_silence_to_the_autopilot_too(autopilot):
     aboard, pilot = under_way(autopilot, Mode.ALONE)
+    if not autopilot.is_firmware:
+        # As in the simulated firmware: the heartbeat alone decides.
+        autopilot.quirks.checks_pilot = False
     pilot.beats = pilot.flies = False
     assert autopilot.until(lambda: not aboard.companion.armed, 12.0, aboard)
 
@@ -277,3 +282,32 @@ def test_another_autopilot_than_ardusub_is_named_and_sent_nothing(fake, autopilo
     assert not fake.writes
     assert 36 in fake.intervals
     assert fake.intervals[36] == 0.5
+
+
+def test_the_word_of_another_component_proves_nothing(fake):
+    """A camera that says SYSID_MYGCS = 1 is not the autopilot."""
+    aboard, pilot, camera = Aboard(fake), Pilot(fake), Encoder(1, 100)
+    assert fake.until(lambda: aboard.companion.law, WAIT_S, aboard, pilot)
+    fake.quirks.read_s = 60.0
+    aboard.set_mode(Mode.ALONE)
+    for _ in range(40):
+        fake.ground.write(camera.encode(dialect.MAVLink_param_value_message(b"SYSID_MYGCS", 1.0, 9, 1, 0)))
+        fake.run(0.1, aboard, pilot)
+    assert ("SYSID_MYGCS", 1.0) in fake.writes
+    assert not taken(aboard)
+
+
+def test_sticks_that_come_on_a_second_link_too_are_sent_on_once(fake):
+    near, far = memory_pair()
+    aboard, pilot = under_way(fake, Mode.ALONE, more_links=[near])
+    sent = []
+    hear = fake.hear
+
+    def listen(number, frame, now_s):
+        sent.extend([number] if frame.message_id == dialect.MAVLINK_MSG_ID_MANUAL_CONTROL else [])
+        hear(number, frame, now_s)
+
+    fake.hear = listen
+    sticks = pilot.encoder.encode(dialect.MAVLink_manual_control_message(1, 300, 0, 500, 0, 0))
+    fake.run(1.0, aboard, pilot, lambda: far.write(sticks))
+    assert sent.count(1) == pytest.approx(sent.count(0), abs=1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bridge.ardusub.law import ADDED_PER_S, MOST_ADDED, StickLaw, steady_velocity
+from bridge.ardusub.law import ADDED_PER_S, FASTEST, MOST_ADDED, StickLaw, steady_velocity
 from bridge.ardusub.mixing import FRAMES, Mixer
 from bridge.errors import ConfigError
 from bridge.vehicle.config import load_vehicle
@@ -26,6 +26,8 @@ def test_a_steady_velocity_is_where_drag_balances_the_force():
         assert 4.03 * speed + 18.18 * abs(speed) * speed == pytest.approx(force, abs=1e-9)
     assert steady_velocity(10.0, 5.0, 0.0) == pytest.approx(2.0)
     assert steady_velocity(10.0, 0.0, 0.0) == 0.0
+    assert steady_velocity(-10.0, 1e-3, 0.0) == -FASTEST
+    assert steady_velocity(10.0, float("nan"), 1.0) == 0.0
 
 
 def errors(axes):

@@ -51,7 +51,6 @@ class Quirks:
     ground_timeout_s: float = 2.5
     checks_pilot: bool = True
     """Whether the pilot's silence disarms: in the simulated firmware that check is not compiled."""
-    lossy: float = 0.0
 
 
 @dataclass
