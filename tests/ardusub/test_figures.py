@@ -10,10 +10,7 @@ from rig import Aboard, Pilot, arm, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
 
 from bridge.ardusub.law import MANUAL
-from bridge.onboard.ring import Bounds, ring_in
 from bridge.vehicle.mode import Mode
-from identify.ingest.open import read_dive
-from identify.run.identify import identify
 
 pytestmark = pytest.mark.soak
 DEATHS = 20
@@ -99,25 +96,3 @@ def begun_again(firmware):
 
 def disarmed(pilot):
     return [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 1 and not m.base_mode & 128]
-
-
-def test_the_companions_recording_gives_mass_and_drag_of_the_vehicle_that_it_flew(firmware, tmp_path):
-    ring = ring_in(tmp_path / "ring", Bounds(400_000_000, 200_000_000), firmware.clock)
-    _, pilot, acts = afloat(firmware, ALT_HOLD, ring=ring)
-    rng = np.random.default_rng(1)
-    for _ in range(75):
-        pilot.sticks |= {"x": int(rng.integers(-400, 401)), "y": int(rng.integers(-400, 401))}
-        firmware.run(float(rng.uniform(0.8, 2.4)), *acts)
-        ring.work()
-    ring.close()
-    (recording,) = sorted((tmp_path / "ring").iterdir())
-    answer = identify(read_dive(recording), WITH_DVL, "standard").answer
-    truth = WITH_DVL.vehicle.configurations["standard"].model
-    found = {one.name: one for one in answer.parameters if one.name in ("M_u", "M_v", "X_uu", "Y_vv")}
-    say(
-        "; ".join(
-            f"{n} {f.value:.2f} ({f.low95:.2f} to {f.high95:.2f}), truly {truth[n]}" for n, f in found.items()
-        )
-    )
-    for name in ("M_u", "M_v"):
-        assert found[name].value == pytest.approx(truth[name], rel=0.05)
