@@ -1,4 +1,4 @@
-"""In CI a skipped test is a failure, except for data beside the checkout where there are none."""
+"""In CI a skipped test is a failure, except for data beside the checkout, and a firmware, where there are none."""
 
 import os
 import shutil
@@ -44,6 +44,7 @@ def run_suite(folder, reason, ci, shared):
             ("needs ../shared/data", "true", False, 0),
             ("needs ../shared/data", "true", True, 1),
             ("needs a browser", "true", True, 1),
+            ("needs SEATRIAL_ARDUSUB=/path/to/ardusub", "true", True, 0),
         ],
         keep=4,
     ),

@@ -18,6 +18,7 @@ from tui.options import (
     Options,
     ParameterTarget,
     Target,
+    current,
     hub_port,
     speed,
 )
@@ -108,7 +109,8 @@ def _simulate(options: Options) -> None:
     options.value(
         "--mission",
         "NAME",
-        "survey, hovering, validation, a YAML file of legs, or idle: afloat and disarmed until Ctrl-C",
+        "survey, hovering, validation, a YAML file of legs, idle: afloat and disarmed until Ctrl-C, or ardusub: "
+        "the body that ArduSub's own simulator flies, until Ctrl-C",
         required=True,
     )
     options.takes_dive()
@@ -128,7 +130,14 @@ def _simulate(options: Options) -> None:
     )
     options.links("also stream there")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
-    options.seconds("end idle after so long")
+    options.value(
+        "--current",
+        "M/S:DEGREES",
+        "of ardusub: the water's speed, and towards where from north",
+        type=current,
+        default=(0.0, 0.0),
+    )
+    options.seconds("end idle or ardusub after so long")
     options.json("what was dived")
 
 

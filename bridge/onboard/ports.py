@@ -78,8 +78,10 @@ def run_ports(
     *,
     act: Callable[[], None] = lambda: None,
     open_bus: OpenBus = SmbusBus,
+    rate_hz: float = RATE_HZ,
 ) -> None:
-    """Read all devices in the vehicle file until `stop` is set; `act` runs before each step of the bridge.
+    """Read all devices in the vehicle file until `stop` is set; `act` runs before each step of the bridge, of which
+    there are `rate_hz` a second.
 
     A device without a port is reported and left out. Raises ConfigError if a port's name or a device's rate can't be
     used.
@@ -98,7 +100,7 @@ def run_ports(
     for thread in readers:
         thread.start()
     try:
-        _work(bridge, clock, stop, inbox, act)
+        _work(bridge, clock, stop, inbox, act, rate_hz)
     finally:
         stop.set()
         for thread in readers:
@@ -110,7 +112,9 @@ def port_spec(device: Device) -> str:
     return device.port if speaks_tcp(device) else f"serial:{device.port}:{device.baud}"
 
 
-def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable[[], None]) -> None:
+def _work(
+    bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable[[], None], rate_hz: float
+) -> None:
     due_s = clock.boot_s()
     lost, tell_lost_s = 0, -math.inf
     while not stop.is_set():
@@ -127,7 +131,7 @@ def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable
             lost, tell_lost_s = 0, now_s + TELL_LOST_EVERY_S
         act()
         bridge.step()
-        due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
+        due_s = max(due_s + 1 / rate_hz, clock.boot_s() - LONGEST_LAG_S)
 
 
 def _reader(

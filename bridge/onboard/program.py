@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     import threading
     from collections.abc import Callable, Sequence
 
+    from bridge.ardusub.companion import Companion
     from bridge.clock import Clock
     from bridge.links.link import Link
     from bridge.onboard.file_server import ServedAside
     from bridge.onboard.orders import Ground
     from bridge.onboard.ring import RingKeeper
+    from bridge.onboard.service import Bridge
     from bridge.signing.link import Trouble
     from bridge.vehicle.config import Vehicle
 
@@ -34,6 +36,9 @@ NETWORK_BYTES_S: Final = 200_000.0
 SERIAL_SHARE: Final = 0.25
 """Share of a serial port's capacity; the telemetry keeps the rest."""
 BITS_A_BYTE: Final = 10
+COMPANION_HZ: Final = 100.0
+"""The pilot's sticks wait for no more than a step."""
+LEAVE_WITHIN_S: Final = 3.0
 
 
 def main(argv: "Sequence[str] | None" = None) -> int:
@@ -96,6 +101,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SYSTEM[:COMPONENT]",
         help="whose orders and parameter writes are taken (default: 255, any component)",
     )
+    parser.add_argument(
+        "--ardusub",
+        action="store_true",
+        help="be the companion of an autopilot that runs ArduSub and is heard on a --link: component 191 beside it",
+    )
     secured.add_argument(parser)
     parser.add_argument(
         "--seconds", type=command_line.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
@@ -124,6 +134,10 @@ def run(arguments: argparse.Namespace) -> int:
         command_line.check_folder("--parameters", str(Path(arguments.parameters).parent))
         command_line.check_no_folder("--parameters", arguments.parameters)
     file = load_vehicle(arguments.vehicle)
+    if arguments.ardusub:
+        from bridge.ardusub.companion import companion_file
+
+        file = companion_file(file)
     vehicle = file.vehicle
     configuration = file.configuration or next(iter(vehicle.configurations))
     clock = SystemClock()
@@ -142,6 +156,12 @@ def run(arguments: argparse.Namespace) -> int:
     if parameters.trouble:
         say_warning(parameters.trouble)
     files = files_for(arguments, clock)
+    companion = None
+    if arguments.ardusub:
+        from bridge.ardusub.companion import Companion
+
+        held = store.with_name(f"{store.stem}.sticks")
+        companion = Companion(file, configuration, parameters, station, held)
     bridge = Bridge(
         vehicle,
         clock,
@@ -151,6 +171,7 @@ def run(arguments: argparse.Namespace) -> int:
         ground=station,
         ring=ring,
         files=files,
+        companion=companion,
     )
     known: dict[str, str] = {}
 
@@ -169,7 +190,13 @@ def run(arguments: argparse.Namespace) -> int:
             say(sentence)
         if opener.way:
             say(opener.way)
-        run_ports(bridge, vehicle, clock, stop)
+        if companion is None:
+            run_ports(bridge, vehicle, clock, stop)
+            return
+        try:
+            run_ports(bridge, vehicle, clock, stop, rate_hz=COMPANION_HZ)
+        finally:
+            leave(bridge, companion, clock)
 
     def each(_: float) -> None:
         faults = bridge.link_faults | bridge.device_faults
@@ -197,6 +224,22 @@ def run(arguments: argparse.Namespace) -> int:
         say(f"no device's port could be opened ({', '.join(devices)}); nothing was read")
         return exit_codes.LINK
     return exit_codes.DONE
+
+
+def leave(bridge: "Bridge", companion: "Companion", clock: "Clock") -> None:
+    """Give the sticks back to the pilot and say how that ended."""
+    import time
+
+    until_s = clock.boot_s() + LEAVE_WITHIN_S
+    while not companion.leave() and clock.boot_s() < until_s:
+        bridge.step()
+        time.sleep(1 / COMPANION_HZ)
+    bridge.step()
+    if not companion.leave():
+        say_warning(
+            "the autopilot did not confirm that the sticks are the pilot's again; it will disarm without this "
+            "companion: start it again, or set SYSID_MYGCS back by hand (255 for QGroundControl)"
+        )
 
 
 def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | None":

@@ -52,6 +52,7 @@ from bridge.wire.readings import Reading, encode
 from bridge.wire.status_codes import Topic, coded
 
 if TYPE_CHECKING:
+    from bridge.ardusub.companion import Companion
     from bridge.onboard.file_server import FileServer, ServedAside
     from bridge.onboard.ring import RingKeeper
 
@@ -74,6 +75,8 @@ _QUESTIONS: Final = frozenset(
     )
 )
 _FTP: Final[int] = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
+_UNKEPT: Final = frozenset((_FTP, dialect.MAVLINK_MSG_ID_SETUP_SIGNING))
+"""Frames that are heard and not kept: questions for the recording itself, and keys."""
 _FTP_TARGET_BYTES: Final = 3  # network, system, component
 _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 
@@ -82,7 +85,8 @@ class Bridge:
     """Bridge of one vehicle. It takes orders (parameter writes, arming, motor tests) only from `ground`.
 
     `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
-    refuses FTP requests. Neither waits for the disk. `motor_tests` is set by the program that drives the thrusters
+    refuses FTP requests. Neither waits for the disk. `companion`: an autopilot flies the vehicle, and arms it.
+    `motor_tests` is set by the program that drives the thrusters
     while no mission runs, and stays None if no program does. `counts`: "unfit" (readings that fit no message),
     "refused" (orders from strangers), "too fast" (dropped parameter writes).
     """
@@ -98,6 +102,7 @@ class Bridge:
         ground: Ground = Ground(),  # noqa: B008 (frozen)
         ring: "RingKeeper | None" = None,
         files: "FileServer | ServedAside | None" = None,
+        companion: "Companion | None" = None,
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.parsers: dict[str, Parser] = {}
@@ -109,6 +114,8 @@ class Bridge:
         self._parameters = parameters
         self._ground = ground
         self._ring, self._files = ring, files
+        self._companion = companion
+        self._overheard: list[bytes] = []
         # The ring's stamps run on the boot clock: setting the date in mid-dive can't turn them back.
         self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
         self._encoder = Encoder(parameters.system, parameters.component)
@@ -208,6 +215,9 @@ class Bridge:
 
     def arm(self, wanted: bool) -> bool:
         """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
+        if self._companion is not None:
+            self.say("the autopilot arms this vehicle: ask it")
+            return False
         if wanted and self._parameters.mode.applies_feedforward and not self._parameters.active_crc:
             self.say("arming refused: FF_MODE needs an active set")
             return False
@@ -219,6 +229,8 @@ class Bridge:
         now_s = self._clock.boot_s()
         for number, frame in self._sides.heard(now_s):
             self._hear(number, frame)
+        if self._companion is not None:
+            self._accompany(self._companion, now_s)
         for message in self._parameters.step(MOST_VALUES_A_STEP):
             self._queue.append(self._encoder.encode(message))
         if self._attitude is not None:
@@ -253,6 +265,9 @@ class Bridge:
                 self._send(Reading("fog", middle_s, (rate,)))
         elif isinstance(sample, DvlSample):
             self._navigator.take_dvl(sample)
+            if self._companion is not None:
+                navigation, now_s = self._navigator.navigation, self._clock.boot_s()
+                self._to_autopilot(self._companion.take_dvl(sample, navigation, now_s))
             for reading in telemetry.dvl_readings(sample):
                 self._send(reading)
         elif isinstance(sample, PressureSample):
@@ -272,7 +287,8 @@ class Bridge:
         self._queue.append(self._encoder.frame(number, payload))
 
     def _beat(self, now_s: float) -> None:
-        self._send(Reading("alive", now_s, (float(self.armed), *self._kind())))
+        if self._companion is None or self._companion.beats(now_s):
+            self._send(Reading("alive", now_s, (float(self.armed), *self._kind())))
         self._send(Reading("clock", now_s, (self._clock.unix_s(),)))
         self._send(Reading("ff_mode", now_s, (float(self._parameters.mode),)))
         self._send(Reading("veh_cfg", now_s, (float(self._veh_cfg),)))
@@ -293,6 +309,12 @@ class Bridge:
     def _hear(self, number: int, frame: Frame) -> None:
         """Handle a frame that arrived on the link with this number."""
         own_address = (self._encoder.system, self._encoder.component)
+        if self._companion is not None and (frame.system, frame.component) != own_address:
+            now_s = self._clock.boot_s()
+            # The sticks go on at once, before anything else is answered.
+            self._to_autopilot(self._companion.hear(number, frame, now_s, lambda: self.navigation))
+            if frame.message_id not in _UNKEPT:
+                self._overheard.append(frame.raw)
         if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own_address:
             return
         message = decode(frame)
@@ -308,6 +330,26 @@ class Bridge:
                 self._files.hear(peer, frame.payload[_FTP_TARGET_BYTES:], self._clock.boot_s())
         else:
             self._queue += [self._encoder.encode(answer) for answer in self._answers(message)]
+
+    def _accompany(self, companion: "Companion", now_s: float) -> None:
+        """The companion's part of a step: its messages and texts, and the autopilot's motion."""
+        self._to_autopilot(companion.step(now_s))
+        self.armed = companion.armed
+        for sample in companion.take_samples():
+            self._navigator.take_imu(sample)
+        for actuation in companion.take_actuations():
+            for reading in telemetry.actuation_readings(actuation):
+                self._send(reading)
+        for text in companion.take_texts():
+            self.say(text)
+
+    def _to_autopilot(self, messages: Sequence[Any]) -> None:
+        """Send to the autopilot, on the link on which it is heard alone, and keep it in the recording."""
+        if not messages or self._companion is None or self._companion.link < 0:
+            return
+        frames = [self._encoder.encode(message) for message in messages]
+        self._sides.write(self._companion.link, frames)
+        self._overheard += frames
 
     def _answers(self, message: Any) -> list[Any]:
         kind = message.get_type()
@@ -356,9 +398,10 @@ class Bridge:
 
     def _flush(self) -> None:
         queue, self._queue = self._queue, []
+        overheard, self._overheard = self._overheard, []
         if self._ring is not None:
             now_s = self._clock.boot_s()
-            self._ring.put(round((self._unix_at_boot_s + now_s) * 1e6), now_s, queue)
+            self._ring.put(round((self._unix_at_boot_s + now_s) * 1e6), now_s, [*overheard, *queue])
         self._sides.write_all(queue)
         self._send_files()
         self._sides.end_step()

@@ -151,11 +151,12 @@ def gnss_reading(sample: GnssSample) -> Reading:
 
 
 def actuation_readings(actuation: Actuation) -> list[Reading]:
-    """Result of a control tick: pulses, wrenches, the velocity fed back, the reference."""
+    """Result of a control tick: pulses if it has any, wrenches, the velocity fed back, the reference."""
     time_s, reference = actuation.time_s, actuation.reference
     wanted = (*reference.nu, *reference.nu_dot, reference.heading_rad, reference.depth_m)
+    pulses = [Reading("pwm", time_s, actuation.pwm_us)] if actuation.pwm_us else []
     return [
-        Reading("pwm", time_s, actuation.pwm_us),
+        *pulses,
         Reading("tau_pid", time_s, actuation.tau_pid),
         Reading("tau_ff", time_s, actuation.tau_ff),
         Reading("tau_cmd", time_s, actuation.tau_cmd),

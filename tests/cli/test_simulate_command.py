@@ -2,7 +2,10 @@
 
 import json
 import shutil
+import socket
+import struct
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -10,6 +13,7 @@ import pytest
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.memory import memory_pair
+from bridge.simulator.json_plant import PORT
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
 from gcs_plugin import simulated
@@ -237,3 +241,46 @@ def test_an_onset_that_says_no_effect_is_refused_before_a_folder_is_made(tmp_pat
     assert simulate(tmp_path, mission, "--onset", *onset) == exit_codes.BAD_INPUT
     assert f"--onset {' '.join(onset)}: " in capsys.readouterr().err
     assert not (tmp_path / "dives").exists()
+
+
+@pytest.mark.parametrize(
+    "more",
+    [["--link", "udpout:127.0.0.1:9"], ["--mode", "both"], ["--parameters", "p.json"], ["--speed", "2"]],
+)
+def test_under_ardusub_the_autopilot_keeps_link_parameters_mode_and_time(capsys, tmp_path, monkeypatch, more):
+    monkeypatch.chdir(tmp_path)
+    assert (
+        cli.main(["simulate", "--vehicle", "bluerov2", "--mission", "ardusub", *more]) == exit_codes.BAD_INPUT
+    )
+    assert f"{more[0]}: ArduSub flies this vehicle" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("current", ["fast", "0.3", "9:90", "0.3:nan", "-1:0"])
+def test_a_current_is_a_speed_and_a_direction(capsys, current):
+    line = ["simulate", "--vehicle", "bluerov2", "--mission", "ardusub", f"--current={current}"]
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    assert "is no current: give M/S:DEGREES" in capsys.readouterr().err
+
+
+def test_the_body_under_ardusub_answers_at_its_port(capsys):
+    packet = struct.pack("<HHI16H", 18458, 400, 1, *(1500,) * 16)
+
+    def ask():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
+            autopilot.settimeout(0.2)
+            for _ in range(100):
+                autopilot.sendto(packet, ("127.0.0.1", PORT))
+                with suppress(OSError):
+                    answers.append(json.loads(autopilot.recv(4096)))
+                    return
+
+    answers = []
+    asking = threading.Thread(target=ask)
+    asking.start()
+    code = cli.main(
+        ["simulate", "--vehicle", "bluerov2", "--mission", "ardusub", "--current", "0.3:90", "--seconds", "3"]
+    )
+    asking.join()
+    assert code == 0
+    assert answers[0]["velocity"][1] == pytest.approx(0.3, abs=0.01)
+    assert "waits for ArduSub at port 9002" in capsys.readouterr().err

@@ -20,6 +20,7 @@ from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.signing.link import Trouble
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle, real_time
+from bridge.simulator.json_plant import PORT, json_body, serve
 from bridge.simulator.missions import Mission, mission_named
 from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.text import say, say_warning
@@ -33,6 +34,7 @@ from tui import show
 from tui.parameter_files import Leave, accepted_model
 
 IDLE = "idle"
+ARDUSUB = "ardusub"
 IDLE_DEPTH_M = 0.2
 
 
@@ -40,11 +42,13 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
         check_no_folder("--parameters", arguments.parameters)
-    if arguments.mission != IDLE:
+    if arguments.mission not in (IDLE, ARDUSUB):
         check_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
     configuration = configuration_of(file, arguments.mission)
+    if arguments.mission == ARDUSUB:
+        return under_ardusub(arguments, file, configuration)
     if arguments.mission != IDLE and not vehicle.sensors.present():
         raise ConfigError(
             f"{file.path}: names no sensors, so a dive would record no reading; add 'sensors', such as a dvl and an imu"
@@ -198,6 +202,38 @@ def with_onset(truth: Truth, parts: Sequence[str]) -> Truth:
         raise UsageError(
             f"--onset {' '.join(parts)}: {error}; give seconds and effects, such as --onset 120 T2_gain=0.6"
         ) from None
+
+
+def under_ardusub(arguments: argparse.Namespace, file: VehicleFile, configuration: str) -> int:
+    """Be the body of ArduSub's own simulator, which then flies and keeps the time, until the user stops it."""
+    given = (
+        ("--link", arguments.link),
+        ("--mode", arguments.mode),
+        ("--parameters", arguments.parameters),
+        ("--speed", arguments.speed),
+    )
+    if idle_words := [name for name, value in given if value]:
+        raise UsageError(
+            f"{', '.join(idle_words)}: ArduSub flies this vehicle, keeps its parameters and its time; leave it out"
+        )
+    truth = load_truth(file, configuration)
+    if arguments.accepted:
+        truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
+        show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
+    speed_m_s, towards_deg = arguments.current
+    towards = math.radians(towards_deg)
+    current = (speed_m_s * math.cos(towards), speed_m_s * math.sin(towards), 0.0)
+    body = json_body(file, configuration, truth, seed=arguments.seed, current_m_s=current)
+
+    def work(stop: threading.Event) -> None:
+        show.say(
+            show.words(),
+            f"{file.vehicle.name} waits for ArduSub at port {PORT}: ardusub --model JSON:127.0.0.1; Ctrl-C ends it",
+        )
+        serve(body, PORT, stop)
+
+    command_line.until_stopped(work, clocks.SystemClock(), arguments.seconds, lambda _: None)
+    return exit_codes.DONE
 
 
 def at_once(_: float) -> None:

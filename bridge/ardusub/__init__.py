@@ -1,0 +1,6 @@
+"""The companion of an autopilot that runs ArduSub, without I/O: the bridge gives it frames and sends its messages.
+
+`companion` ties the others together · `heard` the autopilot's last words · `rates` the messages asked for · `settings`
+the parameters it depends on · `handover` who holds the sticks · `mixing` sticks to force and back · `law` the
+feed-forward added to sticks · `dvl` the DVL for the autopilot.
+"""

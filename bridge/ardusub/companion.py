@@ -1,0 +1,238 @@
+"""The companion of an autopilot that runs ArduSub, as a part of the bridge: frames in, messages out, no I/O.
+
+The bridge beside it reads the sensors, holds the parameters and keeps the recording. All that goes to the autopilot
+comes from here, and nothing goes before it was heard. The pilot's sticks are sent on one for one, never by itself: a
+pilot who falls silent is silence to the autopilot too, and so is a ground whose heartbeat is gone.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.ardusub.dvl import VisionDeltas
+from bridge.ardusub.handover import Handover, Holder
+from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
+from bridge.ardusub.law import StickLaw
+from bridge.ardusub.mixing import Mixer
+from bridge.ardusub.rates import Rates
+from bridge.ardusub.settings import FRAME, Settings, directions
+from bridge.errors import ConfigError
+from bridge.onboard.orders import Ground
+from bridge.onboard.parameters import ParameterServer
+from bridge.sensors.samples import NAN3, DvlSample, ImuSample, Quaternion
+from bridge.vehicle.autopilot import Actuation
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.mode import Mode
+from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.thrusters import thrust_curve
+from bridge.wire.framing import Frame, decode
+
+COMPONENT: Final = dialect.MAV_COMP_ID_ONBOARD_COMPUTER
+GROUND_WITHIN_S: Final = 3.0
+TWO_PILOTS_S: Final = 1.0
+_STICKS: Final = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
+_HEARTBEAT: Final = dialect.MAVLINK_MSG_ID_HEARTBEAT
+
+
+class Companion:
+    """`ground` is the pilot's address; `store` the file that remembers SYSID_MYGCS while the companion holds it."""
+
+    def __init__(
+        self,
+        file: VehicleFile,
+        configuration: str,
+        parameters: ParameterServer,
+        ground: Ground,
+        store: Path | None,
+    ) -> None:
+        vehicle = file.vehicle
+        system = vehicle.system_id
+        self._file, self._configuration, self._parameters = file, configuration, parameters
+        self._ground = ground
+        self._has_imu = vehicle.sensors.imu is not None
+        thrusters = len(vehicle.configurations[configuration].thrusters)
+        self.heard = Heard(system)
+        self.rates = Rates(system, AUTOPILOT)
+        self.settings = Settings(system, AUTOPILOT, thrusters, vehicle.sensors.dvl is not None)
+        self.handover = Handover(system, AUTOPILOT, ground.system, store)
+        self.law: StickLaw | None = None
+        self._deltas = VisionDeltas()
+        self._ground_s = self._sticks_s = -math.inf
+        self._pilots: dict[int, float] = {}
+        self._actuations: list[Actuation] = []
+        self._samples: list[ImuSample] = []
+        self._texts: list[str] = []
+        self._obstacle = ""
+        self._leaving = False
+        self._thrusters_fault = ""
+        self._other_said = False
+        parameters.unproven = self.unproven
+
+    @property
+    def armed(self) -> bool:
+        return self.heard.armed
+
+    @property
+    def link(self) -> int:
+        """Number of the link on which the autopilot was heard last; below 0 before."""
+        return self.heard.link
+
+    def beats(self, now_s: float) -> bool:
+        """Whether to send a HEARTBEAT: while it holds the sticks, the autopilot takes it for the ground's own."""
+        return not self.handover.forwards or now_s - self._ground_s <= GROUND_WITHIN_S
+
+    def unproven(self) -> str:
+        return "the autopilot is not known yet" if self.law is None else self.law.unproven()
+
+    def hear(self, link: int, frame: Frame, now_s: float, navigation: Callable[[], Navigation]) -> list[Any]:
+        """Take a frame; return the messages to the autopilot to send at once."""
+        if frame.system == self._ground.system:
+            if frame.message_id == _HEARTBEAT:
+                self._ground_s = now_s
+            # The same sticks may come on a link of the ground's own as well.
+            if frame.message_id == _STICKS and link == self.heard.link:
+                return self._fly(frame, now_s, navigation())
+            return []
+        before_s = self.heard.attitude_s
+        answer = self.heard.hear(link, frame, now_s)
+        if answer is not None:
+            self._answered(answer, now_s)
+        if not self._has_imu and self.heard.attitude_s > before_s:
+            rate, attitude = self.heard.rate, quaternion(*self.heard.attitude)
+            self._samples.append(ImuSample(now_s, NAN3, rate, attitude))
+        return []
+
+    def step(self, now_s: float) -> list[Any]:
+        """Return the messages to the autopilot that are due."""
+        if not self.heard.is_there(now_s):
+            if self.heard.is_other and not self._other_said:
+                self._other_said = True
+                self._texts.append("autopilot is no ArduSub: recorded, nothing sent")
+            return []
+        if self.law is None and self.settings.complete and not self._thrusters_fault:
+            self._build()
+        self._say_obstacle()
+        mode, ready = self._parameters.mode, not self._obstacle
+        acts = mode.applies_feedforward and bool(self._parameters.active_crc)
+        wanted = acts and ready and not self._leaving
+        if self.law is not None and now_s - self._sticks_s > FRESH_S:
+            self.law.off()
+        return [
+            *self.rates.step(now_s, self.heard.has_switches(now_s)),
+            *self.settings.step(now_s),
+            *self.handover.step(wanted, now_s),
+        ]
+
+    def leave(self) -> bool:
+        """Give the sticks back from now on; True once that is proven."""
+        self._leaving = True
+        return self.handover.holder is Holder.FREE
+
+    def take_dvl(self, sample: DvlSample, navigation: Navigation, now_s: float) -> list[Any]:
+        """Return the message to the autopilot of a DVL's reading."""
+        return self._deltas.take(sample, navigation) if self.heard.is_there(now_s) else []
+
+    def take_samples(self) -> list[ImuSample]:
+        """The autopilot's attitudes and rates since the last call, for a vehicle without an IMU of the bridge's own."""
+        samples, self._samples = self._samples, []
+        return samples
+
+    def take_actuations(self) -> list[Actuation]:
+        """The law's forces since the last call, without pulses: those are the autopilot's."""
+        actuations, self._actuations = self._actuations, []
+        return actuations
+
+    def take_texts(self) -> list[str]:
+        """Sentences for the crew since the last call."""
+        law = self.law.take_texts() if self.law is not None else []
+        texts, self._texts = [*self._texts, *self.handover.said, *law], []
+        self.handover.said.clear()
+        return texts
+
+    def _answered(self, answer: Any, now_s: float) -> None:
+        if answer.get_type() == "COMMAND_ACK":
+            self.rates.on_ack(answer, now_s)
+            return
+        self.handover.on_value(answer.param_id, answer.param_value, now_s)
+        complete = self.settings.complete
+        self.settings.on_value(answer.param_id, answer.param_value)
+        if self.settings.complete and not complete:
+            self._texts += self.settings.advice
+
+    def _build(self) -> None:
+        """Make the law once the autopilot's frame is known."""
+        if self.settings.obstacle:
+            return
+        vehicle, values = self._file.vehicle, self.settings.values
+        shape, folder = vehicle.configurations[self._configuration], self._file.path.parent
+        try:
+            mixer = Mixer(
+                int(values[FRAME]),
+                directions(values, len(shape.thrusters)),
+                shape,
+                thrust_curve(vehicle.thrust_curve, folder),
+            )
+        except ConfigError as error:
+            self._thrusters_fault = str(error)
+            return
+        self.law = StickLaw(vehicle, self._configuration, self._parameters.active, folder, mixer)
+
+    def _say_obstacle(self) -> None:
+        obstacle = self.settings.obstacle or self._thrusters_fault
+        if obstacle != self._obstacle:
+            self._obstacle = obstacle
+            if obstacle and self.settings.complete:
+                self._texts.append(f"no feed-forward: {obstacle}")
+
+    def _fly(self, frame: Frame, now_s: float, navigation: Navigation) -> list[Any]:
+        """Take the pilot's sticks, and return them as they are to be sent on, if the companion holds them."""
+        message = decode(frame)
+        if message is None or message.target != self.heard.system:
+            return []
+        self._sticks_s = self._pilots[frame.component] = now_s
+        sticks, added = np.array([message.x, message.y, message.r], dtype=float), np.zeros(3)
+        doubt = self._doubt(now_s)
+        if self.law is not None and np.abs(sticks).max() <= 1000:
+            mode = Mode.OFF if self._leaving else self._parameters.mode
+            pwm_us = self.heard.pwm_us if now_s - self.heard.pwm_s <= FRESH_S else ()
+            added, actuation = self.law.step(
+                now_s, sticks, self.heard.gain, mode, doubt, self.heard.mode, navigation, pwm_us
+            )
+            self._actuations.append(actuation)
+        if not self.handover.forwards:
+            return []
+        if added.any():
+            message.x, message.y, message.r = (int(v) for v in np.rint(sticks + added))
+        return [message]
+
+    def _doubt(self, now_s: float) -> str:
+        """Why the pilot's sticks are to pass as they are, "" for no reason."""
+        if not self.heard.is_there(now_s):
+            return "the autopilot is silent"
+        if not self.heard.armed:
+            return "disarmed"
+        if sum(now_s - seen_s <= TWO_PILOTS_S for seen_s in self._pilots.values()) > 1:
+            return "two programs send sticks"
+        return self.heard.sticks_doubt(now_s) or self.handover.fault
+
+
+def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Attitude w x y z from body to north-east-down of angles in radians."""
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def companion_file(file: VehicleFile) -> VehicleFile:
+    """The vehicle file with the companion's own component: the autopilot has the first for itself."""
+    return replace(file, vehicle=replace(file.vehicle, component_id=COMPONENT))

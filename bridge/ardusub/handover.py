@@ -1,0 +1,179 @@
+"""Who holds the sticks: SYSID_MYGCS of the autopilot, which takes MANUAL_CONTROL from that system alone.
+
+    FREE -> TAKING -> HELD -> LEAVING -> FREE
+
+While it holds 1, the vehicle's own system, the pilot's sticks reach the companion alone, which sends them on. Where
+the companion dies the autopilot hears nobody any more and disarms by itself (`FS_GCS_ENABLE`). A value counts only as
+read back by a separate read; an echo proves nothing, and ArduSub merges the echoes of several writes.
+
+The value before is kept in a file before anything is written, so that a companion that died puts it back when it
+starts again. If another program writes SYSID_MYGCS, its word stands: the sticks are not taken again until the
+feed-forward was off once.
+"""
+
+import math
+from enum import Enum, auto
+from pathlib import Path
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.files import read_small, to_disk, whole
+
+NAME: Final = "SYSID_MYGCS"
+AGAIN_S: Final = 0.5
+QUIET_S: Final = 0.3
+"""Between the last write and the read that proves it: an echo on its way must not pass for the answer."""
+GIVE_UP_S: Final = 10.0
+CHECK_EVERY_S: Final = 5.0
+
+
+class Holder(Enum):
+    """Who flies."""
+
+    FREE = auto()
+    TAKING = auto()
+    HELD = auto()
+    LEAVING = auto()
+
+
+class Handover:
+    """Takes and gives back the sticks of the autopilot of `system`. `ground` is the pilot's system.
+
+    `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), `said` collects sentences for
+    the crew, 50 characters each. `value` is SYSID_MYGCS as last read, NaN before.
+    """
+
+    def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
+        self._target, self._own, self._ground, self._store = (system, component), system, ground, store
+        self.holder = Holder.FREE
+        self.fault = ""
+        self.said: list[str] = []
+        self.value = math.nan
+        self._before = self._remembered()
+        self._starting = True
+        self._barred = False
+        self._due_s = -math.inf
+        self._wrote_s = self._read_s = -math.inf
+        self._deadline_s = math.inf
+
+    @property
+    def forwards(self) -> bool:
+        """Whether the pilot's sticks are to be sent on: from before the sticks are taken until they are proven back,
+        so that no moment lies between; the autopilot ignores those of the system that does not hold them."""
+        return self.holder is not Holder.FREE
+
+    @property
+    def is_back(self) -> bool:
+        """Whether SYSID_MYGCS was read as the pilot's."""
+        return self.holder is Holder.FREE and self.value != self._own and not math.isnan(self.value)
+
+    def step(self, wanted: bool, now_s: float) -> list[Any]:
+        """The messages to send to the autopilot now; `wanted`: the companion is to hold the sticks."""
+        if not wanted:
+            self._barred = False
+            self.fault = ""
+        if math.isnan(self.value):
+            return self._read(now_s)
+        if self.holder is Holder.FREE:
+            if self._starting:
+                self._find_left_behind(now_s)
+            elif wanted and not self._barred:
+                self._take(now_s)
+        elif self.holder in (Holder.TAKING, Holder.HELD) and not wanted:
+            self._begin(Holder.LEAVING, now_s)
+        return self._messages(now_s)
+
+    def on_value(self, name: str, value: float, now_s: float) -> None:
+        """A PARAM_VALUE of the autopilot's own component arrived."""
+        if name != NAME:
+            return
+        asked = self._read_s > self._wrote_s
+        self.value = value
+        if self.holder is Holder.HELD and value != self._own:
+            self._barred, self.holder = True, Holder.FREE
+            self.fault = f"{NAME} became {value:g}: another program took the sticks"
+            self.said.append(f"sticks lost: {NAME} set to {value:g}")
+        elif self.holder is Holder.TAKING and value == self._own and asked:
+            self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
+            self.said.append("companion holds the sticks")
+        elif self.holder is Holder.LEAVING and value == self._before and asked:
+            self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
+            self._forget()
+            self.said.append(f"sticks given back: {NAME} {value:g}")
+
+    def _take(self, now_s: float) -> None:
+        if self.value != self._ground:
+            self.fault = f"{NAME} is {self.value:g}, the pilot's system {self._ground}"
+            self.said.append(f"sticks not taken: {NAME} is {self.value:g}")
+            self._barred = True
+            return
+        self._before = self.value
+        try:
+            self._remember()
+        except OSError as error:
+            self.fault = f"the value of {NAME} can't be kept: {error}"
+            self.said.append("sticks not taken: disk can't be written")
+            self._barred = True
+            return
+        self._begin(Holder.TAKING, now_s)
+
+    def _find_left_behind(self, now_s: float) -> None:
+        """At the start alone: later, a 1 is another program's word."""
+        self._starting = False
+        if self.value == self._own:
+            self.said.append(f"{NAME} was left at {self._own}: putting it back")
+            self._begin(Holder.LEAVING, now_s)
+        else:
+            self._forget()
+
+    def _begin(self, holder: Holder, now_s: float) -> None:
+        self.holder, self._due_s, self._deadline_s = holder, now_s, now_s + GIVE_UP_S
+        self._wrote_s = self._read_s = -math.inf
+
+    def _messages(self, now_s: float) -> list[Any]:
+        if self.holder in (Holder.FREE, Holder.HELD):
+            return self._read(now_s, CHECK_EVERY_S)
+        if now_s >= self._deadline_s and self.holder is Holder.TAKING:
+            self.fault, self._barred = f"the autopilot does not answer for {NAME}", True
+            self.said.append(f"sticks not taken: no answer for {NAME}")
+            self._begin(Holder.LEAVING, now_s)
+        if now_s < self._due_s:
+            return []
+        if self._read_s >= self._wrote_s:
+            value = float(self._own) if self.holder is Holder.TAKING else self._before
+            self._wrote_s, self._due_s = now_s, now_s + QUIET_S
+            name = NAME.encode()
+            return [
+                dialect.MAVLink_param_set_message(*self._target, name, value, dialect.MAV_PARAM_TYPE_INT16)
+            ]
+        self._read_s, self._due_s = now_s, now_s + AGAIN_S
+        return [self._question()]
+
+    def _read(self, now_s: float, every_s: float = AGAIN_S) -> list[Any]:
+        if now_s < self._due_s:
+            return []
+        self._read_s, self._due_s = now_s, now_s + every_s
+        return [self._question()]
+
+    def _question(self) -> Any:
+        return dialect.MAVLink_param_request_read_message(*self._target, NAME.encode(), -1)
+
+    def _remembered(self) -> float:
+        """The value before that a companion which died has left, else the ground's."""
+        try:
+            value = math.nan if self._store is None else float(read_small(self._store))
+        except (OSError, ValueError):
+            value = math.nan
+        return value if 1 <= value <= 255 and value != self._own else float(self._ground)
+
+    def _remember(self) -> None:
+        if self._store is not None:
+            self._store.parent.mkdir(parents=True, exist_ok=True)
+            with whole(self._store) as file:
+                file.write(f"{self._before:g}\n".encode())
+                to_disk(file)
+
+    def _forget(self) -> None:
+        if self._store is not None:
+            self._store.unlink(missing_ok=True)

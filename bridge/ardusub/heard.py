@@ -1,0 +1,113 @@
+"""The last words of a companion's autopilot, on one vehicle's links.
+
+Only frames of the vehicle's own autopilot component count: every other component may speak under the same system id.
+"""
+
+import math
+import struct
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.wire.framing import Frame, decode
+
+AUTOPILOT: Final = dialect.MAV_COMP_ID_AUTOPILOT1
+ARDUSUB: Final = (dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, dialect.MAV_TYPE_SUBMARINE)
+BEAT_WITHIN_S: Final = 3.0
+"""A heartbeat comes each second; after as many lost the autopilot counts as silent."""
+FRESH_S: Final = 0.5
+SWITCH_FRESH_S: Final = 3.0
+"""The joystick's gain and switches are asked for at 2 Hz."""
+
+_SWITCHES: Final = {b"PilotGain": "gain", b"InputHold": "input_hold", b"RollPitch": "roll_pitch"}
+_NAMED: Final = struct.Struct("<If10s")
+
+
+@dataclass(slots=True)
+class Heard:
+    """The autopilot's last words. Times are the companion's; NaN and -inf before the first.
+
+    `gain` is the joystick gain, `input_hold` whether the sticks are held, `roll_pitch` whether they tilt instead of
+    move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there. `pwm_us` are the pulses
+    of outputs 1 to 16.
+    """
+
+    system: int
+    link: int = -1
+    beat_s: float = -math.inf
+    armed: bool = False
+    mode: int = -1
+    is_other: bool = False
+    gain: float = math.nan
+    input_hold: float = math.nan
+    roll_pitch: float = math.nan
+    switches_s: dict[str, float] = field(default_factory=dict)
+    pwm_us: tuple[float, ...] = ()
+    pwm_s: float = -math.inf
+    attitude: tuple[float, float, float] = (math.nan, math.nan, math.nan)
+    rate: tuple[float, float, float] = (math.nan, math.nan, math.nan)
+    attitude_s: float = -math.inf
+
+    def hear(self, link: int, frame: Frame, now_s: float) -> Any | None:
+        """Take a frame; return its message if it is an answer that somebody may wait for."""
+        if (frame.system, frame.component) != (self.system, AUTOPILOT):
+            return None
+        number = frame.message_id
+        if number == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+            self._beat(link, decode(frame), now_s)
+        elif number == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
+            self._switch(frame.payload, now_s)
+        elif number == dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
+            self._servos(decode(frame), now_s)
+        elif number == dialect.MAVLINK_MSG_ID_ATTITUDE:
+            message = decode(frame)
+            if message is not None:
+                self.attitude = (message.roll, message.pitch, message.yaw)
+                self.rate = (message.rollspeed, message.pitchspeed, message.yawspeed)
+                self.attitude_s = now_s
+        elif number in (dialect.MAVLINK_MSG_ID_PARAM_VALUE, dialect.MAVLINK_MSG_ID_COMMAND_ACK):
+            return decode(frame)
+        return None
+
+    def is_there(self, now_s: float) -> bool:
+        """Whether it beats: until then nothing is sent to it."""
+        return now_s - self.beat_s <= BEAT_WITHIN_S
+
+    def has_switches(self, now_s: float) -> bool:
+        """Whether the joystick's gain and switches come."""
+        return all(
+            now_s - self.switches_s.get(name, -math.inf) <= SWITCH_FRESH_S for name in _SWITCHES.values()
+        )
+
+    def sticks_doubt(self, now_s: float) -> str:
+        """Why the meaning of a stick is not known now, "" if it is."""
+        if not self.has_switches(now_s):
+            return "no joystick gain heard"
+        if self.input_hold:
+            return "the sticks are held (InputHold)"
+        if self.roll_pitch:
+            return "the sticks tilt the vehicle (RollPitch)"
+        return "" if 0.0 < self.gain <= 1.0 else f"joystick gain of {self.gain:g}"
+
+    def _beat(self, link: int, message: Any, now_s: float) -> None:
+        if message is None:
+            return
+        if (message.autopilot, message.type) != ARDUSUB:
+            self.is_other = True
+            return
+        self.link, self.beat_s = link, now_s
+        self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+        self.mode = message.custom_mode
+
+    def _switch(self, payload: bytes, now_s: float) -> None:
+        _, value, raw = _NAMED.unpack(payload.ljust(_NAMED.size, b"\0")[: _NAMED.size])
+        if name := _SWITCHES.get(raw.rstrip(b"\0")):
+            setattr(self, name, value)
+            self.switches_s[name] = now_s
+
+    def _servos(self, message: Any, now_s: float) -> None:
+        if message is None or message.port != 0:
+            return
+        self.pwm_us = tuple(float(getattr(message, f"servo{n}_raw")) for n in range(1, 17))
+        self.pwm_s = now_s

@@ -1,0 +1,242 @@
+"""The feed-forward of a vehicle that a pilot flies by ArduSub's sticks.
+
+A stick asks for the velocity at which the vehicle's own drag balances its thrust: so a steady stick means the same
+with the feed-forward and without it. The reference follows that velocity with a smooth rise, the feed-forward gives
+the force of the reference (`bridge.vehicle.feedforward`), and the difference to the stick's own force is added to the
+stick. In mode BOTH a velocity from the DVL is held around the reference too.
+
+Whatever is in doubt ends with nothing added, which leaves the pilot's sticks as they are.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from bridge.ardusub.mixing import Mixer
+from bridge.vehicle.accepted_effects import known_effects
+from bridge.vehicle.autopilot import Actuation
+from bridge.vehicle.coefficients import QUADRATICS
+from bridge.vehicle.config import Vehicle
+from bridge.vehicle.controller import GAINS, Controller, load_gains
+from bridge.vehicle.feedforward import (
+    AXES,
+    FEEDFORWARD_DOFS,
+    LONGEST_TICK_S,
+    SLOPE_PER_S,
+    FeedForward,
+    Lead,
+    Onset,
+    Slope,
+    feedforward,
+    silent,
+)
+from bridge.vehicle.mode import Mode
+from bridge.vehicle.navigation import Navigation, known_at
+from bridge.vehicle.references import ZERO6, Reference, Six
+from bridge.vehicle.shadow import NONE_FLOWN, Shadow
+from bridge.vehicle.thrusters import Allocator, Array, thrust_curve
+
+REFERENCE_RAD_S: Final = 3.0
+"""Pace of the reference: half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""
+FULL_STICK: Final = 1000.0
+MOST_ADDED: Final = 600.0
+"""In units of a stick."""
+ADDED_PER_S: Final = SLOPE_PER_S * FULL_STICK
+FASTEST: Final = 3.0
+"""m/s and rad/s: with a drag that is far too small, a touch of the stick would ask for any speed."""
+HELD_S: Final = 0.02
+"""Half the time for which a stick is held, at the 25 Hz of a ground station's joystick."""
+PAUSE_S: Final = 0.5
+"""After a longer pause of the sticks the reference starts again from rest."""
+STABILIZE, ALT_HOLD, MANUAL = 0, 2, 19
+FLOWN_BY_STICKS: Final = (STABILIZE, ALT_HOLD, MANUAL)
+"""Modes in which surge and sway go from the stick to the mixer; yaw does in MANUAL alone (measured, 4.5.7)."""
+YAW: Final = 5
+
+Provider = Callable[[int], Mapping[str, float]]
+
+
+class StickLaw:
+    """Steps at the pace of the pilot's sticks; `parameters` gives the active coefficients."""
+
+    def __init__(
+        self, vehicle: Vehicle, configuration: str, parameters: Provider, directory: Path, mixer: Mixer
+    ) -> None:
+        shape = vehicle.configurations[configuration]
+        self._shape, self._mixer, self._parameters = shape, mixer, parameters
+        self._veh_cfg = vehicle.veh_cfg(configuration)
+        allocator = Allocator(shape, thrust_curve(vehicle.thrust_curve, directory))
+        self._reach = tuple(float(limit) for limit in allocator.reach())
+        self._controller = Controller(load_gains(shape.gains, GAINS), shape, self._reach)
+        self._lead = Lead(vehicle.thrust_curve.lag_s + HELD_S, self._reach)
+        self._slope, self._shadow = Slope(self._reach), Shadow(self._reach)
+        self._coefficients: Mapping[str, float] = {}
+        self._effects = known_effects({}, shape)
+        self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
+        self._time_s = math.nan
+        self._onset, self._sum = Onset(), np.zeros(3)
+        self._faults: tuple[str, ...] = ()
+        self._texts: list[str] = []
+
+    def step(
+        self, now_s: float, sticks: Array, gain: float, mode: Mode, doubt: str, flight_mode: int,
+        navigation: Navigation, pwm_us: tuple[float, ...],
+    ) -> tuple[Array, Actuation]:  # fmt: skip
+        """Return the addition to the sticks x, y, r (3,), in their units, and the forces computed, for the recording.
+
+        `doubt` says why the meaning of the sticks is not known, "" if it is; `pwm_us` are the pulses of the outputs.
+        """
+        dt_s = now_s - self._time_s
+        if not 0 < dt_s <= PAUSE_S:
+            self._restart()
+            dt_s = 0.0
+        self._time_s = now_s
+        known = known_at(navigation, now_s)
+        if not doubt and flight_mode not in FLOWN_BY_STICKS:
+            doubt = f"flight mode {flight_mode} holds by itself"
+        pilot = np.zeros(6)
+        if math.isfinite(gain):
+            pilot[list(FEEDFORWARD_DOFS)] = self._mixer.wrench(gain * sticks / FULL_STICK)
+        self._take_coefficients()
+        flown = FEEDFORWARD_DOFS if flight_mode == MANUAL else FEEDFORWARD_DOFS[:-1]
+        reference = self._reference(pilot, flown, known, dt_s)
+        term = (
+            silent(doubt)
+            if doubt
+            else feedforward(self._coefficients, reference, self._reach, self._effects.hull)
+        )
+        off = {*range(6)} - {*flown} | {*term.off}
+        pid = self._hold(known, reference, dt_s, mode, off)
+        self._report(term.faults if mode is not Mode.OFF else ())
+        acts = mode.applies_feedforward and not doubt
+        # The feed-forward follows the sticks in every mode, so that it fades in from where it is.
+        led = self._lead.step(term.tau, dt_s)
+        fed = self._slope.step(_six([t + f for t, f in zip(led, pid, strict=True)]), off, dt_s)
+        self._onset.step(acts, dt_s)
+        total = np.array([pilot[dof] if dof in off else fed[dof] for dof in range(6)])
+        added = self._limited(total, gain, sticks, dt_s, off)
+        given = np.zeros(6)
+        if len(pwm_us) >= len(self._shape.thrusters):
+            given[list(FEEDFORWARD_DOFS)] = self._mixer.wrench_of_pulses(pwm_us[: len(self._shape.thrusters)])
+        self._judge(mode, doubt, dt_s, given, term, known)
+        nu_fb = (*navigation.velocity, *navigation.rate)
+        actuation = Actuation(
+            now_s, _six(pid), term.tau, _six(given.tolist()), nu_fb, reference, (), int(mode), self._veh_cfg
+        )
+        return added, actuation
+
+    @property
+    def reference_m_s(self) -> tuple[float, ...]:
+        """The velocity that the sticks ask for by now, body axes, m/s and rad/s."""
+        return tuple(self._nu)
+
+    def off(self) -> None:
+        """Add nothing from now on, as when the sticks have gone."""
+        self._restart()
+
+    def unproven(self) -> str:
+        """Why the feed-forward has not proved good in shadow, "" if it has: for `ParameterServer.unproven`."""
+        same = self._parameters(self._veh_cfg) == self._coefficients
+        return self._shadow.fault if same else NONE_FLOWN
+
+    def take_texts(self) -> list[str]:
+        """Sentences for the crew since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def _restart(self) -> None:
+        self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
+        self._slope.reset()
+        self._lead.reset()
+        self._controller.reset(range(6))
+        self._onset.step(False, 0.0)
+        self._shadow.pause()
+
+    def _take_coefficients(self) -> None:
+        coefficients = self._parameters(self._veh_cfg)
+        if coefficients != self._coefficients:
+            self._shadow.begin_anew()
+            self._coefficients = dict(coefficients)
+            self._effects = known_effects(coefficients, self._shape)
+
+    def _reference(self, pilot: Array, flown: tuple[int, ...], known: Navigation, dt_s: float) -> Reference:
+        """Follow the velocities that the sticks ask for, critically damped."""
+        within_s = min(dt_s, LONGEST_TICK_S)
+        for dof, _, damping in AXES:
+            target = 0.0
+            if dof in flown:
+                linear = self._coefficients.get(damping, 0.0)
+                target = steady_velocity(
+                    float(pilot[dof]), linear, self._effects.hull.get(QUADRATICS[dof].name, 0.0)
+                )
+            pull = REFERENCE_RAD_S**2 * (target - self._nu[dof]) - 2 * REFERENCE_RAD_S * self._nu_dot[dof]
+            self._nu_dot[dof] += within_s * pull / (1 + 2 * REFERENCE_RAD_S * within_s)
+            self._nu[dof] += within_s * self._nu_dot[dof]
+        return Reference(_six(self._nu), _six(self._nu_dot), known.heading_rad, known.depth_m)
+
+    def _hold(
+        self, known: Navigation, reference: Reference, dt_s: float, mode: Mode, off: set[int]
+    ) -> list[float]:
+        """Force of the velocity hold in surge and sway; zero where the DVL is silent or it is not asked for."""
+        if mode is not Mode.BOTH or not dt_s > 0:
+            self._controller.reset(range(6))
+            return [0.0] * 6
+        held = self._controller.step(known, reference, dt_s, False)
+        self._controller.reset(tuple(off | {2, 3, 4, YAW}))
+        return [held[dof] if dof in (0, 1) and dof not in off else 0.0 for dof in range(6)]
+
+    def _limited(self, total: Array, gain: float, sticks: Array, dt_s: float, off: set[int]) -> Array:
+        """The addition (3,) in units of a stick, bounded in size; the sum moves away from both the pilot's stick and
+        the sum before by no more than a slope allows. Nothing at once where nothing acts."""
+        axes = list(FEEDFORWARD_DOFS)
+        if self._onset.share == 0.0:
+            self._sum = sticks
+            return np.zeros(3)
+        fed = np.where(
+            [dof in off for dof in axes], sticks, self._mixer.inputs(total[axes]) * FULL_STICK / gain
+        )
+        wanted = self._onset.between(sticks, fed)
+        most = ADDED_PER_S * min(dt_s, LONGEST_TICK_S)
+        wanted = np.clip(wanted, np.minimum(self._sum, sticks) - most, np.maximum(self._sum, sticks) + most)
+        wanted = np.clip(wanted, sticks - MOST_ADDED, sticks + MOST_ADDED)
+        self._sum = np.clip(wanted, -FULL_STICK, FULL_STICK)
+        return self._sum - sticks
+
+    def _judge(
+        self, mode: Mode, doubt: str, dt_s: float, given: Array, term: FeedForward, known: Navigation
+    ) -> None:
+        if mode is Mode.OFF:
+            self._shadow.begin_anew()
+        elif mode is not Mode.SHADOW:
+            self._shadow.pause()
+        elif doubt:
+            self._shadow.begin_anew("a doubt")
+        elif dt_s > 0:
+            nu = (*known.velocity, *known.rate)
+            self._shadow.step(
+                dt_s, self._coefficients, self._effects.hull, _six(given.tolist()), term.tau, nu
+            )
+
+    def _report(self, faults: tuple[str, ...]) -> None:
+        if faults != self._faults:
+            self._texts += [fault for fault in faults if fault not in self._faults]
+            self._faults = faults
+
+
+def steady_velocity(force: float, linear: float, quadratic: float) -> float:
+    """Velocity at which drag balances a force: linear v + quadratic |v| v = force; at most `FASTEST`, 0 without any
+    drag."""
+    size = abs(force)
+    if quadratic > 0:
+        speed = (math.sqrt(linear * linear + 4 * quadratic * size) - linear) / (2 * quadratic)
+    else:
+        speed = size / linear if linear > 0 else 0.0
+    return math.copysign(min(speed, FASTEST), force) if math.isfinite(speed) else 0.0
+
+
+def _six(values: "list[float]") -> Six:
+    x, y, z, k, m, n = values or ZERO6
+    return x, y, z, k, m, n

@@ -1,0 +1,88 @@
+"""ArduSub's mixer: the pilot's sticks to a wrench in surge, sway and yaw, and a wrench to sticks.
+
+MANUAL_CONTROL's x, y and r times the joystick's gain are the inputs of the mixer, 1 in full; output n is
+1500 + 400 times the sum of its factors times the inputs (libraries/AP_Motors/AP_Motors6DOF.cpp, ArduSub/joystick.cpp
+of 4.5). Sums beyond 1 are scaled down together, each thruster's thrust is the vehicle file's.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import Configuration
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
+from bridge.vehicle.thrusters import NEUTRAL_US, Array, Curve, Pulses, allocation_matrix
+
+SPAN_US: Final = 400.0
+_FORE: Final = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1))
+_VERTICAL: Final = (0, 0, 0)
+FRAMES: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
+    1: (*_FORE, *(_VERTICAL,) * 2),
+    2: (*_FORE, *(_VERTICAL,) * 4),
+}
+"""Factors of forward, lateral and yaw of each motor, by FRAME_CONFIG: `vectored` and `vectored_6dof`."""
+
+LEAST_SHARE: Final = 0.005
+"""Below this share of full thrust the inverse runs straight to zero instead of over the dead zone."""
+
+ROUNDS: Final = 4
+MOST_MENDED: Final = 0.1
+"""Share of the wrench that a round may ask for in addition: a thrust inside the dead zone is not to be had."""
+
+
+class Mixer:
+    """The horizontal part of a frame, with the thrusters of a vehicle file in the frame's order.
+
+    `directions` are the MOT_n_DIRECTION. Raises ConfigError if the vehicle file's thrusters push otherwise than the
+    frame takes them to.
+    """
+
+    def __init__(
+        self, frame: int, directions: Sequence[float], configuration: Configuration, curve: Curve
+    ) -> None:
+        factors = np.array(FRAMES[frame], dtype=float) * np.array(directions)[:, None]
+        self._driven = np.abs(factors).sum(axis=1) > 0
+        self._factors = factors[self._driven]
+        self._curve = curve
+        self._matrix = allocation_matrix(configuration)[list(FEEDFORWARD_DOFS)][:, self._driven]
+        self._inverse = np.linalg.pinv(self._matrix)
+        self._unmix = np.linalg.pinv(self._factors)
+        limit_n = min(configuration.thruster_limit_n, curve.max_n, -curve.min_n)
+        self._pulses = Pulses(curve, LEAST_SHARE * limit_n)
+        effect = self._matrix @ self._factors
+        across = np.abs(effect - np.diag(np.diag(effect))).max()
+        if np.diag(effect).min() <= 0 or across > 0.1 * np.diag(effect).min():
+            raise ConfigError(
+                "the thrusters of the vehicle file do not push as ArduSub's frame takes them to: compare their order "
+                "and directions with the frame's, and MOT_n_DIRECTION with the vehicle"
+            )
+
+    def wrench(self, inputs: Array) -> Array:
+        """Wrench (3,) in surge, sway and yaw, N and N m, of the mixer's inputs (3,)."""
+        outputs = self._factors @ inputs
+        outputs = outputs / max(1.0, float(np.abs(outputs).max()))
+        return np.asarray(self._matrix @ self._curve.thrust(NEUTRAL_US + SPAN_US * outputs))
+
+    def inputs(self, wrench: Array) -> Array:
+        """Inputs (3,) that give a wrench (3,) within the mixer's reach.
+
+        The mixer has no say over the fourth combination of its four thrusters, and a thruster pushes harder ahead
+        than astern; the loss is asked for in addition.
+        """
+        aim, most = wrench, MOST_MENDED * float(np.abs(wrench).max())
+        best, least = np.zeros(3), float("inf")
+        for _ in range(ROUNDS):
+            pulses = self._pulses(self._inverse @ aim)
+            inputs = np.asarray(self._unmix @ ((pulses - NEUTRAL_US) / SPAN_US))
+            error = wrench - self.wrench(inputs)
+            # Near the dead zone a round may overshoot.
+            if (size := float(np.abs(error).max())) < least:
+                best, least = inputs, size
+            aim = aim + np.clip(error, -most, most)
+        return best
+
+    def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
+        """Wrench (3,) of the pulses of the frame's outputs."""
+        return np.asarray(self._matrix @ self._curve.thrust(np.array(pwm_us)[self._driven]))

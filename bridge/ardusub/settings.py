@@ -1,0 +1,99 @@
+"""Reads the few parameters of the autopilot that a companion depends on, and says which of them do not fit.
+
+The companion writes none of them: a crew sets them once, and a check says so in a sentence. ArduSub answers nothing at
+all for a name that it does not know; such a name counts as unknown after `UNKNOWN_AFTER` questions.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.ardusub.mixing import FRAMES
+
+AGAIN_S: Final = 0.6
+UNKNOWN_AFTER: Final = 5
+
+FRAME: Final = "FRAME_CONFIG"
+FAILSAFE: Final = "FS_GCS_ENABLE"
+PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
+WARNS_ALONE: Final = 1
+DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
+"""Settings with which ArduSub takes VISION_POSITION_DELTA for velocity (measured, 4.5.7)."""
+
+
+def direction_name(number: int) -> str:
+    """Name of the parameter that reverses an output; thrusters are numbered from 1."""
+    return f"MOT_{number}_DIRECTION"
+
+
+class Settings:
+    """Values by name as they come; a name that was asked for in vain has NaN. One question is open at a time."""
+
+    def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
+        self._target, self._thrusters, self._has_dvl = (system, component), thrusters, has_dvl
+        self._names = [
+            FRAME,
+            FAILSAFE,
+            PILOT_FAILSAFE,
+            *(direction_name(number) for number in range(1, thrusters + 1)),
+            *(DVL if has_dvl else ()),
+        ]
+        self.values: dict[str, float] = {}
+        self._asked, self._due_s = 0, -math.inf
+
+    @property
+    def complete(self) -> bool:
+        return len(self.values) == len(self._names)
+
+    def step(self, now_s: float) -> list[Any]:
+        """The question to send now, if any."""
+        name = next((name for name in self._names if name not in self.values), None)
+        if name is None or now_s < self._due_s:
+            return []
+        if self._asked >= UNKNOWN_AFTER:
+            self.values[name], self._asked = math.nan, 0
+            return []
+        self._asked, self._due_s = self._asked + 1, now_s + AGAIN_S
+        return [dialect.MAVLink_param_request_read_message(*self._target, name.encode(), -1)]
+
+    def on_value(self, name: str, value: float) -> None:
+        """A PARAM_VALUE of the autopilot's own component arrived, asked for or not."""
+        if name in self._names:
+            if name not in self.values:
+                self._asked, self._due_s = 0, -math.inf
+            self.values[name] = value
+
+    @property
+    def obstacle(self) -> str:
+        """Why the companion may not hold the sticks, at most 50 characters; "" if it may."""
+        if not self.complete:
+            return "the autopilot's parameters are not read yet"
+        if self.values[FRAME] not in FRAMES:
+            return f"{FRAME} {self.values[FRAME]:g} is not supported"
+        if self._thrusters != len(FRAMES[int(self.values[FRAME])]):
+            return f"{FRAME} {self.values[FRAME]:g} has not {self._thrusters} thrusters"
+        for name in (FAILSAFE, PILOT_FAILSAFE):
+            # NaN too: without a fail-safe a dead companion would leave the last sticks in force.
+            if not self.values[name] > (WARNS_ALONE if name == FAILSAFE else 0):
+                return f"{name} must stop the vehicle: set it to 2"
+        return ""
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Sentences for the crew, 50 characters each, on settings that do not fit the DVL."""
+        if not (self._has_dvl and self.complete):
+            return ()
+        return tuple(
+            f"DVL unused: {name} is {self.values[name]:g}, set {wanted:g}"
+            for name, wanted in DVL.items()
+            if self.values[name] != wanted
+        )
+
+
+def directions(values: Mapping[str, float], thrusters: int) -> tuple[float, ...]:
+    """+1 or -1 of each thruster."""
+    return tuple(
+        -1.0 if values.get(direction_name(number), 1.0) < 0 else 1.0 for number in range(1, thrusters + 1)
+    )

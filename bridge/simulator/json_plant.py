@@ -1,0 +1,181 @@
+"""The simulated body as the physics of ArduSub's own simulator, `ardusub --model JSON:127.0.0.1`, over UDP.
+
+ArduSub sends the pulses of its 16 outputs and waits for the state that follows from them, 1 / `STEP_HZ` later: it
+keeps the time, so that both run in lock-step. It reads compact JSON alone: a space after a comma or a colon is a
+parse error (measured, 4.5).
+"""
+
+import json
+import math
+import socket
+import struct
+from collections import deque
+from collections.abc import Callable
+from threading import Event
+from typing import Final
+
+import numpy as np
+
+from bridge.errors import LinkError
+from bridge.links.addresses import LOOPBACK, no_listener
+from bridge.simulator.plant import Array, Motion, Plant
+from bridge.simulator.truth import Truth
+from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
+from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
+
+STEP_HZ: Final = 400.0
+PORT: Final = 9002
+"""Where the first instance of ArduSub's simulator sends; each further instance sends 10 higher."""
+
+_SERVOS: Final = struct.Struct("<HHI16H")
+_MAGIC: Final = 18458
+_LOWEST_US: Final = 800
+"""A lower pulse is an output that is switched off; its speed controller rests."""
+_WAIT_S: Final = 0.2
+_ORIGIN: Final = np.zeros(3)
+
+
+class JsonBody:
+    """Answers ArduSub's packets with the motion of `plant`, which must take `STEP_HZ` steps a second.
+
+    `current_m_s`: velocity of the water, north east down. The plant moves in the water and the water over the ground:
+    for a steady current that is exact. `delay_s`: dead time between a pulse and its thrust. `first_output`: the
+    output, from 1, that drives the first thruster; the others follow.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        thrusters: int,
+        *,
+        current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        delay_s: float = 0.0,
+        first_output: int = 1,
+    ) -> None:
+        self._plant = plant
+        self._current = np.array(current_m_s)
+        self._outputs = slice(first_output - 1, first_output - 1 + thrusters)
+        neutral = (NEUTRAL_US,) * thrusters
+        self._under_way = deque([neutral] * round(delay_s * STEP_HZ))
+        self._count = -1
+        self._begun_s = 0.0
+        self._answer = b""
+        self.state: Array = plant.state
+        """North east down (m), attitude w x y z, velocity over the ground in body axes and rates of turn."""
+
+    @property
+    def time_s(self) -> float:
+        return self._plant.time_s
+
+    def answer(self, packet: bytes) -> bytes | None:
+        """Advance by a step and return the state as JSON; None for no packet of ArduSub's.
+
+        A packet that is sent again gets the same answer again. One that counts from the start comes from an
+        autopilot that rebooted: its time starts again, the body moves on.
+        """
+        if len(packet) < _SERVOS.size:
+            return None
+        magic, _, count, *pwm = _SERVOS.unpack_from(packet)
+        if magic != _MAGIC:
+            return None
+        if count != self._count or not self._answer:
+            if count < self._count:
+                self._begun_s = self._plant.time_s
+            self._count = count
+            self._answer = self._advance(pwm)
+        return self._answer
+
+    def _advance(self, pwm: list[int]) -> bytes:
+        driven = pwm[self._outputs]
+        self._under_way.append(tuple(float(us) if us >= _LOWEST_US else NEUTRAL_US for us in driven))
+        stretch = self._plant.advance(self._under_way.popleft(), 1 / STEP_HZ)
+        state, nu_dot = stretch.state[-1], stretch.nu_dot[-1]
+        motion = Motion(
+            stretch.time_s[-1:], state[None, :3], state[None, 3:7], state[None, 7:10], state[None, 10:],
+            nu_dot[None, :3], nu_dot[None, 3:],
+        )  # fmt: skip
+        rotation = _to_earth(state[3:7])
+        position = state[:3] + self._current * self._plant.time_s
+        velocity = rotation @ state[7:10] + self._current
+        self.state = np.concatenate([position, state[3:7], rotation.T @ velocity, state[10:]])
+        text = json.dumps(
+            {
+                "timestamp": round(self._plant.time_s - self._begun_s, 6),
+                "imu": {
+                    "gyro": state[10:].tolist(),
+                    "accel_body": motion.specific_force_at(_ORIGIN, GRAVITY_M_S2)[0].tolist(),
+                },
+                "position": position.tolist(),
+                "attitude": _euler(rotation),
+                "velocity": velocity.tolist(),
+            },
+            separators=(",", ":"),
+        )
+        return b"\n" + text.encode() + b"\n"
+
+
+def json_body(
+    file: VehicleFile,
+    configuration: str,
+    truth: Truth,
+    *,
+    seed: int = 0,
+    depth_m: float = 0.0,
+    current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    first_output: int = 1,
+) -> JsonBody:
+    """The body of a vehicle file at rest; its thrust curve's lag and dead time count. Raises ConfigError."""
+    shape, curve = file.vehicle.configurations[configuration], file.vehicle.thrust_curve
+    plant = Plant(
+        shape,
+        thrust_curve(curve, file.path.parent),
+        curve.lag_s,
+        truth,
+        np.random.default_rng(seed),
+        depth_m=depth_m,
+        rate_hz=STEP_HZ,
+    )
+    return JsonBody(
+        plant,
+        len(shape.thrusters),
+        current_m_s=current_m_s,
+        delay_s=curve.delay_s,
+        first_output=first_output,
+    )
+
+
+def serve(body: JsonBody, port: int, stop: Event, each: Callable[[], None] = lambda: None) -> None:
+    """Answer at `port` of this computer until `stop` is set; `each` runs after every step. Raises LinkError."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+        try:
+            here.bind((LOOPBACK, port))
+        except OSError as error:
+            raise no_listener(f"udpin:{LOOPBACK}:{port}", LOOPBACK, port, error) from None
+        here.settimeout(_WAIT_S)
+        while not stop.is_set():
+            try:
+                packet, sender = here.recvfrom(1024)
+            except TimeoutError:
+                continue
+            except OSError as error:
+                raise LinkError(f"udpin:{LOOPBACK}:{port}: {error.strerror or error}") from None
+            if (answer := body.answer(packet)) is not None:
+                here.sendto(answer, sender)
+                each()
+
+
+def _to_earth(attitude: Array) -> Array:
+    w, x, y, z = attitude
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _euler(rotation: Array) -> list[float]:
+    """Roll, pitch, yaw in radians."""
+    pitch = math.asin(min(max(-rotation[2, 0], -1.0), 1.0))
+    return [math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])]

@@ -1,0 +1,113 @@
+"""A companion beside an autopilot, and the ground that flies it, on simulated or real time alike."""
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.ardusub.companion import Companion, companion_file
+from bridge.onboard.orders import Ground
+from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.service import Bridge
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.mode import Mode
+from bridge.vehicle.parameters import MODE, vehicle_table
+from bridge.wire.framing import Encoder, Framer, decode
+
+FILE = companion_file(load_vehicle("bluerov2"))
+STICKS_S = 0.04
+
+
+class Aboard:
+    """The companion's computer: a bridge with a companion on the autopilot's second link."""
+
+    def __init__(self, autopilot, mode=Mode.OFF, store=None, file=FILE, more_links=(), **options):
+        self.parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
+        assert self.parameters.write(MODE, float(mode), armed=False) is None
+        configuration = next(iter(file.vehicle.configurations))
+        self.companion = Companion(file, configuration, self.parameters, Ground(), store)
+        links = [*more_links, autopilot.aboard]
+        self.bridge = Bridge(
+            file.vehicle, autopilot.clock, links, self.parameters, companion=self.companion, **options
+        )
+        self.alive = True
+
+    def __call__(self):
+        if self.alive:
+            self.bridge.step()
+
+    def set_mode(self, mode):
+        assert self.parameters.write(MODE, float(mode), armed=False) is None
+
+
+class Pilot:
+    """A ground station with a joystick: it beats, sends its sticks 25 times a second, and hears all."""
+
+    def __init__(self, autopilot, component=190, system=255):
+        self.autopilot, self.encoder, self.framer = autopilot, Encoder(system, component), Framer()
+        self.sticks = {"x": 0, "y": 0, "z": 500, "r": 0}
+        self.flies = self.beats = True
+        self.beat_s = self.sticks_s = 0.0
+        self.heard = []
+
+    def __call__(self):
+        now_s = self.autopilot.clock.boot_s()
+        if self.beats and now_s >= self.beat_s:
+            self.beat_s = now_s + 1.0
+            self.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+        if self.flies and now_s >= self.sticks_s:
+            self.sticks_s = now_s + STICKS_S
+            self.send(dialect.MAVLink_manual_control_message(1, **self.sticks, buttons=0))
+        while data := self.autopilot.ground.read(0.0):
+            self.heard += [m for m in map(decode, self.framer.feed(data)) if m is not None]
+
+    def send(self, message):
+        self.autopilot.ground.write(self.encoder.encode(message))
+
+    def read(self, name, component=1):
+        """The newest value of a parameter that a component answers to a separate read."""
+        self.heard.clear()
+        self.send(dialect.MAVLink_param_request_read_message(1, component, name.encode(), -1))
+
+        def answer():
+            return [
+                m.param_value for m in self.of("PARAM_VALUE")
+                if m.param_id == name and m.get_srcComponent() == component
+            ]  # fmt: skip
+
+        found = self.autopilot.until(answer, 3.0, self)
+        return found[-1] if found else None
+
+    def write(self, name, value, component=1):
+        self.send(dialect.MAVLink_param_set_message(1, component, name.encode(), value, 9))
+
+    def of(self, kind):
+        return [m for m in self.heard if m.get_type() == kind]
+
+    def texts(self):
+        return [m.text for m in self.of("STATUSTEXT")]
+
+
+def ready(autopilot, aboard, pilot, *acts):
+    """Wait until the autopilot has started: a simulated ArduSub that is ordered about earlier stands still for good."""
+
+    def started():
+        beats = [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 1]
+        return beats and beats[-1].system_status >= dialect.MAV_STATE_STANDBY
+
+    assert autopilot.until(started, 30.0, aboard, pilot, *acts)
+
+
+def arm(autopilot, aboard, pilot, *acts):
+    """Arm, again where it was too early."""
+
+    def armed():
+        if not aboard.companion.armed:
+            autopilot.arm()
+            autopilot.run(1.5, aboard, pilot, *acts)
+        return aboard.companion.armed
+
+    assert autopilot.until(armed, 30.0, aboard, pilot, *acts)
+
+
+def taken(aboard):
+    from bridge.ardusub.handover import Holder
+
+    return aboard.companion.handover.holder is Holder.HELD

@@ -1,0 +1,313 @@
+"""A companion beside ArduSub, the fake one and, where it is at hand, the firmware: what is asked, and who flies."""
+
+import pytest
+from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+from rig import Aboard, Pilot, arm, ready, taken
+
+from bridge.links.memory import memory_pair
+from bridge.vehicle.mode import Mode
+from bridge.wire.framing import Encoder
+
+WAIT_S = 20.0
+
+
+def under_way(autopilot, mode=Mode.OFF, flight_mode=MANUAL, **options):
+    """A companion that knows its autopilot, and an armed vehicle with a pilot's sticks in the middle."""
+    aboard, pilot = Aboard(autopilot, **options), Pilot(autopilot)
+    assert autopilot.until(lambda: aboard.companion.law, WAIT_S, aboard, pilot)
+    ready(autopilot, aboard, pilot)
+    autopilot.set_mode(flight_mode)
+    heard = aboard.companion.heard
+    assert autopilot.until(lambda: heard.mode == flight_mode, WAIT_S, aboard, pilot)
+    arm(autopilot, aboard, pilot)
+    assert autopilot.until(lambda: heard.has_switches(autopilot.clock.boot_s()), WAIT_S, aboard, pilot)
+    if mode is not Mode.OFF:
+        aboard.set_mode(mode)
+        if mode.applies_feedforward:
+            assert autopilot.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    return aboard, pilot
+
+
+def pwm(aboard):
+    return aboard.companion.heard.pwm_us[:6]
+
+
+def stick_pwm(value, gain=0.5):
+    return 1500 + 400 * gain * value / 1000
+
+
+def test_messages_are_asked_for_one_by_one_and_come_at_their_rate(autopilot):
+    aboard, pilot = Aboard(autopilot), Pilot(autopilot)
+    assert autopilot.until(lambda: aboard.companion.rates.settled, WAIT_S, aboard, pilot)
+    assert not aboard.companion.rates.denied
+    times = []
+
+    def look():
+        if not times or times[-1] != aboard.companion.heard.pwm_s:
+            times.append(aboard.companion.heard.pwm_s)
+
+    autopilot.run(2.0, aboard, pilot, look)
+    assert len(times) > 20, "2 a second without asking"
+
+
+def test_nothing_is_sent_to_an_autopilot_that_was_not_heard(fake):
+    fake.dead = True
+    aboard = Aboard(fake, Mode.BOTH)
+    fake.run(3.0, aboard)
+    ground = set()
+    while data := fake.ends[1].read(0.0):
+        ground |= {frame.message_id for frame in fake.framers[1].feed(data)}
+    assert not ground & {11, 20, 23, 69, 76, 132}
+
+
+def test_the_ground_reads_the_models_parameters_from_the_companion_alone(autopilot):
+    aboard, pilot = Aboard(autopilot), Pilot(autopilot)
+    there = lambda: [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 191]  # noqa: E731
+    assert autopilot.until(there, WAIT_S, aboard, pilot)
+    pilot.heard.clear()
+    pilot.send(dialect.MAVLink_param_request_read_message(1, 191, b"FF_MODE", -1))
+    answers = lambda: [m for m in pilot.of("PARAM_VALUE") if m.param_id == "FF_MODE"]  # noqa: E731
+    assert autopilot.until(answers, WAIT_S, aboard, pilot)
+    assert {(m.get_srcComponent(), m.param_value) for m in answers()} == {(191, 0.0)}
+
+
+def test_a_write_to_a_companion_that_was_not_heard_yet_is_taken_by_the_autopilot_for_its_own(autopilot):
+    """Why nothing may be sent to 191 before its own heartbeat."""
+    pilot = Pilot(autopilot)
+    assert autopilot.until(lambda: pilot.of("HEARTBEAT"), WAIT_S, pilot)
+    pilot.write("PSC_ACCZ_FF", 0.25, component=191)
+    autopilot.run(0.5, pilot)
+    assert pilot.read("PSC_ACCZ_FF") == pytest.approx(0.25)
+    aboard = Aboard(autopilot)
+    pilot.heard.clear()
+    there = lambda: [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 191]  # noqa: E731
+    assert autopilot.until(there, WAIT_S, aboard, pilot)
+    pilot.write("PSC_ACCZ_FF", 0.5, component=191)
+    autopilot.run(0.5, aboard, pilot)
+    assert pilot.read("PSC_ACCZ_FF") == pytest.approx(0.25)
+
+
+def test_off_and_in_shadow_the_pilot_flies_as_if_there_were_no_companion(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.SHADOW)
+    pilot.sticks["x"] = 300
+    autopilot.run(1.0, aboard, pilot)
+    assert pilot.read("SYSID_MYGCS") == 255
+    assert pwm(aboard)[2] == pytest.approx(stick_pwm(300), abs=1.5)
+
+
+def test_raised_the_companion_holds_the_sticks_and_lowered_it_proves_that_they_are_back(autopilot, tmp_path):
+    store = tmp_path / "sticks"
+    aboard, pilot = under_way(autopilot, Mode.ALONE, store=store)
+    assert pilot.read("SYSID_MYGCS") == 1
+    assert store.read_text() == "255\n"
+    aboard.set_mode(Mode.OFF)
+    back = lambda: aboard.companion.handover.is_back  # noqa: E731
+    assert autopilot.until(back, WAIT_S, aboard, pilot)
+    assert pilot.read("SYSID_MYGCS") == 255
+    assert not store.exists()
+    assert aboard.companion.armed
+
+
+def test_a_steady_stick_means_the_same_with_and_without_the_feedforward(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.ALONE)
+    pilot.sticks["x"] = 400
+    autopilot.run(5.0, aboard, pilot)
+    assert pwm(aboard)[:4] == pytest.approx((1420, 1420, 1580, 1580), abs=4)
+
+
+def test_a_moving_stick_gets_the_reference_s_force_and_off_ends_it_at_once(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.ALONE)
+    pilot.sticks["x"] = 600
+    autopilot.run(0.15, aboard, pilot)
+    assert pwm(aboard)[2] < stick_pwm(600) - 10, "the reference has only begun to rise"
+    autopilot.run(4.0, aboard, pilot)
+    assert pwm(aboard)[2] == pytest.approx(stick_pwm(600), abs=4)
+    pilot.sticks["x"] = 0
+    pulses = []
+    autopilot.run(0.4, aboard, pilot, lambda: pulses.append(pwm(aboard)[2]))
+    assert min(pulses) < 1490, "the reference is still braking"
+    aboard.set_mode(Mode.OFF)
+    autopilot.run(0.15, aboard, pilot)
+    assert pwm(aboard)[:4] == pytest.approx((1500,) * 4, abs=1)
+
+
+def test_where_the_companion_dies_the_vehicle_disarms_by_itself(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.ALONE)
+    aboard.alive = False
+    began_s = autopilot.clock.boot_s()
+    disarmed = lambda: [  # noqa: E731
+        m for m in pilot.of("HEARTBEAT")
+        if m.get_srcComponent() == 1 and not m.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED
+    ]  # fmt: skip
+    pilot.heard.clear()
+    assert autopilot.until(disarmed, 10.0, pilot)
+    assert autopilot.clock.boot_s() - began_s < 4.5
+
+
+def test_a_ground_that_falls_silent_is_silence_to_the_autopilot_too(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.ALONE)
+    if not autopilot.is_firmware:
+        # As in the simulated firmware: the heartbeat alone decides.
+        autopilot.quirks.checks_pilot = False
+    pilot.beats = pilot.flies = False
+    assert autopilot.until(lambda: not aboard.companion.armed, 12.0, aboard)
+
+
+def test_a_pilot_without_a_ground_beat_still_flies(autopilot):
+    """ArduSub takes sticks for a beat, and so does the way through the companion."""
+    aboard, pilot = under_way(autopilot, Mode.ALONE)
+    pilot.beats = False
+    autopilot.run(6.0, aboard, pilot)
+    assert aboard.companion.armed
+
+
+def test_a_companion_that_died_puts_the_sticks_back_when_it_starts_again(autopilot, tmp_path):
+    store = tmp_path / "sticks"
+    aboard, pilot = under_way(autopilot, Mode.ALONE, store=store)
+    aboard.alive = False
+    autopilot.run(1.0, pilot)
+    again = Aboard(autopilot, store=store)
+    assert autopilot.until(lambda: again.companion.handover.is_back, WAIT_S, again, pilot)
+    assert pilot.read("SYSID_MYGCS") == 255
+    assert not store.exists()
+
+
+def test_another_program_that_takes_the_sticks_keeps_them(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.ALONE)
+    pilot.write("SYSID_MYGCS", 255)
+    assert autopilot.until(lambda: aboard.companion.handover.fault, WAIT_S, aboard, pilot)
+    autopilot.run(2.0, aboard, pilot)
+    assert pilot.read("SYSID_MYGCS") == 255
+    pilot.sticks["x"] = 300
+    autopilot.run(1.0, aboard, pilot)
+    assert pwm(aboard)[2] == pytest.approx(stick_pwm(300), abs=1.5)
+
+
+def test_in_a_mode_that_holds_by_itself_the_sticks_pass_as_they_are(fake):
+    aboard, pilot = under_way(fake, Mode.ALONE)
+    fake.set_mode(POSHOLD)
+    fake.run(1.5, aboard, pilot)
+    assert passes(fake, aboard, pilot)
+
+
+def passes(fake, aboard, pilot):
+    """Whether a step of the stick reaches the autopilot unchanged from the first frame on."""
+    pilot.sticks["x"] = 500
+    fake.run(0.1, aboard, pilot)
+    now = fake.sticks[0]
+    fake.run(0.4, aboard, pilot)
+    return (now, fake.sticks[0]) == (500, 500)
+
+
+@pytest.mark.parametrize("switch", ["input_hold", "roll_pitch"])
+def test_sticks_that_mean_something_else_pass_as_they_are(fake, switch):
+    aboard, pilot = under_way(fake, Mode.ALONE)
+    setattr(fake, switch, 1.0)
+    fake.run(1.0, aboard, pilot)
+    assert passes(fake, aboard, pilot)
+
+
+def test_a_gain_that_is_not_heard_any_more_ends_the_addition(fake):
+    aboard, pilot = under_way(fake, Mode.ALONE)
+    fake.says_switches = False
+    fake.run(4.0, aboard, pilot)
+    assert passes(fake, aboard, pilot)
+
+
+def test_two_programs_that_send_sticks_get_nothing_added(fake):
+    aboard, pilot = under_way(fake, Mode.ALONE)
+    other = Pilot(fake, component=25)
+    other.sticks["x"] = 500
+    fake.run(0.5, aboard, pilot, other)
+    pilot.sticks["x"] = 500
+    fake.run(0.1, aboard, pilot, other)
+    assert fake.sticks[0] == 500
+
+
+def test_in_alt_hold_surge_is_fed_and_yaw_is_left_to_the_autopilot(fake):
+    aboard, pilot = under_way(fake, Mode.ALONE, flight_mode=ALT_HOLD)
+    pilot.sticks |= {"x": 500, "r": 400}
+    fake.run(0.2, aboard, pilot)
+    assert fake.sticks[0] != 500
+    assert fake.sticks[3] == 400
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("FS_GCS_ENABLE", 1.0), ("FS_GCS_ENABLE", 0.0), ("FS_PILOT_INPUT", 0.0), ("FRAME_CONFIG", 4.0)],
+)
+def test_an_autopilot_that_would_not_stop_or_has_another_frame_keeps_its_sticks(fake, name, value):
+    fake.parameters[name] = value
+    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
+    fake.run(8.0, aboard, pilot)
+    assert fake.parameters["SYSID_MYGCS"] == 255
+    assert any(name in text for text in pilot.texts())
+
+
+def test_sticks_of_another_ground_than_the_pilots_are_not_taken_from_it(fake):
+    fake.parameters["SYSID_MYGCS"] = 254.0
+    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
+    fake.run(5.0, aboard, pilot)
+    assert fake.parameters["SYSID_MYGCS"] == 254
+    assert any("sticks not taken: SYSID_MYGCS is 254" in text for text in pilot.texts())
+
+
+def test_merged_echoes_do_not_prove_who_holds_the_sticks(fake):
+    """A read of its own does: the echo alone would be taken at face value here."""
+    fake.quirks.read_s = 1.0
+    aboard, pilot = Aboard(fake, Mode.ALONE), Pilot(fake)
+    written = lambda: ("SYSID_MYGCS", 1.0) in fake.writes  # noqa: E731
+    assert fake.until(written, WAIT_S, aboard, pilot)
+    fake.run(0.2, aboard, pilot)
+    assert not taken(aboard)
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+
+
+def test_the_companion_arms_nothing(fake):
+    aboard, pilot = Aboard(fake), Pilot(fake)
+    fake.run(3.0, aboard, pilot)
+    pilot.send(dialect.MAVLink_command_long_message(1, 191, 400, 0, 1, 0, 0, 0, 0, 0, 0))
+    fake.run(0.5, aboard, pilot)
+    assert [m.result for m in pilot.of("COMMAND_ACK") if m.get_srcComponent() == 191] == [2]
+    assert not fake.armed
+
+
+@pytest.mark.parametrize(("autopilot_kind", "vehicle"), [(12, 12), (3, 2)])
+def test_another_autopilot_than_ardusub_is_named_and_sent_nothing(fake, autopilot_kind, vehicle):
+    fake.kind = (vehicle, autopilot_kind)
+    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
+    fake.run(4.0, aboard, pilot)
+    assert "autopilot is no ArduSub: recorded, nothing sent" in pilot.texts()
+    assert not fake.writes
+    assert 36 in fake.intervals
+    assert fake.intervals[36] == 0.5
+
+
+def test_the_word_of_another_component_proves_nothing(fake):
+    """A camera that says SYSID_MYGCS = 1 is not the autopilot."""
+    aboard, pilot, camera = Aboard(fake), Pilot(fake), Encoder(1, 100)
+    assert fake.until(lambda: aboard.companion.law, WAIT_S, aboard, pilot)
+    fake.quirks.read_s = 60.0
+    aboard.set_mode(Mode.ALONE)
+    for _ in range(40):
+        fake.ground.write(camera.encode(dialect.MAVLink_param_value_message(b"SYSID_MYGCS", 1.0, 9, 1, 0)))
+        fake.run(0.1, aboard, pilot)
+    assert ("SYSID_MYGCS", 1.0) in fake.writes
+    assert not taken(aboard)
+
+
+def test_sticks_that_come_on_a_second_link_too_are_sent_on_once(fake):
+    near, far = memory_pair()
+    aboard, pilot = under_way(fake, Mode.ALONE, more_links=[near])
+    sent = []
+    hear = fake.hear
+
+    def listen(number, frame, now_s):
+        sent.extend([number] if frame.message_id == dialect.MAVLINK_MSG_ID_MANUAL_CONTROL else [])
+        hear(number, frame, now_s)
+
+    fake.hear = listen
+    sticks = pilot.encoder.encode(dialect.MAVLink_manual_control_message(1, 300, 0, 500, 0, 0))
+    fake.run(1.0, aboard, pilot, lambda: far.write(sticks))
+    assert sent.count(1) == pytest.approx(sent.count(0), abs=1)

@@ -1,0 +1,147 @@
+"""The law and the mixer, pure: sticks to force and back."""
+
+import numpy as np
+import pytest
+
+from bridge.ardusub.law import ADDED_PER_S, FASTEST, MOST_ADDED, StickLaw, steady_velocity
+from bridge.ardusub.mixing import FRAMES, Mixer
+from bridge.errors import ConfigError
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.mode import Mode
+from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.thrusters import thrust_curve
+
+FILE = load_vehicle("bluerov2")
+SHAPE = FILE.vehicle.configurations["standard"]
+CURVE = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+MIXER = Mixer(1, (1.0,) * 6, SHAPE, CURVE)
+MANUAL = 19
+MODEL = {name: value for name, value in SHAPE.model.items() if name[0] in "MDIXYN"}
+PERIOD_S = 0.04
+
+
+def test_a_steady_velocity_is_where_drag_balances_the_force():
+    for force in (-40.0, -0.1, 0.0, 3.0, 100.0):
+        speed = steady_velocity(force, 4.03, 18.18)
+        assert 4.03 * speed + 18.18 * abs(speed) * speed == pytest.approx(force, abs=1e-9)
+    assert steady_velocity(10.0, 5.0, 0.0) == pytest.approx(2.0)
+    assert steady_velocity(10.0, 0.0, 0.0) == 0.0
+    assert steady_velocity(-10.0, 1e-3, 0.0) == -FASTEST
+    assert steady_velocity(10.0, float("nan"), 1.0) == 0.0
+
+
+def errors(axes):
+    """Largest error in a wrench that went through sticks and back, N and N m, of many draws on these axes."""
+    rng, found = np.random.default_rng(5), []
+    for _ in range(500):
+        inputs = np.zeros(3)
+        inputs[axes] = rng.uniform(-0.3, 0.3, len(axes))
+        wrench = MIXER.wrench(inputs)
+        found.append(np.abs(MIXER.wrench(MIXER.inputs(wrench)) - wrench).max())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("axes", [[0], [1], [2]])
+def test_the_sticks_of_a_single_axis_come_back_from_their_wrench(axes):
+    assert errors(axes).max() < 0.6
+
+
+def test_those_of_three_axes_at_once_come_back_nearly():
+    """The frame has no say over the fourth combination of its thrusters, and a dead zone gives no small thrust."""
+    found = errors([0, 1, 2])
+    assert np.quantile(found, 0.9) < 1.0
+    assert found.max() < 5.0
+
+
+def test_each_stick_pushes_its_own_way():
+    assert np.all(np.diag([MIXER.wrench(row)[i] for i, row in enumerate(np.eye(3) * 0.5)] * np.eye(3)) > 0)
+
+
+@pytest.mark.parametrize(("frame", "name"), [(1, "bluerov2"), (1, "ardusub_vectored"), (2, "bluerov2_heavy")])
+def test_the_shipped_vehicle_files_push_as_ardusubs_frames_do(frame, name):
+    file = load_vehicle(name)
+    shape = next(iter(file.vehicle.configurations.values()))
+    assert len(FRAMES[frame]) == len(shape.thrusters)
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    assert (
+        Mixer(frame, (1.0,) * len(shape.thrusters), shape, curve).wrench(np.array([0.3, 0.0, 0.0]))[0] > 1.0
+    )
+
+
+def test_a_reversed_thruster_in_the_file_alone_is_noticed():
+    with pytest.raises(ConfigError, match="MOT_n_DIRECTION"):
+        Mixer(1, (1.0, 1.0, -1.0, 1.0, 1.0, 1.0), SHAPE, CURVE)
+
+
+def law(coefficients=MODEL):
+    return StickLaw(FILE.vehicle, "standard", lambda _: coefficients, FILE.path.parent, MIXER)
+
+
+def fly(made, sticks, mode=Mode.ALONE, doubt="", flight_mode=MANUAL, start_s=1.0, gain=0.5):
+    """What was added at each row of sticks."""
+    added = []
+    for number, row in enumerate(sticks):
+        now_s = start_s + PERIOD_S * number
+        out, _ = made.step(now_s, np.array(row, float), gain, mode, doubt, flight_mode, Navigation(), ())
+        added.append(out.copy())
+    return np.array(added)
+
+
+STEP = [(0, 0, 0)] * 5 + [(600, 0, 0)] * 120
+
+
+def test_the_addition_of_a_step_ends_where_it_began_at_nothing():
+    added = fly(law(), STEP)
+    assert np.abs(added[5:60, 0]).max() > 50
+    assert np.abs(added[-1]).max() < 5
+
+
+def test_the_sum_is_bounded_in_size_and_moves_away_from_the_stick_no_faster_than_its_slope():
+    sticks = np.random.default_rng(4).integers(-1000, 1001, (400, 3)).astype(float)
+    added = fly(law(), sticks)
+    total = sticks + added
+    assert np.abs(added).max() <= MOST_ADDED
+    assert np.abs(total).max() <= 1000
+    low, high = np.minimum(total[:-1], sticks[1:]), np.maximum(total[:-1], sticks[1:])
+    beyond = np.maximum(low - total[1:], total[1:] - high)
+    assert beyond.max() <= ADDED_PER_S * PERIOD_S + 1e-9
+    assert beyond.max() > 1.0
+
+
+def test_raised_under_way_it_begins_at_the_pilots_own_stick():
+    made = law()
+    fly(made, [(600, 0, 0)] * 30, Mode.SHADOW)
+    added = fly(made, [(600, 0, 0), (-600, 0, 0), (-600, 0, 0)], Mode.ALONE, start_s=1.0 + 30 * PERIOD_S)
+    assert np.abs(added[0]).max() < 20
+    assert 0 < np.abs(added[2]).max() <= MOST_ADDED
+
+
+@pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
+def test_nothing_is_added_where_the_feedforward_does_not_act(mode):
+    assert not fly(law(), STEP, mode).any()
+
+
+@pytest.mark.parametrize(
+    "change", [{"doubt": "two programs send sticks"}, {"flight_mode": 16}, {"flight_mode": 4}]
+)
+def test_nothing_is_added_in_doubt(change):
+    assert not fly(law(), STEP, **change).any()
+
+
+def test_an_axis_without_its_coefficients_gets_nothing():
+    assert not fly(law({}), STEP).any()
+    without = {name: value for name, value in MODEL.items() if name != "M_u"}
+    assert not fly(law(without), STEP)[:, 0].any()
+
+
+def test_off_takes_everything_back_at_the_next_stick():
+    made = law()
+    assert np.abs(fly(made, STEP[:20])[-1]).max() > 20
+    off = fly(made, [(600, 0, 0)], Mode.OFF, start_s=1.0 + 20 * PERIOD_S)
+    assert not off.any()
+
+
+def test_after_a_pause_of_the_sticks_the_reference_starts_from_rest():
+    made = law()
+    fly(made, STEP[:20])
+    assert not fly(made, [(600, 0, 0)], start_s=9.0).any()

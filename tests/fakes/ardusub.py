@@ -1,0 +1,251 @@
+"""A fake ArduSub for CI: a component 1/1 on two links, as the firmware was seen to behave, each trait with a switch.
+
+It keeps no physics. `Ardusub` is the fake behind the same few words as `firmware.Firmware`, so that tests of both run
+the same.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.links.memory import memory_pair
+from bridge.wire.framing import Encoder, Framer, decode
+
+TICK_S = 0.01
+MANUAL, ALT_HOLD, POSHOLD = 19, 2, 16
+NEVER_SENT = (105, 331, 375, 69, 230)
+"""HIGHRES_IMU, ODOMETRY, ACTUATOR_OUTPUT_STATUS, MANUAL_CONTROL, ESTIMATOR_STATUS: denied."""
+WIND = 168
+VECTORED = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1), (0, 0, 0), (0, 0, 0))
+
+
+def parameters():
+    return {
+        "SYSID_MYGCS": 255.0, "FRAME_CONFIG": 1.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0,
+        "FS_PILOT_TIMEOUT": 3.0, "JS_GAIN_DEFAULT": 0.5, "PSC_ACCZ_FF": 0.0, "PSC_VELXY_FF": 0.0,
+        "VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0, "SCR_ENABLE": 0.0,
+        **{f"MOT_{n}_DIRECTION": 1.0 for n in range(1, 7)},
+    }  # fmt: skip
+
+
+INT8 = ("FRAME_CONFIG", "FS_GCS_ENABLE", "FS_PILOT_INPUT", "VISO_TYPE", "SCR_ENABLE")
+
+
+@dataclass
+class Quirks:
+    """Each was seen in the firmware; a test switches off or on what it is about."""
+
+    answers_unknown: bool = False
+    checks_range: bool = False
+    merges_echoes: bool = True
+    echo_s: float = 0.006
+    read_s: float = 0.1
+    executes_for_strangers: bool = True
+    dies_on_wind: bool = True
+    late: tuple[str, ...] = ()
+    """Parameters that are there only once `late_s` has passed since boot, as a script's are."""
+    late_s: float = 5.0
+    disarms_without_ground: bool = True
+    ground_timeout_s: float = 2.5
+    checks_pilot: bool = True
+    """Whether the pilot's silence disarms: in the simulated firmware that check is not compiled."""
+
+
+@dataclass
+class Ardusub:
+    """Both ends of two links: `ground` (SERIAL0) and `aboard` (SERIAL1) are what a program holds."""
+
+    quirks: Quirks = field(default_factory=Quirks)
+    is_firmware = False
+
+    def __post_init__(self):
+        self.clock = SimulatedClock()
+        pairs = [memory_pair(), memory_pair()]
+        self.ends = [near for near, _ in pairs]
+        self.ground, self.aboard = (far for _, far in pairs)
+        self.framers = [Framer(), Framer()]
+        self.encoder = Encoder(1, 1)
+        self.parameters = parameters()
+        self.routes = {}
+        self.armed, self.mode, self.dead = False, MANUAL, False
+        self.sticks, self.gain = (0, 0, 500, 0), 0.5
+        self.input_hold = self.roll_pitch = 0.0
+        self.pwm = [1500] * 6
+        # A link without streams: the joystick's switches (251) come only with the stream that carries them.
+        self.intervals = {0: 1.0, 36: 0.5, 30: 0.1}
+        self.says_switches = True
+        self.kind = (dialect.MAV_TYPE_SUBMARINE, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
+        self.due = dict.fromkeys(self.intervals, 0.0)
+        self.waiting = deque()
+        self.mygcs_s = self.pilot_s = None
+        self.writes = []
+        self.texts = []
+
+    def run(self, seconds, *acts):
+        """Let time pass; each of `acts` is called at every tick."""
+        for _ in range(round(seconds / TICK_S)):
+            self.clock.advance_to(self.clock.now_s + TICK_S)
+            self.step()
+            for act in acts:
+                act()
+
+    def until(self, found, seconds, *acts):
+        """Let time pass until `found()`; its result, or False after `seconds`."""
+        for _ in range(round(seconds / TICK_S)):
+            if result := found():
+                return result
+            self.run(TICK_S, *acts)
+        return found()
+
+    def arm(self, wanted=True):
+        self.armed = wanted
+
+    def set_mode(self, mode):
+        self.mode = mode
+
+    def close(self):
+        pass
+
+    def step(self):
+        if self.dead:
+            return
+        now_s = self.clock.now_s
+        for number, end in enumerate(self.ends):
+            while data := end.read(0.0):
+                for frame in self.framers[number].feed(data):
+                    self.hear(number, frame, now_s)
+        while self.waiting and self.waiting[0][0] <= now_s:
+            self.send(self.waiting.popleft()[1]())
+        self.fail_safe(now_s)
+        self.stream(now_s)
+
+    def hear(self, number, frame, now_s):
+        message = decode(frame)
+        source = (frame.system, frame.component)
+        self.routes.setdefault(source, number)
+        system, component = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
+        if message.get_type() == "MANUAL_CONTROL":
+            system, component = message.target, 0
+        found = [
+            (address, link) for address, link in self.routes.items()
+            if (system in (0, address[0])) and (component in (0, address[1])) and link != number
+        ]  # fmt: skip
+        for link in {link for _, link in found}:
+            self.ends[link].write(frame.raw)
+        known = any(address == (system, component) for address in self.routes)
+        strangers = self.quirks.executes_for_strangers and system == 1 and not known
+        if system in (0, 1) and (component in (0, 1) or strangers):
+            self.obey(message, frame, now_s)
+
+    def obey(self, message, frame, now_s):
+        kind = message.get_type()
+        mine = frame.system == self.parameters["SYSID_MYGCS"]
+        if kind == "HEARTBEAT" and mine:
+            self.mygcs_s = now_s
+        elif kind == "MANUAL_CONTROL" and mine:
+            self.mygcs_s = self.pilot_s = now_s
+            self.sticks = (message.x, message.y, message.z, message.r)
+        elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
+            self.interval(int(message.param1), message.param2, now_s)
+        elif kind == "REQUEST_DATA_STREAM" and message.req_stream_id == 2:
+            self.intervals[251], self.due[251] = 1 / message.req_message_rate, now_s
+        elif kind == "PARAM_SET":
+            self.write(message.param_id, message.param_value, now_s)
+        elif kind == "PARAM_REQUEST_READ" and self.knows(message.param_id):
+            self.later(now_s + self.quirks.read_s, message.param_id)
+        elif kind == "PARAM_REQUEST_LIST":
+            for name in self.parameters:
+                self.later(now_s + 0.01, name)
+
+    def interval(self, number, micros, now_s):
+        if number == WIND and self.quirks.dies_on_wind:
+            self.dead = True
+            return
+        denied = number in NEVER_SENT
+        if not denied:
+            self.intervals[number], self.due[number] = micros * 1e-6, now_s
+        result = dialect.MAV_RESULT_DENIED if denied else dialect.MAV_RESULT_ACCEPTED
+        self.send(dialect.MAVLink_command_ack_message(dialect.MAV_CMD_SET_MESSAGE_INTERVAL, result))
+
+    def knows(self, name):
+        if name in self.quirks.late and self.clock.now_s < self.quirks.late_s:
+            return False
+        return name in self.parameters or self.quirks.answers_unknown
+
+    def write(self, name, value, now_s):
+        if not self.knows(name) or value != value or value in (float("inf"), float("-inf")):
+            return
+        if name in INT8:
+            value = float(max(-128, min(127, int(value))))
+        if not (self.quirks.checks_range and abs(value) > 1e6):
+            self.parameters[name] = value
+        self.writes.append((name, value))
+        waiting = any(getattr(make, "name", None) == name for _, make in self.waiting)
+        if not (self.quirks.merges_echoes and waiting):
+            self.later(now_s + self.quirks.echo_s, name)
+
+    def later(self, at_s, name):
+        def make():
+            return dialect.MAVLink_param_value_message(
+                name.encode(), self.parameters.get(name, 0.0), 9, len(self.parameters), 65535
+            )
+
+        make.name = name
+        self.waiting.append((at_s, make))
+        self.waiting = deque(sorted(self.waiting, key=lambda item: item[0]))
+
+    def send(self, message):
+        raw = self.encoder.encode(message)
+        for end in self.ends:
+            end.write(raw)
+
+    def fail_safe(self, now_s):
+        if not self.armed:
+            return
+        ground_gone = self.mygcs_s is not None and now_s - self.mygcs_s > self.quirks.ground_timeout_s
+        pilot_gone = self.pilot_s is not None and now_s - self.pilot_s > self.parameters["FS_PILOT_TIMEOUT"]
+        if ground_gone and self.quirks.disarms_without_ground and self.parameters["FS_GCS_ENABLE"] == 2:
+            self.say(f"MYGCS: {self.parameters['SYSID_MYGCS']:g}, heartbeat lost")
+            self.armed = False
+        elif pilot_gone and self.quirks.checks_pilot and self.parameters["FS_PILOT_INPUT"] == 2:
+            self.say("Lost manual control")
+            self.armed = False
+
+    def say(self, text):
+        self.texts.append(text)
+        self.send(dialect.MAVLink_statustext_message(4, text.encode()))
+
+    def mix(self):
+        if not self.armed:
+            return [1500] * 6
+        x, y, _, r = self.sticks
+        inputs = [max(-1.0, min(1.0, self.gain * v / 1000)) for v in (x, y, r)]
+        sums = [sum(f * i for f, i in zip(row, inputs, strict=True)) for row in VECTORED]
+        largest = max(1.0, *(abs(s) for s in sums))
+        return [round(1500 + 400 * s / largest) for s in sums]
+
+    def stream(self, now_s):
+        self.pwm = self.mix()
+        boot_ms = round(now_s * 1e3)
+        for number, every_s in self.intervals.items():
+            if now_s < self.due[number]:
+                continue
+            self.due[number] = now_s + every_s
+            if number == 0:
+                flags = 1 | (dialect.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0)
+                self.send(dialect.MAVLink_heartbeat_message(*self.kind, flags, self.mode, 4, 3))
+            elif number == 36:
+                pulses = (*self.pwm, *(0,) * 2)
+                self.send(dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses, *(0,) * 8))
+            elif number == 30:
+                self.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0))
+            elif number == 251 and self.says_switches:
+                switches = (
+                    ("PilotGain", self.gain),
+                    ("InputHold", self.input_hold),
+                    ("RollPitch", self.roll_pitch),
+                )
+                for name, value in switches:
+                    self.send(dialect.MAVLink_named_value_float_message(boot_ms, name.encode(), value))
