@@ -62,7 +62,7 @@ def test_what_is_no_dive_is_told_by_its_name(complaint, tmp_path, name, data, wo
         ("empty.yaml", "expected keys and values, found nothing; give lines such as 'name: value'"),
         (f"{VEHICLE}:racing", "no configuration 'racing'; it has survey"),
         ("ruvifst:survey", "ruvifst: no such file; did you mean 'ruvifist'?"),
-        ("zzz", "give a file, or one of ardusub_vectored, bluerov2_heavy, bolt, ruvifist"),
+        ("zzz", "give a file, or one of ardusub_vectored, bluerov2, bluerov2_heavy, bolt, ruvifist"),
     ],
 )
 def test_what_is_no_vehicle_is_told_with_what_comes_nearest(complaint, tmp_path, monkeypatch, vehicle, words):

@@ -16,12 +16,12 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
         assert second.server._staged == before
         mavproxy.ask("seatrial vehicle 7", "no vehicle beats as system 7; these do: 1, 2")
         mavproxy.until("seatrial vehicle 2", "vehicle: 2")
-        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +kg +0 +111 +- +- +changed")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +kg +- +- +changed")
         mavproxy.ask("seatrial ff both", "vehicle 2 has no parameters in force to feed forward")
         upload(mavproxy, f"seatrial params upload {name}")
         assert second.server.value("FF0_M_U") == 111.0
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
-        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +kg +0 +111 +- +- +changed")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +kg +- +- +changed")
     finally:
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
 
