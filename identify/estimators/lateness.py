@@ -12,10 +12,10 @@ LATER_S = 0.03
 """Short compared with the motion of a vehicle, and about as long as a thruster's lag."""
 
 APART_S = 0.03
-LATENESS_SPREAD_S, SMOOTHING_SPREAD_S, HEAVE_SPREAD_S = 0.03, 0.03, 0.15
+LATENESS_SPREAD_S, SMOOTHING_SPREAD_S, HEAVE_SPREAD_S = 0.03, 0.1, 0.15
 """Prior standard deviations of an autopilot's timing in a single axis: of its lateness about the value that surge
-and sway gave, and of its filter's time constant. In heave, where other sensors feed that filter, both may be
-further off."""
+and sway gave, and of its filter's time constant. That was found with the file's lag: a longer lag looks like more
+smoothing until the causes have it. In heave, where other sensors feed that filter, both may be further off."""
 
 
 @dataclass(frozen=True)
