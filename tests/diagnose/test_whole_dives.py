@@ -135,7 +135,7 @@ def test_controllers_that_tell_no_fast_turning_limit_no_thrust(shafts_say):
 
 def test_an_interval_ends_where_a_parameter_does(shafts_say):
     nominal, most_n = shafts_say
-    lag = thruster_lag(nominal.course.lag_s)
+    lag, _ = thruster_lag(nominal.course.lag_s)
     fit = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
     wide = replace(fit, causes=(Cause(lag, np.array([0.08])),), covariance=np.array([[1.0]]))
     shafts_say = parameters_of(wide, 0)["time_constant"]
