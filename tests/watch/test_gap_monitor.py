@@ -239,6 +239,22 @@ def test_nothing_is_compared_without_a_model_a_file_or_while_disarmed():
     assert live.gap is None
 
 
+def test_what_a_vehicle_lacks_to_be_compared_is_said():
+    def after(live, beats, *signals):
+        for _ in range(beats):
+            live.take(Reading("alive", math.nan, (1.0, 12.0, 0.0)))
+        for second, signal in enumerate(signals):
+            live.take(Reading(signal, float(second), (0.0,) * 8))
+        return live.lacks
+
+    everything = ("imu", "attitude", "pwm", "dvl")
+    assert after(LiveGap(None, {}), 4) == ""
+    assert after(LiveGap(None, {}), 5) == "needs a vehicle file"
+    assert after(LiveGap(RUVIFIST, {}), 5, "imu", "attitude") == "no DVL velocity, pulses from our bridge"
+    assert after(LiveGap(RUVIFIST, {}), 5, *everything) == "no identified model in force"
+    assert after(live_with(TRUTH.model), 5, *everything) == ""
+
+
 def said_later(readings, by_s):
     return [replace(reading, time_s=reading.time_s + by_s) for reading in readings[1:]]
 
