@@ -385,7 +385,7 @@ GAP = Gap(
 def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
     assert gap_lines(None, "", 60) == ()
     assert plain(gap_lines(None, "needs a vehicle file", 34)) == [
-        "MODEL ────────────── not compared",
+        "MODEL ─────────────── not compared",
         "needs a vehicle file",
     ]
     (learns,) = gap_lines(Gap(learns_s=34.0), "", 34)

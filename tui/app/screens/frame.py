@@ -203,6 +203,11 @@ class StationScreen(Screen[None]):
         self.title = title
         self._tabs = tabs
         self.view: View | None = None
+        self._styled = ""
+
+    def on_screen_resume(self, event: events.ScreenResume) -> None:
+        """Find the styles of every widget anew only if the theme is another one: that takes a third of a key's time."""
+        event.refresh_styles, self._styled = self._styled != self.app.theme, self.app.theme
 
     @property
     def _station_app(self) -> "SeatrialApp":
