@@ -31,9 +31,7 @@ def top(app):
 
 def test_a_screen_that_is_shown_again_is_styled_anew_only_in_another_theme_and_soon_drawn(monkeypatch):
     styled, held_s, delay_update = [], [], App.delay_update
-    monkeypatch.setattr(
-        WatchScreen, "update_node_styles", lambda screen, animate=True: styled.append(screen), raising=False
-    )
+    monkeypatch.setattr(WatchScreen, "update_node_styles", lambda screen, **_: styled.append(screen))
     monkeypatch.setattr(
         App, "delay_update", lambda app, delay=0.05: (held_s.append(delay), delay_update(app, delay))
     )
