@@ -159,6 +159,13 @@ def test_a_loss_below_the_floor_is_an_alarm_within_two_minutes_and_is_named():
     assert CLEARS_S < ends < CLEARS_S + 120
 
 
+def test_a_kick_as_of_a_loss_is_no_alarm():
+    rng = np.random.default_rng(12)
+    monitor = monitor_after(held_drifts(rng, 200))
+    kick = held_drifts(rng, 5, share=20.0)
+    assert first_alarm(monitor, [*kick, *held_drifts(rng, 120)]) is None
+
+
 def test_a_loss_that_was_there_from_the_first_minute_on_is_no_alarm():
     monitor = GapMonitor(MODEL)
     assert first_alarm(monitor, held_drifts(np.random.default_rng(11), 900, share=0.8)) is None
