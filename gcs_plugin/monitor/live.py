@@ -117,8 +117,8 @@ class LiveGap:
         if self._file is None:
             return "needs a vehicle file"
         if self._unheard:
-            unheard = [words for name, words in NEEDED.items() if name in self._unheard]
-            return f"needs {', '.join(unheard)} from our bridge"
+            unheard = ", ".join(words for name, words in NEEDED.items() if name in self._unheard)
+            return f"no {unheard} from our bridge"
         unknown = self._armed and self._is_made and self._work is None
         return "no identified model in force" if unknown else ""
 

@@ -27,9 +27,6 @@ Array = NDArray[np.float64]
 OVER_S: Final = 5
 """Seconds over which the model is on its own."""
 
-CORRELATED_S: Final = 4.0
-"""Seconds between drifts of which each is news."""
-
 SECOND: Final = 20
 """Steps of a second: the rate of commands."""
 

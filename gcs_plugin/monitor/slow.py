@@ -14,21 +14,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gcs_plugin.monitor.causes import MOST_LOST
-from gcs_plugin.monitor.predictor import CORRELATED_S
-
 Array = NDArray[np.float64]
 
 WINDOWS_S: Final = (60, 120)
 BEFORE_S: Final = 60
+CORRELATED_S: Final = 4.0
 KNOWN: Final = 0.05
 """A share to which thrust is known: what a thruster lacks differs by that from manoeuvre to manoeuvre."""
 
 MOST_FLOORS: Final = 3.0
 """Of the drift of a second: a kick is no loss."""
 
-LEAST_LOST: Final = 0.1
-"""Share of a thruster's thrust: less is nothing."""
+LEAST, MOST = 0.1, 1.3
+"""Share of a thruster's thrust: less is nothing, and more than all of it is another cause."""
 
 
 @dataclass(frozen=True)
@@ -73,5 +71,5 @@ class SlowWatch:
         )
         share = score / known - score_before / known_before
         z = share / np.sqrt(CORRELATED_S / known + CORRELATED_S / known_before + KNOWN**2)
-        best = float(np.max(z, where=(share > LEAST_LOST) & (share < MOST_LOST), initial=0.0))
+        best = float(np.max(z, where=(share > LEAST) & (share < MOST), initial=0.0))
         return Loss(window, best, earlier[-6:] / seconds) if best > 0 else None

@@ -257,7 +257,7 @@ def test_what_a_vehicle_lacks_to_be_compared_is_said():
     everything = ("imu", "attitude", "pwm", "dvl")
     assert after(LiveGap(None, {}), 4) == ""
     assert after(LiveGap(None, {}), 5) == "needs a vehicle file"
-    assert after(LiveGap(RUVIFIST, {}), 5, "imu", "attitude") == "needs DVL velocity, pulses from our bridge"
+    assert after(LiveGap(RUVIFIST, {}), 5, "imu", "attitude") == "no DVL velocity, pulses from our bridge"
     assert after(LiveGap(RUVIFIST, {}), 5, *everything) == "no identified model in force"
     assert after(live_with(TRUTH.model), 5, *everything) == ""
 
