@@ -111,7 +111,7 @@ class LiveGap:
 
     @property
     def lacks(self) -> str:
-        """What a vehicle that is heard lacks to be compared with its model, in words; "" for nothing."""
+        """The signals, file or model that a vehicle lacks to be compared with its model, in words; "" for none."""
         if self._beats < PATIENT_BEATS:
             return ""
         if self._file is None:

@@ -20,7 +20,7 @@ WINDOWS_S: Final = (60, 120)
 BEFORE_S: Final = 60
 CORRELATED_S: Final = 4.0
 KNOWN: Final = 0.05
-"""A share to which thrust is known: what a thruster lacks differs by that from manoeuvre to manoeuvre."""
+"""A share to which thrust is known: a thruster's share differs by that from manoeuvre to manoeuvre."""
 
 MOST_FLOORS: Final = 3.0
 """Of the drift of a second: a kick is no loss."""
@@ -49,7 +49,7 @@ class SlowWatch:
 
     def add(self, drift: Array, floor: Array, columns: Array, *, learns: bool) -> None:
         """Take a second's drift (6,), floor (6,) and drift by each thruster (k, 6), NaN in axes without a model; with
-        `learns`, what leaves the windows counts as before."""
+        `learns`, seconds that leave the windows count as before."""
         weighted, drift = np.nan_to_num(columns / floor), np.nan_to_num(drift)
         if learns and len(self._recent) == WINDOWS_S[-1]:
             self._learnt += self._recent[0]

@@ -292,7 +292,7 @@ def trouble(picture: Picture) -> list[str]:
 
 
 def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
-    """What matters now, in LINE characters: the vehicle's state, alarms, what is wrong, and as many values as fit;
+    """The vehicle in LINE characters: its state, alarms, troubles, and as many values as fit;
     `fault` says why nothing comes."""
     traces = picture.traces
     axis = None if picture.gap is None else worst(picture.gap)

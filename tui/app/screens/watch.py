@@ -215,8 +215,8 @@ def signed_bar(pwm_us: float, half: int) -> str:
 
 
 def gap_lines(gap: Gap | None, lacks: str, cells: int) -> Lines:
-    """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst; or what
-    it lacks to be compared."""
+    """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst; or why
+    it isn't compared."""
     if gap is None:
         return (heading("MODEL", "not compared", cells), *wrapped(lacks, "quiet", cells)) if lacks else ()
     axis = worst_axis(gap)
