@@ -98,6 +98,10 @@ def test_a_line_is_never_longer_than_a_terminal_is_wide_and_loses_its_end(health
     assert line.endswith("…")
 
 
+def test_a_line_has_no_values_of_a_vehicle_that_says_none(watcher):
+    assert watched.line(watcher.picture(1.0), None) == "UNKNOWN | NO LINK | NOT RECORDING"
+
+
 def test_a_link_is_named_where_it_loses_frames(healthy):
     (row,) = healthy.picture(1.2).links
     assert watched.link_briefly(row) == ""
@@ -205,7 +209,7 @@ def test_in_a_pipe_each_picture_is_a_line_with_its_time(on_link, capsys):
     on_link.extend(encoder.encode(heartbeat(armed=True)) for _ in range(3))
     assert cli.main(["watch", "--link", "any"]) == exit_codes.DONE
     (line,) = capsys.readouterr().out.splitlines()
-    assert re.match(r"\d\d:\d\d:\d\dZ ARMED \| NOT RECORDING \| depth ", line)
+    assert re.match(r"\d\d:\d\d:\d\dZ ARMED \| NOT RECORDING$", line)
 
 
 @pytest.mark.usefixtures("on_link")

@@ -312,8 +312,9 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
         f"{now_of(traces['voltage'])} V",
     ]
     said = cut(" | ".join(filter(None, words)), LINE)
-    for value in filter(None, values):
-        said = f"{said} | {value}" if len(said) + 3 + len(value) <= LINE else said
+    for value in values:
+        is_known = any(map(str.isdigit, value))
+        said = f"{said} | {value}" if is_known and len(said) + 3 + len(value) <= LINE else said
     return said
 
 
