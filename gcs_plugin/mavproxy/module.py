@@ -266,6 +266,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 self.say_line(f"ALARM {alarm.words}")
             if self._picture.gap is not None:
                 self.say_line(gap_line(self._picture.gap))
+            elif self._file and self._picture.lacks:
+                self.say_line(f"not compared with its model: {self._picture.lacks}")
         parts = self._recordings, self._work, self._parameters, self._switching
         for line in (line for part in parts for line in part.status()):
             self.say_line(line)

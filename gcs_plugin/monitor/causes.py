@@ -13,17 +13,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gcs_plugin.monitor.forces import DRAGGED, names_of
 from gcs_plugin.monitor.model import Model
-from gcs_plugin.monitor.predictor import DRAGGED, Drift, names_of
+from gcs_plugin.monitor.predictor import Drift
 
 Array = NDArray[np.float64]
 
 CORRELATED_S: Final = 4.0
 LEAST_SHARE: Final = 0.1
 """A cause less probable than that is not named."""
-
-LEAST_EXPLAINED: Final = 0.5
-"""Of the mean square; below, no cause is named."""
 
 LEAST_LOST, MOST_LOST = 0.03, 1.3
 """Share of a thruster's thrust: less is nothing, and more than all of it is another cause."""
@@ -40,8 +38,11 @@ class Cause:
     words: str
 
 
-def likeliest(model: Model, drifts: Sequence[Drift], floors: Array) -> tuple[Cause, ...]:
-    """The causes of a departure, the likeliest first; none if none fits. floors (n, 6)."""
+def likeliest(
+    model: Model, drifts: Sequence[Drift], floors: Array, least_explained: float
+) -> tuple[Cause, ...]:
+    """The causes of a departure, the likeliest first; none if none explains that share of its mean square. floors (n,
+    6)."""
     dofs = list(model.dofs)
     target = np.array([drift.drift[dofs] for drift in drifts]) / floors[:, dofs]
     columns = np.array([drift.causes[:, dofs] for drift in drifts]) / floors[:, None, dofs]
@@ -53,7 +54,7 @@ def likeliest(model: Model, drifts: Sequence[Drift], floors: Array) -> tuple[Cau
         size = np.asarray(np.linalg.lstsq(design, target.ravel(), rcond=1e-6)[0], dtype=np.float64)
         words = _words(label, size, drifts[-1].place)
         explained = whole - float(((target.ravel() - design @ size) ** 2).sum())
-        if not words or explained < LEAST_EXPLAINED * whole:
+        if not words or explained < least_explained * whole:
             continue
         evidence = 0.5 * explained / CORRELATED_S - 0.5 * len(members) * math.log(len(drifts))
         fits.append((evidence, label, words))

@@ -18,8 +18,11 @@ from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
 
 Array = NDArray[np.float64]
 
-NEEDED: Final = ("dvl", "imu", "attitude", "pwm")
-"""Without one of these signals there is nothing to compare."""
+NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
+"""Without one of these signals there is nothing to compare; each in words."""
+
+PATIENT_BEATS: Final = 5
+"""So many heartbeats without a signal mean that it isn't sent."""
 
 LONGEST_HOLE_S: Final = 1.0
 LATE_S: Final = 3.0
@@ -93,6 +96,7 @@ class LiveGap:
         self._values |= {name: value for name, value in held.items() if name in self._rows}
         self._changed_s = -math.inf
         self._armed = False
+        self._beats, self._unheard = 0, set(NEEDED)
         self._veh_cfg: float | None = None
         self._signals = {name: _Samples() for name in (*NEEDED, "fog", "battery")}
         self._next_s = math.nan
@@ -105,6 +109,19 @@ class LiveGap:
         stale = self._newest_s > self._judged_s + STALE_S
         return None if self._work is None or not self._armed or stale else self._work[1].gap
 
+    @property
+    def lacks(self) -> str:
+        """The signals, file or model that a vehicle lacks to be compared with its model, in words; "" for none."""
+        if self._beats < PATIENT_BEATS:
+            return ""
+        if self._file is None:
+            return "needs a vehicle file"
+        if self._unheard:
+            unheard = ", ".join(words for name, words in NEEDED.items() if name in self._unheard)
+            return f"no {unheard} from our bridge"
+        unknown = self._armed and self._is_made and self._work is None
+        return "no identified model in force" if unknown else ""
+
     def parameter(self, name: str, value: float) -> None:
         """Take a parameter that the vehicle states."""
         if self._values.get(name, value) != value and name in self._values:
@@ -113,7 +130,9 @@ class LiveGap:
 
     def take(self, reading: Reading) -> None:
         """Take a reading."""
+        self._unheard.discard(reading.signal)
         if reading.signal == "alive":
+            self._beats += 1
             self._arm(bool(reading.values[0]))
         elif (
             reading.signal == "veh_cfg"

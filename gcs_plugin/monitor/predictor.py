@@ -19,6 +19,7 @@ from bridge.vehicle.coefficients import QUADRATICS
 from bridge.vehicle.dynamics import coriolis, restoring
 from bridge.vehicle.feedforward import hull_wrench
 from bridge.vehicle.references import Reference
+from gcs_plugin.monitor.forces import forces, names_of, world
 from gcs_plugin.monitor.model import Model
 
 Array = NDArray[np.float64]
@@ -30,7 +31,6 @@ SECOND: Final = 20
 """Steps of a second: the rate of commands."""
 
 STEP_S: Final = 1.0 / SECOND
-NUDGE_M_S: Final = 0.05
 SELF_COMPENSATED: Final = frozenset(coefficient.name for coefficient in QUADRATICS)
 
 
@@ -52,7 +52,8 @@ class Drift:
     """Drift (6,) over OVER_S seconds to now, m/s and rad/s; NaN in axes without a model.
 
     driven (6,): the same of the thrust alone, which tells how much of it a share of its force would be. causes (c, 6):
-    the drift that each cause of `names_of` makes at unit size. place (2,): north and east of where the watch began, m.
+    the drift that each cause of `forces.names_of` makes at unit size. place (2,): north and east of where the watch
+    began, m.
     """
 
     drift: Array
@@ -91,8 +92,12 @@ class Predictor:
         nu, middle = second.nu, 0.5 * (second.nu[1:] + second.nu[:-1])
         model = self._model
         thrust = self._thrusts(second)
-        force = self._force(middle, thrust, second)
-        columns = self._columns(middle, thrust, 0.5 * (second.attitude[1:] + second.attitude[:-1]))
+        attitude = 0.5 * (second.attitude[1:] + second.attitude[:-1])
+        force = self._force(middle, thrust, attitude, second)
+        north_east = STEP_S * np.cumsum(world(attitude)[:, :2] @ middle[:, :3, None], axis=0)[..., 0]
+        places = self._position + north_east
+        self._position = places[-1]
+        columns = forces(model, middle, thrust, attitude, places)
         rate = (model.damping + 2.0 * model.quadratic * np.abs(middle)) / model.mass
         left = np.exp(-rate * STEP_S)
         worth = np.where(rate > 1e-9, (1.0 - left) / np.where(rate > 1e-9, rate, 1.0), STEP_S) / model.mass
@@ -136,10 +141,9 @@ class Predictor:
             out[k] = 0.5 * (before + self._thrust)
         return out
 
-    def _force(self, nu: Array, thrust: Array, second: Second) -> Array:
+    def _force(self, nu: Array, thrust: Array, attitude: Array, second: Second) -> Array:
         """All forces (n, 6) but damping."""
         model = self._model
-        attitude = 0.5 * (second.attitude[1:] + second.attitude[:-1])
         turning = np.stack([np.broadcast_to(f, SECOND) for f in coriolis(model.mass.tolist(), tuple(nu.T))]).T
         held = np.stack(
             [np.broadcast_to(f, SECOND) for f in restoring(model.configuration, tuple(attitude.T))]
@@ -152,72 +156,6 @@ class Predictor:
             force = force - np.stack([np.broadcast_to(f, SECOND) for f in wrench]).T
         return np.asarray(force)
 
-    def _columns(self, nu: Array, thrust: Array, attitude: Array) -> Array:
-        """Forces (n, c, 6) of the causes, in the order of `names_of`, at unit size."""
-        model = self._model
-        world = _world(attitude)
-        count = thrust.shape[1]
-        out = np.zeros((SECOND, len(self._names), 6))
-        out[:, :count] = -thrust[:, :, None] * model.matrix.T
-        at = count
-        for axis in (0, 1):
-            out[:, at + axis] = self._pushed_by(nu, NUDGE_M_S * world[:, axis]) / NUDGE_M_S
-        at += 2
-        for axis in range(3):
-            out[:, at + axis, :3] = world[:, axis]
-        at += 3
-        self._position = self._position + STEP_S * np.einsum("nai,ni->a", world[:, :2], nu[:, :3])
-        for axis in (0, 1):
-            out[:, at, :3] -= self._position[axis] * world[:, axis]
-        at += 1
-        for place, dof in enumerate(DRAGGED):
-            out[:, at + place, dof] = -np.abs(nu[:, dof]) * nu[:, dof]
-        return out
-
-    def _pushed_by(self, nu: Array, water: Array) -> Array:
-        """Force (n, 6) that a model of the velocity over ground misses if the water moves by (n, 3), body axes, as in
-        `identify.effects.course.Course.pushed_by`: drag, Coriolis forces, and inertia of the turning body."""
-        model = self._model
-        through = nu.copy()
-        through[:, :3] -= water
-        mass = model.mass.tolist()
-        turned = np.stack(
-            [
-                a - b
-                for a, b in zip(coriolis(mass, tuple(nu.T)), coriolis(mass, tuple(through.T)), strict=True)
-            ]
-        ).T
-        drag = model.damping * (nu - through)
-        drag += model.quadratic * (np.abs(nu) * nu - np.abs(through) * through)
-        out = turned + drag
-        out[:, :3] -= model.mass[:3] * np.cross(nu[:, 3:], water)
-        return np.asarray(out)
-
-
-DRAGGED: Final = (0, 1, 2, 5)
-"""Axes in which a hull can grow more drag."""
-
-
-def names_of(model: Model) -> tuple[str, ...]:
-    """Names of the rows of `Drift.causes`: a thruster that gives nothing, water that moves north and east by 1 m/s, a
-    pull of 1 N north, east and down, a line of 1 N/m to where the watch began, drag of 1 N s2/m2 in DRAGGED."""
-    return (
-        *(f"thruster {number}" for number in range(1, len(model.configuration.thrusters) + 1)),
-        *("water north", "water east", "pull north", "pull east", "pull down", "line"),
-        *(f"drag {dof}" for dof in DRAGGED),
-    )
-
 
 def _given(losses: Losses, asked: Array, supply: float) -> Array:
     return np.stack([losses.given(row, supply) for row in asked])
-
-
-def _world(attitude: Array) -> Array:
-    """Unit vectors north, east, down (n, 3, 3) in body axes."""
-    w, x, y, z = (attitude / np.linalg.norm(attitude, axis=1)[:, None]).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=1) for row in rows], axis=1)

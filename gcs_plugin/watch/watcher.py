@@ -156,6 +156,7 @@ class Watcher:
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
             gap=self._live_gap.gap,
+            lacks=self._live_gap.lacks,
         )
         return replace(picture, alarms=self._alarms.look(picture))
 

@@ -32,7 +32,7 @@ def test_the_table_counts_what_was_found_in_time_and_every_false_alarm():
         "calm 1": {"hours": 0.25, "alarms": []},
     }
     page = "\n".join(_lines(results))
-    assert "| a tether snags, 0.5 to 3 N/m | 3 | 33% | 50 s | 50% |" in page
-    assert "| a current of 0.05 to 0.2 m/s | 3 | 100% | 30 s | 100% |" in page
+    assert "| a tether snags, 0.5 to 3 N/m | 3 | 33% | 67% | 50 s | 50% |" in page
+    assert "| a current of 0.05 to 0.2 m/s | 3 | 100% | 100% | 30 s | 100% |" in page
     flat = " ".join(page.split())
-    assert "False alarms: 1 in 0.8 h of 2 whole missions without any effect, and 1 in the 38 minutes" in flat
+    assert "False alarms: 1 in 0.8 h of 2 whole missions without any effect, and 1 in the 45 minutes" in flat

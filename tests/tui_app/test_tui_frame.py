@@ -9,6 +9,7 @@ import pytest
 from fake_verbs import FakeVerbs, desk
 from made_view import FixedViews, StillReplay, view
 from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, pressed, run, said, shows, text
+from textual.app import App
 from textual.containers import VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Input
@@ -26,6 +27,21 @@ PAUSES = 20
 
 def top(app):
     return text(app).splitlines()[0]
+
+
+def test_a_screen_that_is_shown_again_is_styled_anew_only_in_another_theme_and_soon_drawn(monkeypatch):
+    styled, held_s, delay_update = [], [], App.delay_update
+    monkeypatch.setattr(WatchScreen, "update_node_styles", lambda screen, **_: styled.append(screen))
+    monkeypatch.setattr(
+        App, "delay_update", lambda app, delay=0.05: (held_s.append(delay), delay_update(app, delay))
+    )
+    begun = []
+    played(
+        desk(),
+        *(lambda _: begun.extend(styled), "2", "1", lambda _: styled == begun),
+        *("2", "t", "1", lambda _: len(styled) == len(begun) + 1),
+    )
+    assert set(held_s) == {0.01}
 
 
 @pytest.mark.parametrize(

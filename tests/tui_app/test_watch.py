@@ -383,11 +383,15 @@ GAP = Gap(
 
 
 def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
-    assert gap_lines(None, 60) == ()
-    (learns,) = gap_lines(Gap(learns_s=34.0), 34)
+    assert gap_lines(None, "", 60) == ()
+    assert plain(gap_lines(None, "needs a vehicle file", 34)) == [
+        "MODEL ─────────────── not compared",
+        "needs a vehicle file",
+    ]
+    (learns,) = gap_lines(Gap(learns_s=34.0), "", 34)
     assert plain((learns,))[0].endswith("its floor is learnt, 34 s")
-    assert plain(gap_lines(GAP, 34)) == ["MODEL ─ yaw 57.1, floor 2.9 mrad/s"]
-    heading, *rows = gap_lines(GAP, 60)
+    assert plain(gap_lines(GAP, "", 34)) == ["MODEL ─ yaw 57.1, floor 2.9 mrad/s"]
+    heading, *rows = gap_lines(GAP, "", 60)
     assert plain((heading,))[0].endswith("off in 5 s / floor, mm/s and mrad/s")
     assert plain(rows) == [
         "surge   49.1 /  5.1 sway    29.9 /  8.8 heave    5.0 /  3.3",

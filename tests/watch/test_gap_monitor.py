@@ -12,10 +12,11 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.readings import Reading
+from gcs_plugin.monitor.forces import names_of
 from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
-from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Second, names_of
+from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Second
 from gcs_plugin.monitor.words import gap_line, worst
 
 RUVIFIST = load_vehicle("ruvifist:survey")
@@ -124,8 +125,50 @@ def test_a_kick_however_hard_is_no_alarm():
 
 def test_ten_hours_of_sea_and_noise_are_no_alarm():
     monitor = GapMonitor(MODEL)
-    assert first_alarm(monitor, drifts_of(np.random.default_rng(5), 3600)) is None
+    assert first_alarm(monitor, held_drifts(np.random.default_rng(5), 3600)) is None
     assert HOLDS_S > 0 < ALARM
+
+
+HELD_N = 0.4
+"""With which each vertical thruster holds its vehicle."""
+
+
+def held_drifts(rng, seconds, share=0.0, number=6):
+    """Drift of a vehicle that vertical thrusters hold down; one of them lacks a share of its thrust."""
+    causes = NO_CAUSE.copy()
+    for thruster in range(4, 8):
+        causes[thruster] = -8e-3 * HELD_N * MODEL.matrix[:, thruster] * [1, 1, 1, 7, 3, 1]
+    return [
+        replace(drift, drift=drift.drift + share * causes[number - 1], causes=causes)
+        for drift in drifts_of(rng, seconds)
+    ]
+
+
+def test_a_loss_below_the_floor_is_an_alarm_within_two_minutes_and_is_named():
+    rng = np.random.default_rng(10)
+    monitor = monitor_after(held_drifts(rng, 200))
+    weak = held_drifts(rng, 240, share=0.8)
+    assert 30 < first_alarm(monitor, weak[:120]) < 110
+    assert max(axis.drift / axis.floor for axis in monitor.gap.axes) < 1.6
+    assert monitor.gap.causes[0].label == "weak_thruster of thruster 6"
+    for drift in weak[120:]:
+        monitor.add(drift)
+    assert monitor.gap.since_s > 100  # it lasts as long as the loss
+    mended = held_drifts(rng, 300)
+    ends = next(k for k, drift in enumerate(mended) if monitor.add(drift) or monitor.gap.since_s is None)
+    assert CLEARS_S < ends < CLEARS_S + 120
+
+
+def test_a_kick_as_of_a_loss_is_no_alarm():
+    rng = np.random.default_rng(12)
+    monitor = monitor_after(held_drifts(rng, 200))
+    kick = held_drifts(rng, 5, share=20.0)
+    assert first_alarm(monitor, [*kick, *held_drifts(rng, 120)]) is None
+
+
+def test_a_loss_that_was_there_from_the_first_minute_on_is_no_alarm():
+    monitor = GapMonitor(MODEL)
+    assert first_alarm(monitor, held_drifts(np.random.default_rng(11), 900, share=0.8)) is None
 
 
 def said(run):
@@ -201,6 +244,22 @@ def test_nothing_is_compared_without_a_model_a_file_or_while_disarmed():
     assert live.gap.learns_s > 0  # the floor of another model is another one
     live.take(Reading("alive", math.nan, (0.0, 12.0, 0.0)))
     assert live.gap is None
+
+
+def test_what_a_vehicle_lacks_to_be_compared_is_said():
+    def after(live, beats, *signals):
+        for _ in range(beats):
+            live.take(Reading("alive", math.nan, (1.0, 12.0, 0.0)))
+        for second, signal in enumerate(signals):
+            live.take(Reading(signal, float(second), (0.0,) * 8))
+        return live.lacks
+
+    everything = ("imu", "attitude", "pwm", "dvl")
+    assert after(LiveGap(None, {}), 4) == ""
+    assert after(LiveGap(None, {}), 5) == "needs a vehicle file"
+    assert after(LiveGap(RUVIFIST, {}), 5, "imu", "attitude") == "no DVL velocity, pulses from our bridge"
+    assert after(LiveGap(RUVIFIST, {}), 5, *everything) == "no identified model in force"
+    assert after(live_with(TRUTH.model), 5, *everything) == ""
 
 
 def said_later(readings, by_s):

@@ -49,6 +49,7 @@ TELL_S = 20.0
 ORDERS = "orders"
 ANNOUNCED_S = 60.0
 LOOK_EVERY_S = 1.0
+SETTLES_S = 0.01
 RAISE = "ff"
 LONG = ("identify", "diagnose", "validate")
 """Verbs that take long enough for the user to miss their work if it were lost."""
@@ -199,6 +200,10 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             await self.run_action(action.call, self.screen)
         else:
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
+
+    def delay_update(self, delay: float = SETTLES_S) -> None:
+        """Hold drawing back while screens change. Textual's own time is half of that in which a key is answered."""
+        super().delay_update(delay)
 
     async def action_open(self, screen: str) -> None:
         """Show a screen and close anything opened over the last screen. The next key already goes to the new screen."""

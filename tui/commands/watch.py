@@ -25,7 +25,7 @@ from bridge.wire.framing import Framer
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.monitor.gap import Gap
-from gcs_plugin.monitor.words import gap_line, thousandths
+from gcs_plugin.monitor.words import thousandths, worst
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import load_settings
@@ -41,12 +41,20 @@ from gcs_plugin.watch.picture import (
 )
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
+from tui.app.drawing import cut
 
 POLL_S = 0.1
 EVERY_S = 1.0
 ONCE_S = 3.0
 """How long --once looks."""
 
+LINE = 110
+"""Characters of a line in a pipe, behind its time."""
+
+CLOCK_TIME = slice(11, None)
+"""Of a time's text: the time of day."""
+
+LOSSY = 0.01
 
 GONE = "--"
 NO_READING = "none"
@@ -163,7 +171,7 @@ def _shown(looked: Look, arguments: argparse.Namespace, bell: Bell) -> None:
         def tell(_: float) -> None:
             if new():
                 seen = line(shown, _holding(arguments.link), looked.fault)
-                show.say(console, f"{utc_text(clock.unix_s())} {seen}")
+                show.say(console, f"{utc_text(clock.unix_s())[CLOCK_TIME]} {seen}")
 
         command_line.until_stopped(looked.listen, clock, arguments.seconds, tell)
         return
@@ -284,22 +292,37 @@ def trouble(picture: Picture) -> list[str]:
 
 
 def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
-    """The whole picture in a line; `fault` says why nothing comes."""
+    """The vehicle in LINE characters: its state, alarms, troubles, and as many values as fit;
+    `fault` says why nothing comes."""
     traces = picture.traces
-    parts = [
-        *alarm_words(picture),
+    axis = None if picture.gap is None else worst(picture.gap)
+    words = [
         armed_words(picture),
-        link_words(picture.links[0]) if picture.links else "NO LINK",
-        f"depth {beside_asked(traces['depth'])} m",
-        " ".join(f"{key} {beside_asked(traces[key])}" for key in VELOCITIES),
-        f"{now_of(traces['voltage'])} V {now_of(traces['current'])} A",
-        mode_words(picture),
-        recording_words(holding),
+        link_briefly(picture.links[0]) if picture.links else "NO LINK",
+        "NOT RECORDING" if holding is None else "NOT WRITTEN" if holding.unwritten else "REC",
+        *alarm_words(picture),
         fault,
-        gap_line(picture.gap) if picture.gap is not None and picture.gap.axes else "",
+        mode_words(picture),
         *trouble(picture),
     ]
-    return " | ".join(part for part in parts if part)
+    values = [
+        f"depth {beside_asked(traces['depth'])} m",
+        " ".join(f"{key} {beside_asked(traces[key])}" for key in VELOCITIES),
+        "" if axis is None else "{} {}/{} {} off".format(DOFS[axis.dof], *thousandths(axis)),
+        f"{now_of(traces['voltage'])} V",
+    ]
+    said = cut(" | ".join(filter(None, words)), LINE)
+    for value in values:
+        is_known = any(map(str.isdigit, value))
+        said = f"{said} | {value}" if is_known and len(said) + 3 + len(value) <= LINE else said
+    return said
+
+
+def link_briefly(row: LinkRow) -> str:
+    """`LINK LOST 5 s` or `loss 12 %`; empty for a link that loses next to nothing."""
+    if row.lost:
+        return "LINK without HEARTBEAT" if row.age_s == math.inf else f"LINK LOST {row.age_s:.0f} s"
+    return f"loss {row.loss:.0%}" if row.loss >= LOSSY else ""
 
 
 def alarm_words(picture: Picture) -> list[str]:

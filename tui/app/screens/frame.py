@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, cast
 
 from rich.segment import Segment
 from rich.style import Style
-from textual import events
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding
 from textual.geometry import Region, Size
@@ -203,6 +203,12 @@ class StationScreen(Screen[None]):
         self.title = title
         self._tabs = tabs
         self.view: View | None = None
+        self._styled = ""
+
+    @on(events.ScreenResume)
+    def _style(self, event: events.ScreenResume) -> None:
+        """Find the styles of every widget anew only if the theme is another one: that takes a third of a key's time."""
+        event.refresh_styles, self._styled = self._styled != self.app.theme, self.app.theme
 
     @property
     def _station_app(self) -> "SeatrialApp":

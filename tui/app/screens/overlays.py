@@ -41,7 +41,18 @@ KEY_CELLS, WORD_CELLS, CELLS = 13, 9, 73
 UNKEPT: Final = "unkept"
 
 
-class OverScreen(ModalScreen[Answer]):
+class Overlay(ModalScreen[Answer]):
+    """Laid out and styled once as it opens: each time more would draw both screens again."""
+
+    def on_screen_resume(self, event: events.ScreenResume) -> None:
+        event.refresh_styles = False
+
+    def on_resize(self, event: events.Resize) -> None:
+        if event.size == self.size:
+            event.prevent_default()
+
+
+class OverScreen(Overlay[Answer]):
     """Subclasses compose one box, of the class `box`."""
 
     _below: StationScreen | None = None
@@ -208,7 +219,7 @@ class AskLine(Vertical):
         self._line.value = ""
 
 
-class HelpScreen(ModalScreen[None]):
+class HelpScreen(Overlay[None]):
     """A box over the screen; the top line stays bright and live."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)

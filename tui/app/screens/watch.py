@@ -37,6 +37,7 @@ from tui.app.drawing import (
     stopwatch,
     utc,
     width,
+    wrapped,
 )
 from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
@@ -213,10 +214,11 @@ def signed_bar(pwm_us: float, half: int) -> str:
     return side + "│" + " " * half
 
 
-def gap_lines(gap: Gap | None, cells: int) -> Lines:
-    """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst."""
+def gap_lines(gap: Gap | None, lacks: str, cells: int) -> Lines:
+    """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst; or why
+    it isn't compared."""
     if gap is None:
-        return ()
+        return (heading("MODEL", "not compared", cells), *wrapped(lacks, "quiet", cells)) if lacks else ()
     axis = worst_axis(gap)
     if axis is None:
         return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
@@ -320,7 +322,7 @@ class WatchScreen(StationScreen):
                         classes="heading",
                     )
                     yield self._pane(lambda now, cells, _: thrusters(now.thrusters, cells), id="thrusters")
-                yield self._pane(lambda now, cells, _: gap_lines(now.gap, cells), id="gap")
+                yield self._pane(lambda now, cells, _: gap_lines(now.gap, now.lacks, cells), id="gap")
             with Vertical(id="words-pane"):
                 yield self._heading("WORDS", self._words_note)
                 with VerticalScroll(id="words-scroll"):
