@@ -133,7 +133,7 @@ class AlongsideLink(Wrapper):
         until_s = self.vehicle.clock.boot_s() + timeout_s
         data = self._link.read(0.0)
         while not data and self.vehicle.clock.boot_s() < until_s:
-            self.vehicle.tick(None)
+            self.vehicle.rest()
             data = self._link.read(0.0)
         return data
 

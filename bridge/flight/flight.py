@@ -209,7 +209,7 @@ class Flight:
         if seen.touched:
             self._idle(End.STICKS)
         elif not seen.armed and (self.state is not State.COUNTDOWN or seen.time_s >= self._until_s):
-            self._idle(End.DISARMED)
+            self._idle(self.end if self.state is State.HOLDING else End.DISARMED)
         elif self.state is State.COUNTDOWN:
             if end := self._exceeds(seen, navigation):
                 self._idle(end)

@@ -57,7 +57,8 @@ class FlightSession:
     def __init__(self, vehicle: Source, number: int) -> None:
         self._vehicle, self._number = vehicle, number
         self._queue: deque[_Command] = deque()
-        self._sent_s = self._asked_s = -1e9
+        self._sent_s = -1e9
+        self._asked_s: float | None = None
         self.heard: Heard | None = None
         self.heard_s = -1e9
         self.armed = self.has_armed = False
@@ -129,9 +130,11 @@ class FlightSession:
     def tick(self, now_s: float) -> list[Any]:
         """The messages to send now."""
         if not self._queue or self.failure:
-            self._asked_s = now_s
+            self._asked_s = None
             return []
-        if now_s - self._asked_s > UNANSWERED_S and not self.silent(now_s):
+        if self._asked_s is None or self.silent(now_s):
+            self._asked_s = now_s
+        if now_s - self._asked_s > UNANSWERED_S:
             self.failure = "the vehicle does not answer"
         if now_s - self._sent_s < AGAIN_S:
             return []
@@ -151,7 +154,7 @@ class FlightSession:
             if frame.message_id == _BEAT:
                 self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
             elif message.target_system in (0, GROUND_STATION[0]):
-                self._on_ack(message, now_s)
+                self._on_ack(message)
 
     @property
     def _obeys(self) -> bool:
@@ -169,7 +172,7 @@ class FlightSession:
             self._queue.clear()
         self.heard, self.heard_s = heard, now_s
 
-    def _on_ack(self, message: Any, now_s: float) -> None:
+    def _on_ack(self, message: Any) -> None:
         if not self._queue:
             return
         command = self._queue[0]
@@ -180,7 +183,7 @@ class FlightSession:
             return
         if message.result == dialect.MAV_RESULT_ACCEPTED:
             self._queue.popleft()
-            self._sent_s, self._asked_s = -1e9, now_s
+            self._sent_s, self._asked_s = -1e9, None
             return
         self._queue.clear()
         self.failure = (
