@@ -44,7 +44,7 @@ def recorded_crew(
         GROUND_STATION,
         outbox,
     )
-    return Crew(recorder, outbox, clock, tell), recorder, folder
+    return Crew(recorder, link, outbox, clock, tell), recorder, folder
 
 
 def widths_of(dive: Path, vehicle: str, configuration: str) -> Widths:

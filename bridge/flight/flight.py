@@ -85,7 +85,8 @@ WORDS: Final = {
 """Why a flight ended, short enough for a STATUSTEXT."""
 
 UNDER_WAY: Final = (State.GOING, State.WAITING, State.FLYING)
-BLIND: Final = (End.VELOCITY, End.HEADING, End.NO_DEPTH)
+SENSES: Final = {End.VELOCITY: "velocity", End.HEADING: "attitude", End.NO_DEPTH: "depth"}
+BLIND: Final = tuple(SENSES)
 """Without these no way back can be steered."""
 
 
@@ -135,7 +136,7 @@ class Flight:
             return "sticks are not at rest"
         navigation = known_at(seen.navigation, seen.time_s)
         if blind := _blind(navigation):
-            return f"no {blind.name.lower()}"
+            return f"no {SENSES[blind]}"
         if limits.altitude_m and not navigation.altitude_m >= limits.altitude_m:
             return "altitude too low or unknown"
         if limits.battery_v and not navigation.voltage_v >= limits.battery_v:

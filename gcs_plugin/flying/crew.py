@@ -8,10 +8,11 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
+from bridge.links.link import Link
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import decode
 from gcs_plugin.flying.session import FlightSession
-from gcs_plugin.peers import GROUND_STATION, Source
+from gcs_plugin.peers import GROUND_STATION, Peers, Source
 from gcs_plugin.recording.recorder import Recorded, Recorder
 from gcs_plugin.watch.hearing import StatusTexts
 
@@ -43,8 +44,11 @@ class Crew:
     `veh_cfg` is the configuration that the vehicle names, None before it has.
     """
 
-    def __init__(self, recorder: Recorder, outbox: Outbox, clock: Clock, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self, recorder: Recorder, link: Link, outbox: Outbox, clock: Clock, tell: Callable[[str], None]
+    ) -> None:
         self.clock = clock
+        self._peers, self._link = Peers(link), link.name
         self._recorder, self._outbox = recorder, outbox
         self._encoder = Encoder(*GROUND_STATION)
         self._texts = StatusTexts(lambda _source, _severity, text: tell(f"vehicle: {text.words}"))
@@ -60,7 +64,7 @@ class Crew:
     def find(self, number: int, system: int | None = None) -> FlightSession:
         """Listen for the vehicle that flies manoeuvres by itself.
 
-        Raises LinkTimeout if none is heard within FIND_S, LinkError if several are, or if the vehicle can't.
+        Raises LinkTimeout if none is heard within FIND_S, LinkError if several are, or it can't, or shares its address.
         """
         end_s = self.clock.boot_s() + FIND_S
         flying: set[Source] = set()
@@ -75,6 +79,8 @@ class Crew:
                         flying.add(source)
                     elif reading is not None and reading.signal == "veh_cfg":
                         self.veh_cfg = reading.values[0]
+        if fault := self._peers.fault(system):
+            raise LinkError(fault)
         if len(flying) > 1:
             raise LinkError(
                 f"{len(flying)} vehicles fly manoeuvres by themselves here; name one with --system"
@@ -86,6 +92,11 @@ class Crew:
         self._session = FlightSession(flying.pop(), number)
         return self._session
 
+    @property
+    def fault(self) -> str:
+        """Two vehicles share the address, and both would obey; "" for one alone."""
+        return self._peers.fault()
+
     def step(self) -> None:
         """Record, hear, and send what is due."""
         self._step()
@@ -96,6 +107,7 @@ class Crew:
         taken = self._recorder.step(STEP_S)
         now_s = self.clock.boot_s()
         for item in taken:
+            self._peers.on_frame(item.frame, self._link, now_s)
             self._texts.hear(item.frame)
             if self._session is not None:
                 self._session.on_frame(item.frame, now_s)

@@ -100,6 +100,9 @@ class PlanFlight:
         self._crew.step()
         session, now_s = self._crew.session, self._crew.clock.boot_s()
         self._tell_state()
+        if not self._keyed and (fault := self._crew.fault):
+            self._tell(fault)
+            self.key()
         widths = self._identifying.answer()
         if widths is not None:
             self._weigh(widths, now_s)
