@@ -447,6 +447,15 @@ def _fly(options: Options) -> None:
 
 
 @verb(
+    "plan, fly, identify, and upload in shadow, within limits: the vehicle ends where it began",
+    f"seatrial calibrate --limits limits.yaml --vehicle ruvifist:hovering {_LINK} --armed",
+)
+def _calibrate(options: Options) -> None:
+    _flight(options)
+    options.positive("--minutes", "N", "longest flight that is planned", 5.0)
+
+
+@verb(
     "take what was identified and accepted into the vehicle file, as known before the next dive",
     "seatrial prior hovering.json --vehicle our.yaml",
 )

@@ -114,8 +114,10 @@ def flown(
     finally:
         identifying.close()
         recorder.close()
-        folder.add_event(clock.unix_s(), f"flight: {outcome.words or 'not begun'}")
-        folder.discard()
+        if recorder.recorded:
+            folder.add_event(clock.unix_s(), f"flight: {outcome.words or 'not begun'}")
+        else:
+            folder.discard()
     return outcome, folder
 
 
