@@ -1,4 +1,4 @@
-"""What a flight needs beside its session: a recording, and identifications that run beside it."""
+"""The recording of a flight, and the identifications that run during it."""
 
 import os
 import shutil
@@ -48,7 +48,7 @@ def recorded_crew(
 
 
 def widths_of(dive: Path, vehicle: str, configuration: str) -> Widths:
-    """Identify what is recorded so far; nothing is known where it tells nothing."""
+    """Identify the recording so far; nothing is known where it tells nothing."""
     file = load_vehicle(vehicle)
     try:
         return widths(estimator(DEFAULT)(read_dive(dive, None, file), file, configuration, lambda *_: None))

@@ -59,7 +59,7 @@ def tilt_rad(navigation: Navigation) -> float:
 
 
 class Course:
-    """Leads a vehicle to `target` at up to `speed_m_s` and keeps it there; what it wants changes without a jump."""
+    """Leads a vehicle to `target` at up to `speed_m_s` and keeps it there; its wanted speed changes without a jump."""
 
     def __init__(self, here: Pose, target: Pose, speed_m_s: float, *, sways: bool) -> None:
         self.target = target

@@ -1,4 +1,4 @@
-"""The state machine of a flight: what the vehicle does by itself, and what ends it. Pure: no clock, no link.
+"""The state machine of a vehicle that flies by itself, and everything that ends a flight. Pure: no clock, no link.
 
     IDLE -> COUNTDOWN -> GOING (to its station) -> WAITING -> FLYING a manoeuvre -> GOING back -> WAITING ...
 
@@ -30,7 +30,7 @@ COUNTDOWN_S: Final = (3.0, 60.0)
 
 
 class State(IntEnum):
-    """What a flight is doing; the numbers are those of the telemetry and never change."""
+    """The stage of a flight; the numbers are those of the telemetry and never change."""
 
     IDLE = 0
     COUNTDOWN = 1
@@ -92,7 +92,10 @@ BLIND: Final = tuple(SENSES)
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What a flight knows at a tick. `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick."""
+    """The state of vehicle, ground and sticks at a tick.
+
+    `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick.
+    """
 
     time_s: float
     navigation: Navigation

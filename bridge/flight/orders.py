@@ -2,7 +2,7 @@
 
     USER_1, a leg      number from 0, seconds, transient, alternate, axes, first and second value
     USER_2, limits     row, six numbers of the limits and the plan's depth
-    USER_3, an order   what, its number, checksum of what was sent, countdown, count of what was sent
+    USER_3, an order   what, its number, checksum of the rows before it, countdown, their count
 
 Every leg and row is acknowledged, with its number in result_param2; an order names the checksum of all that it needs,
 so that a half-heard manoeuvre is never flown. An order repeated under the same number is acknowledged and not obeyed

@@ -1,4 +1,4 @@
-"""Flights aboard: what the ground orders and the pilot's sticks do, on the way to the state machine."""
+"""Flights aboard: the ground's orders and the pilot's sticks on the way to the state machine."""
 
 from typing import Any, Final
 
@@ -27,7 +27,7 @@ _DENIED: Final = int(dialect.MAV_RESULT_DENIED)
 
 
 class Flights:
-    """Takes a vehicle's flight orders, and says what its flights do."""
+    """Takes a vehicle's flight orders, and reports its flights."""
 
     def __init__(self, configuration: Configuration) -> None:
         self.flight = Flight(sways=can_sway(configuration))
@@ -87,7 +87,7 @@ class Flights:
         return reference
 
     def reading(self, now_s: float) -> Reading | None:
-        """What the ground is told of the flight, if that is due."""
+        """The flight's state for the ground, if that is due."""
         if now_s < self._tell_s:
             return None
         flight = self.flight

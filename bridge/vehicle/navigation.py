@@ -48,7 +48,7 @@ def known_at(navigation: Navigation, now_s: float) -> Navigation:
         known = replace(known, attitude=(nan, nan, nan, nan), heading_rad=nan)
     if not now_s - navigation.depth_time_s <= OLDEST_S:
         known = replace(known, depth_m=nan)
-    if not now_s - navigation.altitude_time_s <= OLDEST_S:
+    if navigation.altitude_m == navigation.altitude_m and not now_s - navigation.altitude_time_s <= OLDEST_S:
         known = replace(known, altitude_m=nan)
     return known
 

@@ -21,7 +21,7 @@ STEP_S: Final = 0.05
 
 
 class Outbox:
-    """What a recorder is given to send."""
+    """Frames for a recorder to send."""
 
     def __init__(self) -> None:
         self._frames: list[bytes] = []

@@ -77,28 +77,34 @@ class FlightPlan:
 
 
 def load_plan(path: Path) -> FlightPlan:
-    """Load a plan that `seatrial plan` wrote. The pieces of all manoeuvres take turns, so that all axes are known soon.
-
-    Raises ConfigError for a file without a manoeuvre, or with one that can't be flown.
-    """
+    """Load a plan that `seatrial plan` wrote. Raises ConfigError for a file that is none, or can't be flown."""
     file = schema.build(_File, schema.load_yaml(path), str(path))
     groups = groupby(file.legs, key=lambda leg: leg.name == REST and leg.phase == REST)
     manoeuvres = [tuple(legs) for is_rest, legs in groups if not is_rest]
+    try:
+        return flight_plan(file.name, file.start_depth_m, manoeuvres)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) -> FlightPlan:
+    """The plan of manoeuvres; the pieces of all take turns, so that all axes are known soon.
+
+    Raises ConfigError without a manoeuvre, or with one that can't be flown.
+    """
     cut_up = [[Piece(number, legs) for legs in cut(legs)] for number, legs in enumerate(manoeuvres, start=1)]
     pieces = tuple(piece for turn in zip_longest(*cut_up) for piece in turn if piece is not None)
     if not pieces:
-        raise ConfigError(f"{path}: has no manoeuvre to fly; give a plan that seatrial plan wrote")
+        raise ConfigError("has no manoeuvre to fly; give a plan that seatrial plan wrote")
     for piece in pieces:
         if len(piece.legs) > MOST_LEGS:
             raise ConfigError(
-                f"{path}: manoeuvre {piece.manoeuvre} has {len(piece.legs)} legs, and {MOST_LEGS} can be flown at a "
-                "time; part it by a rest"
+                f"manoeuvre {piece.manoeuvre} has {len(piece.legs)} legs, and {MOST_LEGS} can be flown at a time; part "
+                "it by a rest"
             )
-        try:
-            _ = [leg_numbers(number, leg) for number, leg in enumerate(piece.legs)]
-        except ConfigError as error:
-            raise ConfigError(f"{path}: {error}") from None
-    return FlightPlan(file.name, file.start_depth_m, pieces)
+        for number, leg in enumerate(piece.legs):
+            leg_numbers(number, leg)
+    return FlightPlan(name, depth_m, pieces)
 
 
 def cut(legs: Sequence[Leg], piece_s: float = PIECE_S) -> list[tuple[Leg, ...]]:

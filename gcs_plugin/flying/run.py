@@ -18,7 +18,7 @@ Widths = Mapping[str, float]
 
 
 class Identifying(Protocol):
-    """Identifies what is recorded so far, beside the flight."""
+    """Identifies the recording so far, during the flight."""
 
     def ask(self) -> None:
         """Begin, if it is not at work."""
@@ -124,7 +124,7 @@ class PlanFlight:
                 self._finish("all that was asked for is known; it goes back")
 
     def _next(self) -> None:
-        """Fly the next piece that tells what is not known yet, or go back where none is left."""
+        """Fly the next piece that tells a missing coefficient, or go back where none is left."""
         if self._flown is not None:
             self._told_of |= set(self._flown.tells)
             self.outcome.pieces += 1

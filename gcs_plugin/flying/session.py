@@ -1,9 +1,9 @@
-"""A flight as the ground sees it: what to send until it is acknowledged, and what the vehicle says. Pure.
+"""A flight as the ground sees it: commands sent until they are acknowledged, and the vehicle's reports. Pure.
 
     limits, BEGIN, arm -> (the vehicle counts down and goes to its station) -> legs, FLY -> ... -> FINISH
 
 Every command is sent again until its own acknowledgement comes; END goes ahead of all others. The vehicle's telemetry
-alone says what it does.
+alone tells its state.
 """
 
 from collections import deque
@@ -41,7 +41,7 @@ class _Command:
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What the vehicle said last of its flight."""
+    """The vehicle's last report of its flight."""
 
     state: State
     end: End

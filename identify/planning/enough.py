@@ -7,7 +7,7 @@ from identify.planning.knowledge import NAMES
 
 
 def widths(identified: Identification) -> dict[str, float]:
-    """Half of the 95 % interval over the value, given the vehicle file's thrust; inf for what is not identifiable."""
+    """Half of the 95 % interval over the value, given the vehicle file's thrust; inf if not identifiable."""
     return {
         parameter.name: (ends.high95 - ends.low95) / 2 / parameter.value
         if parameter.identifiable

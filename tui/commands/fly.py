@@ -132,7 +132,7 @@ def configuration_of(file: VehicleFile) -> str:
 
 
 def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.Table]:
-    """What would be flown, within which limits."""
+    """The pieces to be flown, and the limits."""
     rows = [(str(n), piece.name, f"{piece.duration_s:.0f}") for n, piece in enumerate(plan.pieces, start=1)]
     within = [(name, f"{value:g}") for name, value in asdict(limits).items()]
     title = f"{plan.name}: until {', '.join(wanted.names)} are known to {100 * wanted.share:g} %"
