@@ -24,6 +24,8 @@ CONFIRM_S: Final = 0.25
 UNKNOWN_S: Final = 2.0
 """Altitude or voltage, where they are limited, may be unknown for so long."""
 SETTLE_S: Final = 2.0
+UNASKED_S: Final = 60.0
+"""It waits on its station for the next order for so long, then goes back: another ground may beat for a dead one."""
 LATE_SHARE, LATE_S = 3.0, 30.0
 """A way may take so many times as long as it should, and so long more."""
 COUNTDOWN_S: Final = (3.0, 60.0)
@@ -61,6 +63,7 @@ class End(IntEnum):
     HEADING = 14
     NO_DEPTH = 15
     ASTRAY = 16
+    UNASKED = 17
 
 
 WORDS: Final = {
@@ -81,6 +84,7 @@ WORDS: Final = {
     End.HEADING: "no attitude, it holds",
     End.NO_DEPTH: "no depth, it holds",
     End.ASTRAY: "can't get to its place",
+    End.UNASKED: "no further order",
 }
 """Why a flight ended, short enough for a STATUSTEXT."""
 
@@ -234,6 +238,8 @@ class Flight:
             return blind
         if now_s - self._begun_s > limits.time_s:
             return End.TIME
+        if self.state is State.WAITING and now_s > self._until_s:
+            return End.UNASKED
         if math.isfinite(navigation.altitude_m):
             self._altitude_s = now_s
         if math.isfinite(navigation.voltage_v):
@@ -274,7 +280,7 @@ class Flight:
                 self._return(End.ASTRAY)
         elif seen.time_s - self._since_s >= SETTLE_S:
             if self.state is State.GOING:
-                self.state = State.WAITING
+                self.state, self._until_s = State.WAITING, seen.time_s + UNASKED_S
             else:
                 self._hold(self.end)
 

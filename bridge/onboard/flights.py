@@ -24,6 +24,8 @@ HEARD: Final = (_HEARTBEAT, _STICKS)
 
 _ACCEPTED: Final = int(dialect.MAV_RESULT_ACCEPTED)
 _DENIED: Final = int(dialect.MAV_RESULT_DENIED)
+_AGAIN: Final = int(dialect.MAV_RESULT_TEMPORARILY_REJECTED)
+"""Not all rows of the order arrived: send them again."""
 
 
 class Flights:
@@ -63,6 +65,8 @@ class Flights:
             self._rows[place] = numbers
             return _ACCEPTED, place
         if numbers[1] != self._obeyed:
+            if numbers[0] in (What.BEGIN, What.FLY) and self._rows_of(numbers) is None:
+                return _AGAIN, place
             refused = self._obey(numbers, Seen(now_s, navigation, armed, now_s, self._touched(now_s)))
             if refused:
                 self._texts.append(f"no flight: {refused}")
@@ -102,23 +106,29 @@ class Flights:
 
     def _obey(self, numbers: Seven, seen: Seen) -> str:
         """Do as an order says; return why not."""
-        what, _, checksum, countdown_s, count, *_ = numbers
+        what, _, _, countdown_s, *_ = numbers
         if what == What.END:
             self.flight.stop()
             return ""
         if what == What.FINISH:
             self.flight.finish()
             return ""
-        held = self._rows if what == What.BEGIN else self._legs
-        rows = [held[place] for place in sorted(held) if place < count]
-        if what not in (What.BEGIN, What.FLY) or not rows or orders.checksum(rows) != checksum:
-            return "not all of it arrived"
+        rows = self._rows_of(numbers)
+        if what not in (What.BEGIN, What.FLY) or rows is None:
+            return "there is no such order"
         try:
             if what == What.BEGIN:
                 return self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
             return self.flight.fly([orders.leg_of(row) for row in rows], seen)
         except ConfigError as error:
             return str(error)
+
+    def _rows_of(self, numbers: Seven) -> list[Seven] | None:
+        """The limits or legs that an order is about, None if not all of them arrived."""
+        what, _, checksum, _, count, *_ = numbers
+        held = self._rows if what == What.BEGIN else self._legs
+        rows = [held[place] for place in sorted(held) if place < count]
+        return rows if rows and orders.checksum(rows) == checksum else None
 
 
 def touched(sticks: Any) -> bool:

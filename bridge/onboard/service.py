@@ -312,7 +312,8 @@ class Bridge:
         """Handle a frame that arrived on the link with this number."""
         own_address = (self._encoder.system, self._encoder.component)
         if self.flights is not None and frame.message_id in HEARD:
-            if self._ground.gives(frame.system, frame.component) and (word := decode(frame)) is not None:
+            word = decode(frame) if self._ground.gives(frame.system, frame.component) else None
+            if word is not None and getattr(word, "target", own_address[0]) == own_address[0]:
                 self.flights.hear(word, self._clock.boot_s())
             return
         if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own_address:

@@ -24,6 +24,8 @@ from gcs_plugin.peers import GROUND_STATION, Source
 AGAIN_S: Final = 0.25
 UNANSWERED_S: Final = 10.0
 SILENT_S: Final = 3.0
+MOST_TRIES: Final = 5
+"""Rows that did not all arrive are sent again so often: an old acknowledgement may stand for a new row."""
 ARM: Final[int] = dialect.MAV_CMD_COMPONENT_ARM_DISARM
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
 _BEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
@@ -57,6 +59,8 @@ class FlightSession:
     def __init__(self, vehicle: Source, number: int) -> None:
         self._vehicle, self._number = vehicle, number
         self._queue: deque[_Command] = deque()
+        self._rows: list[_Command] = []
+        self._tries = 0
         self._sent_s = -1e9
         self._asked_s: float | None = None
         self.heard: Heard | None = None
@@ -100,7 +104,7 @@ class FlightSession:
     def begin(self, limits: FlightLimits, depth_m: float, countdown_s: float) -> None:
         """Ask for a flight whose manoeuvres begin at a depth; arms the vehicle if it is not armed."""
         rows = limit_rows(limits, depth_m)
-        self._queue += [_Command(LIMITS, row, place) for place, row in enumerate(rows)]
+        self._send(LIMITS, rows)
         self._order(What.BEGIN, checksum(rows), countdown_s, len(rows))
         self.has_armed = not self.armed
         if self.has_armed:
@@ -110,7 +114,7 @@ class FlightSession:
     def fly(self, legs: Sequence[Leg]) -> None:
         """Ask for a manoeuvre."""
         rows = [leg_numbers(place, leg) for place, leg in enumerate(legs)]
-        self._queue += [_Command(LEG, row, place) for place, row in enumerate(rows)]
+        self._send(LEG, rows)
         self._order(What.FLY, checksum(rows), 0.0, len(rows))
 
     def finish(self) -> None:
@@ -185,12 +189,22 @@ class FlightSession:
             self._queue.popleft()
             self._sent_s, self._asked_s = -1e9, None
             return
+        if message.result == dialect.MAV_RESULT_TEMPORARILY_REJECTED and self._tries < MOST_TRIES:
+            self._tries += 1
+            self._queue.extendleft(reversed(self._rows))
+            return
         self._queue.clear()
         self.failure = (
             "this vehicle flies no manoeuvres by itself"
             if unsupported
             else "the vehicle refuses; its words say why"
         )
+
+    def _send(self, command: int, rows: Sequence[Seven]) -> None:
+        """Send the rows of the next order."""
+        self._rows = [_Command(command, row, place) for place, row in enumerate(rows)]
+        self._queue += self._rows
+        self._tries = 0
 
     def _order(self, what: What, of: float, countdown_s: float, count: int) -> None:
         self._number += 1

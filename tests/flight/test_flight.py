@@ -246,6 +246,16 @@ def test_the_plans_depth_must_lie_within_the_limits(depth_m):
     assert Ideal().begin(depth_m=depth_m) == "plan's depth is outside the limits"
 
 
+def test_without_a_further_order_it_waits_a_minute_and_goes_back():
+    vehicle = Ideal()
+    vehicle.begin()
+    vehicle.until(State.WAITING)
+    vehicle.run(59.9)
+    assert vehicle.flight.state is State.WAITING
+    vehicle.run(0.2)
+    assert (vehicle.flight.state, vehicle.flight.end) == (State.RETURNING, End.UNASKED)
+
+
 def test_a_manoeuvre_longer_than_the_time_left_is_not_begun():
     vehicle = Ideal(replace(LIMITS, time_s=30.0))
     vehicle.begin()

@@ -128,6 +128,14 @@ def test_on_a_link_that_loses_a_third_of_all_frames_the_plan_is_flown_all_the_sa
     assert sea.session.words == "finished"
 
 
+def test_a_row_that_an_old_acknowledgement_stood_for_is_sent_again():
+    sea = Sea().begin()
+    sea.session.fly(WAVE)
+    sea.session._queue.popleft()
+    sea.until(lambda: sea.flight.state is State.FLYING, within_s=3.0)
+    assert sea.session.failure == ""
+
+
 def silent(sea):
     sea.ground = False
 
@@ -199,9 +207,10 @@ def test_a_touched_stick_ends_it_within_a_tick_and_leaves_it_armed():
     assert sea.session.words == "sticks moved, they have control"
 
 
-def test_a_strangers_sticks_and_orders_are_nothing():
+def test_sticks_and_orders_of_a_stranger_or_for_another_vehicle_are_nothing():
     sea = Sea().flying()
     stranger = Encoder(42, 190)
+    sea.send(dialect.MAVLink_manual_control_message(2, 200, 0, 500, 0, 0))
     sea.link.write(stranger.encode(dialect.MAVLink_manual_control_message(1, 200, 0, 500, 0, 0)))
     sea.link.write(
         stranger.encode(dialect.MAVLink_command_long_message(1, 1, 31012, 0, 4, 99, 0, 0, 0, 0, 0))

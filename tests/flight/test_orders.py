@@ -30,6 +30,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
 
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED
+AGAIN = dialect.MAV_RESULT_TEMPORARILY_REJECTED
 SHAPE = load_vehicle("ruvifist").vehicle.configurations["hovering"]
 LEGS = [
     Leg(5.0),
@@ -132,13 +133,26 @@ def test_a_repeated_order_is_acknowledged_and_not_obeyed_again():
     assert deck.state is State.IDLE
 
 
-def test_what_arrived_in_part_is_not_begun_and_the_crew_is_told():
+def test_what_arrived_in_part_is_not_begun_and_asked_for_again():
     deck = Deck()
     rows = limit_rows(LIMITS, 1.5)
     deck.send(LIMIT_ROWS, *rows[0])
-    assert deck.send(ORDER, What.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (DENIED, What.BEGIN)
-    assert (deck.state, deck.flights.take_texts()) == (State.IDLE, ["no flight: not all of it arrived"])
-    assert deck.send(ORDER, What.FLY, 8.0, 0.0, 0.0, 0.0) == (DENIED, What.FLY)
+    assert deck.send(ORDER, What.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (AGAIN, What.BEGIN)
+    assert deck.send(ORDER, What.FLY, 8.0, 0.0, 0.0, 0.0) == (AGAIN, What.FLY)
+    assert deck.state is State.IDLE
+    deck.send(LIMIT_ROWS, *rows[1])
+    assert deck.send(ORDER, What.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (ACCEPTED, What.BEGIN)
+
+
+def test_what_the_vehicle_refuses_it_tells_the_crew():
+    deck = Deck()
+    deck.ideal.voltage_v = 12.0
+    assert deck.begin() == (DENIED, What.BEGIN)
+    assert deck.send(ORDER, 9.0, 8.0) == (DENIED, 9)
+    assert deck.flights.take_texts() == [
+        "no flight: battery too low or unknown",
+        "no flight: there is no such order",
+    ]
 
 
 def test_more_legs_heard_before_than_are_flown_now_do_no_harm():
