@@ -90,7 +90,7 @@ def _gap_monitor(run: Run) -> str:
 
 
 def _flying(run: Run) -> str:
-    return flying.page(run.cache / "bench", 1 if run.short else 5)
+    return flying.page(run.cache / "bench", 1 if run.short else 3)
 
 
 def _ladder(run: Run) -> str:
