@@ -99,7 +99,7 @@ def lines(results: dict[str, Data]) -> list[str]:
     out = [
         "## A plan that the vehicle flies by itself",
         "",
-        paragraph(
+        *paragraph(
             "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
             "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
             "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
@@ -139,7 +139,7 @@ def lines(results: dict[str, Data]) -> list[str]:
         ]
     mean_s = float(np.mean([d["identify_s"] for d in results.values()]))
     out += [
-        paragraph(
+        *paragraph(
             "Long steady laps tell the damping of an axis better than short waves do: where a damping alone must be "
             "known that well, fly laps. Each identification of what was recorded so far took "
             f"{mean_s:.1f} s on average, beside the flight."
