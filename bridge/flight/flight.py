@@ -304,6 +304,7 @@ class Flight:
         self._until_s = self._time_s + self._bounds.hold_s
 
     def _idle(self, end: End) -> None:
+        self.disarms = self.disarms or (self.state is State.COUNTDOWN and end is not End.STICKS)
         self.state, self.end = State.IDLE, end
 
 

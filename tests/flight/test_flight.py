@@ -181,10 +181,15 @@ def test_the_end_key_holds_here_and_now(state):
     assert vehicle.reference.depth_m == pytest.approx(before.depth_m)
 
 
-def test_the_end_key_in_the_countdown_leaves_it_as_it_was():
+def test_a_countdown_that_ends_moves_nothing_and_disarms_but_for_the_pilot():
     vehicle = reached(State.COUNTDOWN)
     vehicle.flight.stop()
-    assert (vehicle.flight.state, vehicle.flight.end, vehicle.flight.disarms) == (State.IDLE, End.KEY, False)
+    assert (vehicle.flight.state, vehicle.flight.end, vehicle.flight.disarms) == (State.IDLE, End.KEY, True)
+    vehicle = Ideal()
+    vehicle.begin(countdown_s=10.0)
+    vehicle.ground = False
+    vehicle.run(3.2)
+    assert (vehicle.flight.end, vehicle.flight.disarms, vehicle.reference) == (End.LINK, True, None)
 
 
 def test_a_ground_that_comes_back_resumes_nothing():

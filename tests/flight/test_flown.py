@@ -3,6 +3,7 @@
 import random
 from dataclasses import replace
 
+import figures
 import numpy as np
 import pytest
 from fakes.lossy import Lossy
@@ -251,3 +252,71 @@ def test_a_vehicle_that_flies_nothing_by_itself_says_so():
     sea.run(2.0)
     assert sea.session.failure == "this vehicle flies no manoeuvres by itself"
     assert not sea.vehicle.bridge.armed
+
+
+def blind(sea):
+    sea.silent.add("dvl")
+
+
+def touch(sea):
+    sea.send(dialect.MAVLink_manual_control_message(1, 0, 0, 500, -300, 0))
+
+
+def end_key(sea):
+    sea.session.stop()
+
+
+def restart(sea):
+    sea.switch_on(HERE_M)
+
+
+ANYTIME = {
+    "link lost": (silent, End.LINK, BACK_M),
+    "DVL silent": (blind, End.VELOCITY, 2.5),
+    "battery low": (low_battery, End.BATTERY, BACK_M),
+    "stick touched": (touch, End.STICKS, 2.5),
+    "end key": (end_key, End.KEY, 2.5),
+    "restart": (restart, End.NONE, 2.5),
+}
+
+
+def ends_as_documented(name, seed):
+    """A failure at any moment of a flight, from its countdown to its way back: it ends disarmed or in the pilot's
+    hands, near enough, with its thrusters at rest."""
+    fail, end, within_m = ANYTIME[name]
+    sea, rng = Sea(), random.Random(seed)
+    sea.limits = replace(sea.limits, hold_s=2.0)
+    sea.run(1.5)
+    sea.session.begin(sea.limits, HERE_M, 3.0)
+    at_s, asked = sea.world.now_s + rng.uniform(0.2, 30.0), False
+    while sea.world.now_s < at_s:
+        if sea.session.ready and asked:
+            sea.session.finish()
+        elif sea.session.ready:
+            sea.session.fly(WAVE)
+            asked = True
+        sea.tick()
+    over = sea.flight.state is State.IDLE
+    fail(sea)
+    sea.until(lambda: sea.flight.state is State.IDLE, within_s=150.0)
+    sea.run(3.0)
+    assert sea.neutral
+    assert sea.away_m() < within_m
+    assert sea.vehicle.bridge.armed == (end is End.STICKS and sea.vehicle.bridge.armed)
+    finished = sea.flight.end in (End.FINISHED, End.NONE)
+    assert over or finished or sea.flight.end in (end, End.KEY)
+
+
+@pytest.mark.parametrize("name", ANYTIME)
+def test_a_failure_at_any_moment_ends_as_documented(name):
+    ends_as_documented(name, 1)
+
+
+@pytest.mark.soak
+def test_each_failure_ends_as_documented_twenty_times():
+    for name in ANYTIME:
+        for seed in range(20):
+            ends_as_documented(name, seed)
+    figures.keep(
+        "flight_ends", f"{20 * len(ANYTIME)} of {20 * len(ANYTIME)} failures at any moment of a flight"
+    )
