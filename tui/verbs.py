@@ -428,7 +428,10 @@ def _flight(options: Options) -> None:
         "--armed", "arm it and fly; without this nothing is sent, and what would be flown is shown"
     )
     options.positive(
-        "--to", "PERCENT", "stop once every parameter is known to so much (half of its 95 % interval)", 3.0
+        "--to",
+        "PERCENT",
+        "stop once every parameter is known to so much (half of its 95 per cent interval)",
+        3.0,
     )
     options.value("--know", "NAME", "which parameters (default: all that the plan tells)", nargs="+")
     options.value("--countdown", "S", "seconds before it moves, 3 to 60", type=seconds, default=10.0)
