@@ -1,7 +1,9 @@
 """The limit file, and a vehicle's place and course."""
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from ideal import LIMITS, TICK_S, Ideal
@@ -22,6 +24,14 @@ def test_a_limit_file_has_each_limit_and_defaults_for_link_hold_and_travel(tmp_p
     path.write_text(FILE)
     assert load_limits(path) == LIMITS
     assert (LIMITS.link_s, LIMITS.hold_s, LIMITS.travel_m_s) == (3.0, 60.0, 0.2)
+
+
+def test_the_limit_file_that_the_page_shows_is_one(tmp_path):
+    page = Path(__file__).resolve().parents[2] / "docs" / "howto" / "fly_a_plan.md"
+    (block,) = re.findall(r"```yaml\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
+    path = tmp_path / "limits.yaml"
+    path.write_text(block, encoding="utf-8")
+    assert load_limits(path) == LIMITS
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
         show.say(console, "nothing is uploaded")
         show.write_json(done, arguments.json)
         return exit_codes.NO
-    link = ("--link", arguments.link, *(("--sign-key", arguments.sign_key) if arguments.sign_key else ()))
+    given = {"--link": arguments.link, "--sign-key": arguments.sign_key, "--system": arguments.system}
+    link = [word for name, value in given.items() if value is not None for word in (name, str(value))]
     model = str(root / f"{folder.path.name}.param")
     steps = {
         "identify": (str(folder.path), "--vehicle", vehicle, "--param", model),
