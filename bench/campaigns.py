@@ -16,9 +16,10 @@ from bench.stamp import SIMULATED, stamp
 from bridge.links.memory import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import TICK_S, WARM_UP_S, SimulatedVehicle, arm_for_mission
-from bridge.simulator.missions import Mission, mission_named
+from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Framer

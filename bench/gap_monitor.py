@@ -18,10 +18,11 @@ from bench.remembered import Data, Remembered
 from bench.stamp import SIMULATED, stamp
 from bench.words import paragraph
 from bridge.simulator.direct import Itinerary, TruthRun, simulate_truth
-from bridge.simulator.missions import Leg, Mission, mission_named
+from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.references import Reference
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.live import LiveGap

@@ -10,6 +10,7 @@ from bench import (
     bags,
     coverage,
     deepxde_surge,
+    flying,
     gap_monitor,
     ladder,
     paper_noise,
@@ -88,6 +89,10 @@ def _gap_monitor(run: Run) -> str:
     return gap_monitor.page(run.cache / "bench", 4 if run.short else 40, 4 if run.short else 20)
 
 
+def _flying(run: Run) -> str:
+    return flying.page(run.cache / "bench", 1 if run.short else 3)
+
+
 def _ladder(run: Run) -> str:
     return ladder.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
 
@@ -149,6 +154,7 @@ SECTIONS = {
     "prediction": Measurement(_prediction, prediction.SOURCES),
     "tracking": Measurement(_tracking, tracking.SOURCES),
     "gap monitor": Measurement(_gap_monitor, gap_monitor.SOURCES),
+    "flying": Measurement(_flying, flying.SOURCES),
     "ladder": Measurement(_ladder, ladder.SOURCES),
     "paper small": Measurement(_paper_small, paper_small.SOURCES),
     "deepxde": Measurement(_deepxde, deepxde_surge.SOURCES),

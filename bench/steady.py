@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bench.campaigns import Dived
 from bench.words import paragraph
 from bridge.simulator.dive import WARM_UP_S
-from bridge.simulator.missions import Leg
+from bridge.vehicle.legs import Leg
 from identify.estimators.table import DEFAULT
 
 Array = NDArray[np.float64]

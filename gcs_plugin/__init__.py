@@ -1,8 +1,8 @@
 """The ground station: records, keeps the parameters, checks the vehicle; no identification.
 
 `recording` links to files · `dives` dive folders · `fetch` the vehicle's own recording · `watch` the vehicle now ·
-`monitor` how far a vehicle is off its model · `doctor` checks · `params` files, plan, upload, roll back ·
-`mavproxy` all of this inside MAVProxy.
+`monitor` how far a vehicle is off its model · `doctor` checks · `params` files, plan, upload, roll back · `flying` a
+plan that the vehicle flies · `mavproxy` all of this inside MAVProxy.
 
 `peers` who speaks on the links · `fleet` which vehicle orders go to · `feedforward` switches the feed-forward ·
 `off_orders` the marks of OFF orders · `locks` between programs · `job` work in processes of its own · `simulated` the

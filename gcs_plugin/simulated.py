@@ -10,9 +10,9 @@ from bridge.links.memory import memory_pair
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, disarm, simulate_dive
-from bridge.simulator.missions import Mission
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recording.recorder import Recorder
@@ -133,7 +133,7 @@ class AlongsideLink(Wrapper):
         until_s = self.vehicle.clock.boot_s() + timeout_s
         data = self._link.read(0.0)
         while not data and self.vehicle.clock.boot_s() < until_s:
-            self.vehicle.tick(None)
+            self.vehicle.rest()
             data = self._link.read(0.0)
         return data
 

@@ -422,6 +422,51 @@ def _plan(options: Options) -> None:
     options.json("the plan")
 
 
+def _flight(options: Options) -> None:
+    """The options of a flight."""
+    options.value(
+        "--limits",
+        "FILE",
+        "the limit file: depth, altitude, distance, speed, tilt, battery, time",
+        required=True,
+    )
+    options.vehicle("the vehicle file", required=True)
+    options.value("--link", "SPEC", "the link to the vehicle", required=True)
+    options.sign_key()
+    options.switch(
+        "--armed", "arm it and fly; without this nothing is sent, and what would be flown is shown"
+    )
+    options.positive(
+        "--to",
+        "PERCENT",
+        "stop once every parameter is known to so much (half of its 95 per cent interval)",
+        3.0,
+    )
+    options.value("--know", "NAME", "which parameters (default: all that the plan tells)", nargs="+")
+    options.value("--countdown", "S", "seconds before it moves, 3 to 60", type=seconds, default=10.0)
+    options.takes_dive()
+    options.system()
+    options.json("what came of it")
+
+
+@verb(
+    "let the vehicle fly what plan proposes, within limits, until enough is known; any key ends it",
+    f"seatrial fly plan.yaml --limits limits.yaml --vehicle ruvifist:hovering {_LINK} --armed",
+)
+def _fly(options: Options) -> None:
+    options.value("plan", "PLAN", "the mission that plan wrote")
+    _flight(options)
+
+
+@verb(
+    "plan, fly, identify, and upload in shadow, within limits: the vehicle ends where it began",
+    f"seatrial calibrate --limits limits.yaml --vehicle ruvifist:hovering {_LINK} --armed",
+)
+def _calibrate(options: Options) -> None:
+    _flight(options)
+    options.positive("--minutes", "N", "longest flight that is planned", 5.0)
+
+
 @verb(
     "take what was identified and accepted into the vehicle file, as known before the next dive",
     "seatrial prior hovering.json --vehicle our.yaml",

@@ -21,10 +21,11 @@ from bench.reproduce.paper import (
 from bench.reproduce.published import HOVERING_TARGET, RAMP, TOP_SPEED, TRANSIENT
 from bridge.errors import ParamRejected
 from bridge.onboard.parameters import ParameterServer, parameters_of
-from bridge.simulator.missions import HeadingReference, Leg, Mission, mission_named, rest, run, turn
+from bridge.simulator.missions import HeadingReference, mission_named, rest, run, turn
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, bounds
 from gcs_plugin import simulated

@@ -76,22 +76,23 @@ def answer_command(message: Any, arm: Arm, test: Test | None = None) -> list[Any
     turns thrusters.
     """
     if message.command == dialect.MAV_CMD_DO_MOTOR_TEST and test is not None:
-        return _acknowledged(message, test(message))
+        return acknowledged(message, test(message))
     if message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
-        return _acknowledged(message, dialect.MAV_RESULT_UNSUPPORTED)
+        return acknowledged(message, dialect.MAV_RESULT_UNSUPPORTED)
     if message.param1 not in (0.0, 1.0) or not arm(message.param1 == 1.0):
         return deny_command(message)
-    return _acknowledged(message, dialect.MAV_RESULT_ACCEPTED)
+    return acknowledged(message, dialect.MAV_RESULT_ACCEPTED)
 
 
 def deny_command(message: Any) -> list[Any]:
     """Return the COMMAND_ACK that denies a COMMAND_LONG, as to a sender that may not give orders here."""
-    return _acknowledged(message, dialect.MAV_RESULT_DENIED)
+    return acknowledged(message, dialect.MAV_RESULT_DENIED)
 
 
-def _acknowledged(message: Any, result: int) -> list[Any]:
+def acknowledged(message: Any, result: int, of: int = 0) -> list[Any]:
+    """Return the COMMAND_ACK of a COMMAND_LONG; `of` goes into result_param2."""
     sender = message.get_srcSystem(), message.get_srcComponent()
-    return [dialect.MAVLink_command_ack_message(message.command, result, 0, 0, *sender)]
+    return [dialect.MAVLink_command_ack_message(message.command, result, 0, of, *sender)]
 
 
 def answer_file_transfer(message: Any) -> list[Any]:

@@ -14,13 +14,16 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
+from bridge.flight.orders import COMMANDS
 from bridge.links.link import Link
 from bridge.onboard import telemetry
 from bridge.onboard.device_faults import SensorWatch
+from bridge.onboard.flights import HEARD, Flights
 from bridge.onboard.orders import (
     Ground,
     MotorTests,
     Pace,
+    acknowledged,
     answer_command,
     answer_file_transfer,
     answer_timesync,
@@ -47,6 +50,7 @@ from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.navigation import Navigation, Navigator
 from bridge.vehicle.parameters import COMMIT, MODE
+from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Frame, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.status_codes import Topic, coded
@@ -86,9 +90,9 @@ class Bridge:
 
     `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
     refuses FTP requests. Neither waits for the disk. `companion`: an autopilot flies the vehicle, and arms it.
-    `motor_tests` is set by the program that drives the thrusters
-    while no mission runs, and stays None if no program does. `counts`: "unfit" (readings that fit no message),
-    "refused" (orders from strangers), "too fast" (dropped parameter writes).
+    `motor_tests` is set by the program that drives the thrusters while no mission runs, `flights` by one that can fly
+    manoeuvres; both stay None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders
+    from strangers), "too fast" (dropped parameter writes).
     """
 
     def __init__(
@@ -108,6 +112,7 @@ class Bridge:
         self.parsers: dict[str, Parser] = {}
         self.armed = False
         self.motor_tests: MotorTests | None = None
+        self.flights: Flights | None = None
         self._vehicle = vehicle
         self._clock = clock
         self._sides = Sides(links, self.say)
@@ -207,6 +212,19 @@ class Bridge:
         self._send(Reading("pwm", now_s, pwm_us))
         return pwm_us
 
+    def fly(self) -> Reference | None:
+        """Return the reference of a flight's tick, None while none steers; disarm at its end. Needs `flights`."""
+        assert self.flights is not None
+        now_s, flight = self._clock.boot_s(), self.flights.flight
+        reference = self.flights.step(self.navigation, armed=self.armed, now_s=now_s)
+        if flight.disarms:
+            flight.disarms = False
+            self.arm(False)
+        reading = self.flights.reading(now_s)
+        if reading is not None:
+            self._send(reading)
+        return reference
+
     def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
         """Send the crew a text (STATUSTEXT)."""
         self._text_number = self._text_number % 65535 + 1
@@ -247,7 +265,7 @@ class Bridge:
         ring_texts = self._ring.take_texts() if self._ring else ()
         for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *ring_texts):
             self.say(text)
-        for text in self._parameters.take_news():
+        for text in (*self._parameters.take_news(), *(self.flights.take_texts() if self.flights else ())):
             self.say(text, dialect.MAV_SEVERITY_NOTICE)
         self._flush()
 
@@ -315,6 +333,11 @@ class Bridge:
             self._to_autopilot(self._companion.hear(number, frame, now_s, lambda: self.navigation))
             if frame.message_id not in _UNKEPT:
                 self._overheard.append(frame.raw)
+        if self.flights is not None and frame.message_id in HEARD:
+            word = decode(frame) if self._ground.gives(frame.system, frame.component) else None
+            if word is not None and getattr(word, "target", own_address[0]) == own_address[0]:
+                self.flights.hear(word, self._clock.boot_s())
+            return
         if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own_address:
             return
         message = decode(frame)
@@ -360,6 +383,11 @@ class Bridge:
             return self._refuse(source, message)
         if kind == "PARAM_SET" and mine and not self._may_write(message):
             return []
+        if kind == "COMMAND_LONG" and mine and self.flights is not None and message.command in COMMANDS:
+            now_s = self._clock.boot_s()
+            return acknowledged(
+                message, *self.flights.order(message, self.navigation, armed=self.armed, now_s=now_s)
+            )
         if kind == "COMMAND_LONG":
             tests = self.motor_tests
             now_s = self._clock.boot_s()

@@ -11,15 +11,16 @@ from bridge.clock import Clock, SimulatedClock
 from bridge.errors import ParamRejected
 from bridge.links.link import Link
 from bridge.links.memory import memory_pair
+from bridge.onboard.flights import Flights
 from bridge.onboard.orders import MotorTests
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
-from bridge.simulator.missions import Mission
 from bridge.simulator.plant import Stretch
 from bridge.simulator.truth import TYPICAL, NoiseLevels, Truth
 from bridge.vehicle.autopilot import RATE_HZ, Autopilot
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE, vehicle_table
 from bridge.vehicle.references import Reference
@@ -52,6 +53,7 @@ class SimulatedVehicle:
         self._autopilot = Autopilot(vehicle, configuration, self.parameters.active, file.path.parent)
         self.parameters.unproven = self._autopilot.unproven
         self._motor_tests = MotorTests(len(vehicle.configurations[configuration].thrusters))
+        self._flights = Flights(vehicle.configurations[configuration])
 
     def tick(self, reference: Reference | None) -> Stretch:
         """Run a control tick, 50 ms. Without a reference the thrusters stand still."""
@@ -60,17 +62,21 @@ class SimulatedVehicle:
         if reference is None:
             self.body.idle()
         else:
-            self.body.pwm_us = control(self._autopilot, self.bridge, self.parameters, self.clock, reference)
+            self.body.pwm_us = self._control(reference)
         self.bridge.step()
         return stretch
 
     def rest(self) -> Stretch:
-        """Run a tick without a mission: the thrusters stand still, or turn as a motor test asks."""
+        """Run a tick without a mission: the thrusters stand still, or turn as a motor test or a flight asks."""
         stretch = self._move()
-        self.bridge.motor_tests = self._motor_tests
-        self.body.pwm_us = self.bridge.rest()
+        self.bridge.motor_tests, self.bridge.flights = self._motor_tests, self._flights
+        reference = self.bridge.fly()
+        self.body.pwm_us = self.bridge.rest() if reference is None else self._control(reference)
         self.bridge.step()
         return stretch
+
+    def _control(self, reference: Reference) -> tuple[float, ...]:
+        return control(self._autopilot, self.bridge, self.parameters, self.clock, reference)
 
     def _move(self) -> Stretch:
         stretch, arrivals = self.body.move(TICK_S)

@@ -16,7 +16,7 @@ class Navigation:
 
     `velocity` is that of the body's origin, held through dropouts. The yaw component of `rate` comes from the
     fibre-optic gyro if there is one. `heading_rad` is unwrapped. `voltage_v` is the recent battery voltage, NaN if
-    unknown.
+    unknown; `altitude_m` the height over the bottom.
     """
 
     velocity: Vector3 = NAN3
@@ -29,6 +29,8 @@ class Navigation:
     depth_m: float = math.nan
     depth_time_s: float = math.nan
     voltage_v: float = math.nan
+    altitude_m: float = math.nan
+    altitude_time_s: float = math.nan
 
 
 def known_at(navigation: Navigation, now_s: float) -> Navigation:
@@ -46,6 +48,8 @@ def known_at(navigation: Navigation, now_s: float) -> Navigation:
         known = replace(known, attitude=(nan, nan, nan, nan), heading_rad=nan)
     if not now_s - navigation.depth_time_s <= OLDEST_S:
         known = replace(known, depth_m=nan)
+    if navigation.altitude_m == navigation.altitude_m and not now_s - navigation.altitude_time_s <= OLDEST_S:
+        known = replace(known, altitude_m=nan)
     return known
 
 
@@ -62,6 +66,7 @@ class Navigator:
         self._attitude: Quaternion = (math.nan, math.nan, math.nan, math.nan)
         self._heading_rad, self._attitude_time_s = math.nan, math.nan
         self._depth_m, self._depth_time_s = math.nan, math.nan
+        self._altitude_m, self._altitude_time_s = math.nan, math.nan
 
     @property
     def navigation(self) -> Navigation:
@@ -76,6 +81,8 @@ class Navigator:
             self._attitude_time_s,
             self._depth_m,
             self._depth_time_s,
+            altitude_m=self._altitude_m,
+            altitude_time_s=self._altitude_time_s,
         )
 
     def take_imu(self, sample: ImuSample) -> None:
@@ -91,6 +98,8 @@ class Navigator:
 
     def take_dvl(self, sample: DvlSample) -> None:
         """Take a velocity, moved from the transducer to the body's origin. Without bottom lock the last one holds."""
+        if sample.altitude_m == sample.altitude_m:
+            self._altitude_m, self._altitude_time_s = sample.altitude_m, sample.time_s
         if not sample.locked:
             return
         self._velocity_time_s = sample.time_s

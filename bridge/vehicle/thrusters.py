@@ -280,3 +280,9 @@ class Pulses:
         """Pulse widths (n,) in microseconds for thrusts (n,) in N."""
         straight = NEUTRAL_US + thrust_n * np.where(thrust_n > 0, self._ahead, self._astern)
         return np.where(np.abs(thrust_n) < self._below_n, straight, self._curve.pwm(thrust_n))
+
+
+def can_sway(configuration: Configuration) -> bool:
+    """Whether the thrust in sway is more than three tenths of the thrust in surge."""
+    ahead, aside = abs(allocation_matrix(configuration)).sum(axis=1)[:2]
+    return bool(aside > 0.3 * ahead)

@@ -38,6 +38,8 @@ class Reading:
         tau_pid, tau_ff, tau_cmd   X Y Z K M N
         nu_fb, nu_ref              u v w p q r; the same, their six derivatives, heading, depth
         ff_mode, veh_cfg           one number
+        flight                     State and End of `bridge.flight.flight`, last order, s left, m north and east of its
+                                   beginning
         battery                    V, A
         gnss                       fix type, latitude and longitude (deg), altitude and sigma (m), speed,
                                    course (rad), satellites
@@ -269,6 +271,7 @@ TABLE: Final = (
     _array("nu_fb", "NU_FB", 6),
     _array("nu_ref", "NU_REF", 14),
     _array("rpm", "RPM", 58),
+    _array("flight", "FLIGHT", 6),
     _named("ff_mode", "FF_MODE"),
     _named("veh_cfg", "VEH_CFG"),
 )

@@ -54,7 +54,7 @@ _SILENT_BEAT: Final = Heartbeat(0, 0, 0, 0, -math.inf)
 
 _OTHERS: Final = (
     "rates", "velocity", "velocity_ned", "depth", "alive", "clock", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref",
-    "ff_mode", "veh_cfg",
+    "ff_mode", "veh_cfg", "flight",
 )  # fmt: skip
 
 

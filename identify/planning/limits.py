@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.simulator.direct import QUIET, simulate_truth
-from bridge.simulator.missions import Leg, Mission
 from bridge.simulator.truth import Truth
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.planning.knowledge import Knowledge
 

@@ -8,8 +8,9 @@ velocity and position swing about zero from the start.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from bridge.simulator.missions import TRANSIENT_S, Leg
+from bridge.simulator.missions import TRANSIENT_S
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.legs import Leg
 
 SURGE, SWAY, HEAVE, YAW = 0, 1, 2, 5
 PUSHES = {SURGE: "push_surge_n", SWAY: "push_sway_n"}

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.simulator.direct import TICK_S
-from bridge.simulator.missions import Leg
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.legs import Leg
 from identify.estimators.misfit import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, of_motion, of_timing
 from identify.planning.limits import REST_S, Limits, Tank, Trial

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bridge.simulator.missions import Leg
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from bridge.vehicle.legs import Leg
 from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import REST_S, START_DEPTH_M, Limits, Tank

@@ -11,8 +11,9 @@ from dask_cluster import cluster
 
 from bridge import exit_codes
 from bridge.simulator.dive import simulate_dive
-from bridge.simulator.missions import Mission, rest, run
+from bridge.simulator.missions import rest, run
 from bridge.vehicle.config import Prior
+from bridge.vehicle.legs import Mission
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
 from identify.batch.work import identify

@@ -28,8 +28,8 @@ from bench.stamp import files
 from bench.steady import steady_errors
 from bench.tracking import truly
 from bridge.errors import LogError
-from bridge.simulator.missions import Leg
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Leg
 from bridge.wire.framing import Encoder
 from identify.dive import Dive, Signal
 from identify.estimators.table import SIDE_BY_SIDE

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from bridge.simulator.direct import Noise, simulate_truth
-from bridge.simulator.missions import Mission, rest, run, turn
+from bridge.simulator.missions import rest, run, turn
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from identify.diagnose.result import Accepted, Hull, Value
 from identify.dive import Dive, Signal

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bridge.simulator.missions import Leg
+from bridge.vehicle.legs import Leg
 from identify.planning.limits import Tank, Trial
 
 DIVED: dict[str, Trial] = {}

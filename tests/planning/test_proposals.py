@@ -11,10 +11,11 @@ from soak import rows_rest_in_soak
 
 from bridge.errors import ConfigError, FitError
 from bridge.simulator.direct import QUIET, simulate_truth
-from bridge.simulator.missions import Leg, Mission, load_mission, survey
+from bridge.simulator.missions import load_mission, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
+from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from bridge.simulator.direct import simulate_truth
-from bridge.simulator.missions import Mission
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 

@@ -18,9 +18,10 @@ from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
 from bridge import exit_codes
 from bridge.errors import ParamRejected
-from bridge.simulator.missions import Mission, rest, run, turn
+from bridge.simulator.missions import rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import bounds
 from identify.report.page import render_report

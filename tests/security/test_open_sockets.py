@@ -89,6 +89,7 @@ VERBS = {
     "bridge": ["--vehicle", "ruvifist"],
     "doctor": ["--seconds", "0.1"],
     "fetch": ["--new"],
+    "fly": ["plan.yaml", "--limits", "limits.yaml", "--vehicle", "ruvifist:hovering", "--armed"],
     "ff off": [],
     "ff both": ["--yes"],
     "params diff": ["new.param"],
@@ -116,7 +117,8 @@ def opens_a_link(parser):
 
 def test_no_verb_that_opens_a_link_is_left_out_here():
     results = {verb for verb in cli.VERBS if opens_a_link(cli.verb_parser(verb))}
-    assert results == {line.split()[0] for line in VERBS} | {"tui"}
+    # calibrate opens its link by fly, params and ff.
+    assert results == {line.split()[0] for line in VERBS} | {"tui", "calibrate"}
 
 
 class Ended(QuietLink):
@@ -156,6 +158,12 @@ def at_once(tmp_path, monkeypatch):
     frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
     (tmp_path / "dive.tlog").write_bytes((1_790_000_000_000_000).to_bytes(8, "big") + frame)
     (tmp_path / "new.param").write_text("FF1_M_U,111.5\n", encoding="utf-8")
+    (tmp_path / "plan.yaml").write_text(
+        "start_depth_m: 1.5\nlegs: [{duration_s: 5, push_surge_n: 20}]\n", encoding="utf-8"
+    )
+    limits = "{shallowest_m: 0, deepest_m: 4, altitude_m: 0, distance_m: 4, speed_m_s: 1, tilt_deg: 20, "
+    limits += "battery_v: 0, time_s: 9}"
+    (tmp_path / "limits.yaml").write_text(limits, encoding="utf-8")
     yield opened
     for link in links:
         link.close()

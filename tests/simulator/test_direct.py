@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
-from bridge.simulator.missions import Mission, rest, run, turn, validation
+from bridge.simulator.missions import rest, run, turn, validation
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import yaw_of
 

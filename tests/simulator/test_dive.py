@@ -17,10 +17,11 @@ from bridge.onboard.parameters import ParameterServer
 from bridge.simulator.body import Start
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
-from bridge.simulator.missions import Leg, Mission, dive, rest, run, turn
+from bridge.simulator.missions import dive, rest, run, turn
 from bridge.simulator.truth import QUIET, load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, vehicle_table
 from bridge.vehicle.references import Reference

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from bridge.errors import ConfigError
-from bridge.simulator.missions import Leg, Mission, hovering, load_mission, mission_named, survey, validation
+from bridge.simulator.missions import hovering, load_mission, mission_named, survey, validation
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Leg, Mission
 
 SHAPES = load_vehicle("ruvifist").vehicle.configurations
 ALL = [

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bridge.simulator.direct import simulate_truth
-from bridge.simulator.missions import Leg, Mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Leg, Mission
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.forces import names_of
 from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor

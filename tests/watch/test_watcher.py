@@ -8,6 +8,7 @@ from vehicle_on_air import LINK, OnAir, dvl, imu
 
 from bridge.onboard.orders import status_texts
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.readings import TABLE
 from bridge.wire.status_codes import Topic, coded
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
 from gcs_plugin.watch.watcher import Watcher
@@ -43,6 +44,23 @@ def test_a_mode_that_is_no_whole_number_is_not_known(watcher, vehicle, value, mo
     vehicle.beats(1.0)
     vehicle.tells("ff_mode", (value,), 1.0)
     assert watcher.picture(1.0).ff_mode == mode
+
+
+@pytest.mark.parametrize("signal", [row.name for row in TABLE])
+def test_every_signal_of_the_contract_is_heard(watcher, vehicle, signal):
+    vehicle.beats(1.0)
+    values = {
+        "alive": 3,
+        "pwm": 8,
+        "rpm": 58,
+        "nu_ref": 14,
+        "gnss": 8,
+        "imu": 7,
+        "attitude": 7,
+        "dvl": 4,
+    }.get(signal, 6)
+    vehicle.tells(signal, (1.0,) * values, 1.0)
+    assert watcher.picture(1.0).links
 
 
 @pytest.mark.parametrize(

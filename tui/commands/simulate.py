@@ -21,11 +21,12 @@ from bridge.signing.link import Trouble
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle, real_time
 from bridge.simulator.json_plant import PORT, json_body, serve
-from bridge.simulator.missions import Mission, mission_named
+from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.text import say, say_warning
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import BY_WORD, Mode
 from gcs_plugin import simulated
 from identify.effects.effect import SIMULATED

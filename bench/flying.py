@@ -1,0 +1,149 @@
+"""A plan that the simulated vehicle flies by itself against the mission that a crew flies by hand: time to know enough.
+
+The hand-flown mission is the paper's own of each configuration, identified as a whole; `seatrial fly` is asked for the
+widest interval that it leaves of any mass or damping. The
+flown vehicle is in simulated time, and its identifications take as long as they take on this computer, while it flies
+on.
+"""
+
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bench.campaigns import CONFIGURATIONS, VEHICLE
+from bench.remembered import Data, Remembered
+from bench.stamp import reached, stamp
+from bench.words import paragraph
+from bridge.flight.limits import FlightLimits
+from bridge.onboard.parameters import parameters_of
+from bridge.simulator.missions import mission_named
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin import simulated
+from gcs_plugin.flying.plan import FlightPlan, flight_plan
+from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted
+from identify.planning.limits import START_DEPTH_M, Limits
+from identify.run.plan import plan
+from tui.flying import InTurn, recorded_crew, widths_of
+
+SOURCES = (*reached("tui/flying.py", "gcs_plugin/simulated.py", "identify/run/plan.py"), "bench/flying.py")
+LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
+PLAN_S = 300.0
+COUNTDOWN_S = 3.0
+SEED = 8700
+KNOWN = 0.1
+"""Coefficients that the mission by hand does not tell this well are not asked for."""
+
+
+def page(cache: Path, dives: int) -> str:
+    """The section of docs/benchmarks.md, of so many dives of each configuration."""
+    kept = Remembered(cache / f"flying-{stamp(*SOURCES)}.jsonl")
+    jobs = {f"{c} {n}": partial(measured, c, SEED + n) for c in CONFIGURATIONS for n in range(dives)}
+    return "\n".join(lines(kept.fill(jobs, "flying")))
+
+
+def measured(configuration: str, seed: int) -> Data:
+    """A hand-flown mission and a flight until it is as well known: seconds of both, and their widths in per cent."""
+    file = load_vehicle(f"{VEHICLE}:{configuration}")
+    flown_plan = planned(configuration)
+    mission = mission_named(configuration, file.vehicle.configurations[configuration])
+    with tempfile.TemporaryDirectory() as folder:
+        hand = simulated.dive_with_pid(
+            file, configuration, mission, Path(folder), seed, time.time(), lambda _: None
+        )
+        by_hand = widths_of(hand.path, str(file.path), configuration)
+        names = tuple(name for name in flown_plan.tells if by_hand[name] <= KNOWN)
+        wanted = Wanted(names, max(by_hand[name] for name in names))
+        outcome, took_s = flight(configuration, flown_plan, wanted, seed, Path(folder))
+    return {
+        "hand_s": mission.duration_s,
+        "known_s": outcome.known_s,
+        "whole_s": outcome.seconds,
+        "identify_s": float(np.mean(took_s)),
+        "share": wanted.share,
+        "hand": {name: by_hand[name] for name in wanted.names},
+        "flown": {name: outcome.widths[name] for name in wanted.names},
+    }
+
+
+def planned(configuration: str) -> FlightPlan:
+    """The plan of the configuration, from its vehicle file alone."""
+    file = load_vehicle(f"{VEHICLE}:{configuration}")
+    proposal = plan(file, Limits(), PLAN_S).proposal
+    return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
+
+
+def flight(
+    configuration: str, flown_plan: FlightPlan, wanted: Wanted, seed: int, root: Path
+) -> tuple[Outcome, list[float]]:
+    """Fly the plan until all that is wanted is known; the seconds that each identification took."""
+    file = load_vehicle(f"{VEHICLE}:{configuration}")
+    link, clock = simulated.afloat(file, configuration, seed, parameters_of(file, None))
+    crew, recorder, folder = recorded_crew(link, file, configuration, root, clock, lambda _: None)
+    identifying = InTurn(folder.path, file, configuration, clock, time.monotonic)
+    try:
+        crew.find(1)
+        flying = PlanFlight(crew, flown_plan, LIMITS, wanted, identifying)
+        flying.begin(COUNTDOWN_S)
+        while not flying.over:
+            flying.step()
+    finally:
+        recorder.close()
+    return flying.outcome, identifying.took_s
+
+
+def lines(results: dict[str, Data]) -> list[str]:
+    """The section's lines."""
+    out = [
+        "## A plan that the vehicle flies by itself",
+        "",
+        *paragraph(
+            "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
+            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
+            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
+            "the ways to its station and the identifications beside it. Medians."
+        ),
+        "",
+        "| configuration | dives | asked for | by hand | flown | share | back where it began |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for configuration in CONFIGURATIONS:
+        data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
+        middle = {
+            key: float(np.median([d[key] for d in data])) for key in ("share", "hand_s", "known_s", "whole_s")
+        }
+        out.append(
+            f"| {configuration} | {len(data)} | {100 * middle['share']:.1f}% | {middle['hand_s']:.0f} s | "
+            f"{middle['known_s']:.0f} s | 1/{middle['hand_s'] / middle['known_s']:.1f} | {middle['whole_s']:.0f} s |"
+        )
+    out += [
+        "",
+        "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
+        "",
+    ]
+    for configuration in CONFIGURATIONS:
+        data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
+        names = list(data[0]["hand"])
+        cells = [
+            [100 * float(np.median([d[way][name] for d in data])) for name in names]
+            for way in ("hand", "flown")
+        ]
+        out += [
+            f"| {configuration} | {' | '.join(names)} |",
+            "|---" * (len(names) + 1) + "|",
+            f"| by hand | {' | '.join(f'{value:.2g}' for value in cells[0])} |",
+            f"| flown | {' | '.join(f'{value:.2g}' for value in cells[1])} |",
+            "",
+        ]
+    mean_s = float(np.mean([d["identify_s"] for d in results.values()]))
+    out += [
+        *paragraph(
+            "Long steady laps tell the damping of an axis better than short waves do: where a damping alone must be "
+            "known that well, fly laps. Each identification of what was recorded so far took "
+            f"{mean_s:.1f} s on average, beside the flight."
+        ),
+        "",
+    ]
+    return out

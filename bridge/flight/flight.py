@@ -1,0 +1,317 @@
+"""The state machine of a vehicle that flies by itself, and everything that ends a flight. Pure: no clock, no link.
+
+    IDLE -> COUNTDOWN -> GOING (to its station) -> WAITING -> FLYING a manoeuvre -> GOING back -> WAITING ...
+
+From any of these, once: RETURNING to where it began (finished, a limit reached, the ground silent), or HOLDING where it
+is (the end key, a sensor silent), or IDLE at once (the pilot's sticks moved, disarmed). A return ends in HOLDING, and
+that by disarming. A flight that ended is over: nothing resumes by itself.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from bridge.flight.course import Course, Pose, moved, tilt_rad
+from bridge.flight.limits import FlightLimits
+from bridge.vehicle.legs import Leg, Mission
+from bridge.vehicle.navigation import Navigation, known_at
+from bridge.vehicle.references import ZERO6, Reference
+
+CONFIRM_S: Final = 0.25
+"""A limit must be exceeded for so long: a single bad reading ends nothing."""
+UNKNOWN_S: Final = 2.0
+"""Altitude or voltage, where they are limited, may be unknown for so long."""
+SETTLE_S: Final = 2.0
+UNASKED_S: Final = 60.0
+"""It waits on its station for the next order for so long, then goes back: another ground may beat for a dead one."""
+LATE_SHARE, LATE_S = 3.0, 30.0
+"""A way may take so many times as long as it should, and so long more."""
+COUNTDOWN_S: Final = (3.0, 60.0)
+
+
+class State(IntEnum):
+    """The stage of a flight; the numbers are those of the telemetry and never change."""
+
+    IDLE = 0
+    COUNTDOWN = 1
+    GOING = 2
+    WAITING = 3
+    FLYING = 4
+    RETURNING = 5
+    HOLDING = 6
+
+
+class End(IntEnum):
+    """Why a flight ended, or why none began; the numbers are those of the telemetry and never change."""
+
+    NONE = 0
+    FINISHED = 1
+    KEY = 2
+    STICKS = 3
+    DISARMED = 4
+    LINK = 5
+    TIME = 6
+    DEPTH = 7
+    ALTITUDE = 8
+    DISTANCE = 9
+    SPEED = 10
+    TILT = 11
+    BATTERY = 12
+    VELOCITY = 13
+    HEADING = 14
+    NO_DEPTH = 15
+    ASTRAY = 16
+    UNASKED = 17
+
+
+WORDS: Final = {
+    End.NONE: "",
+    End.FINISHED: "finished",
+    End.KEY: "end key",
+    End.STICKS: "sticks moved, they have control",
+    End.DISARMED: "disarmed",
+    End.LINK: "ground not heard",
+    End.TIME: "time is up",
+    End.DEPTH: "depth limit",
+    End.ALTITUDE: "altitude limit",
+    End.DISTANCE: "distance limit",
+    End.SPEED: "speed limit",
+    End.TILT: "tilt limit",
+    End.BATTERY: "battery limit",
+    End.VELOCITY: "no velocity, it holds",
+    End.HEADING: "no attitude, it holds",
+    End.NO_DEPTH: "no depth, it holds",
+    End.ASTRAY: "can't get to its place",
+    End.UNASKED: "no further order",
+}
+"""Why a flight ended, short enough for a STATUSTEXT."""
+
+UNDER_WAY: Final = (State.GOING, State.WAITING, State.FLYING)
+SENSES: Final = {End.VELOCITY: "velocity", End.HEADING: "attitude", End.NO_DEPTH: "depth"}
+BLIND: Final = tuple(SENSES)
+"""Without these no way back can be steered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """The state of vehicle, ground and sticks at a tick.
+
+    `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick.
+    """
+
+    time_s: float
+    navigation: Navigation
+    armed: bool
+    ground_s: float
+    touched: bool = False
+
+
+class Flight:
+    """The flights of a vehicle, one after the other. `sways`: whether its thrusters push it sideways."""
+
+    def __init__(self, *, sways: bool) -> None:
+        self.state, self.end = State.IDLE, End.NONE
+        self.pose = Pose(0.0, 0.0, math.nan, math.nan)
+        self.disarms = False
+        self._sways = sways
+        self._limits: FlightLimits | None = None
+        self._time_s = self._begun_s = self._until_s = self._since_s = 0.0
+        self._began = self._station = self.pose
+        self._course: Course | None = None
+        self._mission: Mission | None = None
+        self._held: Reference | None = None
+        self._exceeded: dict[End, float] = {}
+        self._altitude_s = self._voltage_s = 0.0
+
+    @property
+    def left_s(self) -> float:
+        """Time left of countdown, manoeuvre or holding; 0 in other states."""
+        ends = (State.COUNTDOWN, State.FLYING, State.HOLDING)
+        return max(0.0, self._until_s - self._time_s) if self.state in ends else 0.0
+
+    def begin(self, limits: FlightLimits, depth_m: float, countdown_s: float, seen: Seen) -> str:
+        """Begin a flight whose manoeuvres start at `depth_m`; return why not, "" if it begins."""
+        if self.state is not State.IDLE:
+            return "a flight is under way"
+        if not COUNTDOWN_S[0] <= countdown_s <= COUNTDOWN_S[1]:
+            return f"a countdown takes {COUNTDOWN_S[0]:.0f} to {COUNTDOWN_S[1]:.0f} s"
+        if not limits.shallowest_m <= depth_m <= limits.deepest_m:
+            return "plan's depth is outside the limits"
+        if seen.touched:
+            return "sticks are not at rest"
+        navigation = known_at(seen.navigation, seen.time_s)
+        if blind := _blind(navigation):
+            return f"no {SENSES[blind]}"
+        if limits.altitude_m and not navigation.altitude_m >= limits.altitude_m:
+            return "altitude too low or unknown"
+        if limits.battery_v and not navigation.voltage_v >= limits.battery_v:
+            return "battery too low or unknown"
+        self._limits = limits
+        self._began = self.pose = Pose(0.0, 0.0, navigation.depth_m, navigation.heading_rad)
+        self._station = Pose(0.0, 0.0, depth_m, navigation.heading_rad)
+        self.state, self.end, self.disarms = State.COUNTDOWN, End.NONE, False
+        self._time_s = self._begun_s = self._altitude_s = self._voltage_s = seen.time_s
+        self._until_s = seen.time_s + countdown_s
+        self._exceeded.clear()
+        return ""
+
+    def fly(self, legs: Sequence[Leg], seen: Seen) -> str:
+        """Fly a manoeuvre from the station; return why not, "" if it begins."""
+        if self.state is not State.WAITING or self._limits is None:
+            return "vehicle is not on its station"
+        if not legs:
+            return "manoeuvre has no legs"
+        mission = Mission("manoeuvre", tuple(legs), self._station.depth_m, self._station.heading_rad)
+        if seen.time_s + mission.duration_s > self._begun_s + self._limits.time_s:
+            return "manoeuvre takes longer than is left"
+        self._mission, self._since_s = mission, seen.time_s
+        self._until_s = seen.time_s + mission.duration_s
+        self.state = State.FLYING
+        return ""
+
+    def finish(self) -> None:
+        """Go back to where the flight began, and end there."""
+        if self.state is State.COUNTDOWN:
+            self._idle(End.FINISHED)
+        elif self.state in UNDER_WAY:
+            self._return(End.FINISHED)
+
+    def stop(self) -> None:
+        """Hold here and now, whatever it was doing: the end key."""
+        if self.state is State.COUNTDOWN:
+            self._idle(End.KEY)
+        elif self.state in (*UNDER_WAY, State.RETURNING):
+            self._hold(End.KEY)
+
+    def step(self, seen: Seen) -> Reference | None:
+        """The reference of this tick, None while no flight steers. `disarms` is set once it is over."""
+        if self.state is State.IDLE or self._limits is None:
+            return None
+        dt_s = max(seen.time_s - self._time_s, 1e-3)
+        self._time_s = seen.time_s
+        navigation = known_at(seen.navigation, seen.time_s)
+        self.pose = moved(self.pose, navigation, dt_s)
+        self._judge(seen, navigation)
+        if self.state in (State.COUNTDOWN, State.FLYING) and seen.time_s >= self._until_s:
+            self._go(State.GOING, self._station)
+        elif self.state in (State.GOING, State.RETURNING):
+            self._travel(seen, navigation)
+        elif self.state is State.HOLDING and seen.time_s >= self._until_s:
+            self.disarms = True
+            self._idle(self.end)
+        return self._reference(dt_s)
+
+    def _reference(self, dt_s: float) -> Reference | None:
+        if self.state is State.FLYING and self._mission is not None:
+            return self._mission.reference(self._time_s - self._since_s)
+        if self.state is State.HOLDING and self._held is not None:
+            return self._held
+        if self.state in (State.GOING, State.WAITING, State.RETURNING) and self._course is not None:
+            return self._course.step(self.pose, dt_s)
+        return None
+
+    def _judge(self, seen: Seen, navigation: Navigation) -> None:
+        """End the flight if something speaks against it."""
+        if seen.touched:
+            self._idle(End.STICKS)
+        elif not seen.armed and (self.state is not State.COUNTDOWN or seen.time_s >= self._until_s):
+            self._idle(self.end if self.state is State.HOLDING else End.DISARMED)
+        elif self.state is State.COUNTDOWN:
+            if end := self._exceeds(seen, navigation):
+                self._idle(end)
+        elif self.state in UNDER_WAY:
+            if end := self._exceeds(seen, navigation):
+                (self._hold if end in BLIND else self._return)(end)
+        elif self.state is State.RETURNING:
+            tilted = self._confirmed(End.TILT, tilt_rad(navigation) > self._bounds.tilt_rad)
+            if _blind(navigation) or tilted or seen.time_s >= self._until_s:
+                self._hold(self.end)
+
+    def _exceeds(self, seen: Seen, navigation: Navigation) -> End:
+        """The first limit that is exceeded, End.NONE if none is."""
+        limits, now_s = self._bounds, seen.time_s
+        if now_s - seen.ground_s > limits.link_s:
+            return End.LINK
+        if blind := _blind(navigation):
+            return blind
+        if now_s - self._begun_s > limits.time_s:
+            return End.TIME
+        if self.state is State.WAITING and now_s > self._until_s:
+            return End.UNASKED
+        if math.isfinite(navigation.altitude_m):
+            self._altitude_s = now_s
+        if math.isfinite(navigation.voltage_v):
+            self._voltage_s = now_s
+        low_altitude = navigation.altitude_m < limits.altitude_m or now_s - self._altitude_s > UNKNOWN_S
+        low_battery = navigation.voltage_v < limits.battery_v or now_s - self._voltage_s > UNKNOWN_S
+        deep, high = navigation.depth_m > limits.deepest_m, navigation.depth_m < limits.shallowest_m
+        at_work = self.state in (State.WAITING, State.FLYING)
+        exceeded = {
+            End.DEPTH: deep or (high and at_work),
+            End.ALTITUDE: limits.altitude_m > 0 and low_altitude,
+            End.DISTANCE: self.pose.distance_m(self._began) > limits.distance_m,
+            End.SPEED: math.hypot(*navigation.velocity) > limits.speed_m_s,
+            End.TILT: tilt_rad(navigation) > limits.tilt_rad,
+            End.BATTERY: limits.battery_v > 0 and low_battery,
+        }
+        confirmed = [end for end, is_over in exceeded.items() if self._confirmed(end, is_over)]
+        return confirmed[0] if confirmed else End.NONE
+
+    def _confirmed(self, end: End, is_over: bool) -> bool:
+        """Whether a limit has been exceeded for long enough."""
+        if not is_over:
+            self._exceeded.pop(end, None)
+            return False
+        return self._time_s - self._exceeded.setdefault(end, self._time_s) >= CONFIRM_S
+
+    @property
+    def _bounds(self) -> FlightLimits:
+        assert self._limits is not None
+        return self._limits
+
+    def _travel(self, seen: Seen, navigation: Navigation) -> None:
+        """Look whether a way has come to its end."""
+        assert self._course is not None
+        if not self._course.arrived(self.pose, math.hypot(*navigation.velocity)):
+            self._since_s = seen.time_s
+            if self.state is State.GOING and seen.time_s >= self._until_s:
+                self._return(End.ASTRAY)
+        elif seen.time_s - self._since_s >= SETTLE_S:
+            if self.state is State.GOING:
+                self.state, self._until_s = State.WAITING, seen.time_s + UNASKED_S
+            else:
+                self._hold(self.end)
+
+    def _go(self, state: State, target: Pose) -> None:
+        limits = self._bounds
+        way_s = (
+            self.pose.distance_m(target) / limits.travel_m_s + abs(self.pose.depth_m - target.depth_m) / 0.1
+        )
+        self._course = Course(self.pose, target, limits.travel_m_s, sways=self._sways)
+        self.state, self._since_s = state, self._time_s
+        self._until_s = self._time_s + LATE_SHARE * way_s + LATE_S
+
+    def _return(self, end: End) -> None:
+        self.end = end
+        self._go(State.RETURNING, self._began)
+
+    def _hold(self, end: End) -> None:
+        self.state, self.end = State.HOLDING, end
+        depth_m = min(max(self.pose.depth_m, 0.0), self._bounds.deepest_m)
+        self._held = Reference(ZERO6, ZERO6, self.pose.heading_rad, depth_m)
+        self._until_s = self._time_s + self._bounds.hold_s
+
+    def _idle(self, end: End) -> None:
+        self.disarms = self.disarms or (self.state is State.COUNTDOWN and end is not End.STICKS)
+        self.state, self.end = State.IDLE, end
+
+
+def _blind(navigation: Navigation) -> End:
+    """The sensor without which nothing can be steered, End.NONE if all are there."""
+    if not all(map(math.isfinite, navigation.velocity)):
+        return End.VELOCITY
+    if not (math.isfinite(navigation.heading_rad) and all(map(math.isfinite, navigation.rate))):
+        return End.HEADING
+    return End.NONE if math.isfinite(navigation.depth_m) else End.NO_DEPTH

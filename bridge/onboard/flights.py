@@ -1,0 +1,138 @@
+"""Flights aboard: the ground's orders and the pilot's sticks on the way to the state machine."""
+
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.errors import ConfigError
+from bridge.flight import orders
+from bridge.flight.flight import WORDS, End, Flight, Seen, State
+from bridge.flight.orders import Seven, What
+from bridge.vehicle.config import Configuration
+from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.references import Reference
+from bridge.vehicle.thrusters import can_sway
+from bridge.wire.readings import Reading
+
+TOUCH: Final = 50
+"""A stick this far from its rest, of 1000, is touched: more than any gamepad's noise."""
+Z_REST: Final = 500
+TELL_EVERY_S, REST_TELL_EVERY_S = 0.2, 1.0
+_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_STICKS: Final[int] = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
+HEARD: Final = (_HEARTBEAT, _STICKS)
+
+_ACCEPTED: Final = int(dialect.MAV_RESULT_ACCEPTED)
+_DENIED: Final = int(dialect.MAV_RESULT_DENIED)
+_AGAIN: Final = int(dialect.MAV_RESULT_TEMPORARILY_REJECTED)
+"""Not all rows of the order arrived: send them again."""
+
+
+class Flights:
+    """Takes a vehicle's flight orders, and reports its flights."""
+
+    def __init__(self, configuration: Configuration) -> None:
+        self.flight = Flight(sways=can_sway(configuration))
+        self._texts: list[str] = []
+        self._ground_s = self._touched_s = -1e9
+        self._legs: dict[int, Seven] = {}
+        self._rows: dict[int, Seven] = {}
+        self._obeyed = 0.0
+        self._tell_s = 0.0
+        self._spoken = State.IDLE, End.NONE
+
+    def hear(self, message: Any, now_s: float) -> None:
+        """Take a HEARTBEAT or MANUAL_CONTROL of the ground."""
+        if message.get_type() == "HEARTBEAT":
+            self._ground_s = now_s
+        elif touched(message):
+            self._touched_s = now_s
+
+    def order(self, message: Any, navigation: Navigation, *, armed: bool, now_s: float) -> tuple[int, int]:
+        """Obey a COMMAND_LONG of `orders.COMMANDS`; return its MAV_RESULT and result_param2."""
+        self._ground_s = now_s
+        numbers: Seven = (
+            *(message.param1, message.param2, message.param3, message.param4),
+            *(message.param5, message.param6, message.param7),
+        )
+        place = int(numbers[0]) if numbers[0] in range(orders.MOST_LEGS) else -1
+        if place < 0:
+            return _DENIED, 0
+        if message.command == orders.LEG:
+            self._legs[place] = numbers
+            return _ACCEPTED, place
+        if message.command == orders.LIMITS:
+            self._rows[place] = numbers
+            return _ACCEPTED, place
+        if numbers[1] != self._obeyed:
+            if numbers[0] in (What.BEGIN, What.FLY) and self._rows_of(numbers) is None:
+                return _AGAIN, place
+            refused = self._obey(numbers, Seen(now_s, navigation, armed, now_s, self._touched(now_s)))
+            if refused:
+                self._texts.append(f"no flight: {refused}")
+                return _DENIED, place
+            self._obeyed = numbers[1]
+        return _ACCEPTED, place
+
+    def take_texts(self) -> list[str]:
+        """Sentences for the crew since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def step(self, navigation: Navigation, *, armed: bool, now_s: float) -> Reference | None:
+        """The reference of this tick, None while no flight steers."""
+        flight = self.flight
+        reference = flight.step(Seen(now_s, navigation, armed, self._ground_s, self._touched(now_s)))
+        told = flight.state, flight.end
+        if told != self._spoken:
+            if flight.end is not self._spoken[1] and flight.end is not End.NONE:
+                self._texts.append(f"flight ends: {WORDS[flight.end]}")
+            self._spoken, self._tell_s = told, now_s
+        return reference
+
+    def reading(self, now_s: float) -> Reading | None:
+        """The flight's state for the ground, if that is due."""
+        if now_s < self._tell_s:
+            return None
+        flight = self.flight
+        self._tell_s = now_s + (REST_TELL_EVERY_S if flight.state is State.IDLE else TELL_EVERY_S)
+        place = flight.pose.north_m, flight.pose.east_m
+        return Reading(
+            "flight", now_s, (float(flight.state), float(flight.end), self._obeyed, flight.left_s, *place)
+        )
+
+    def _touched(self, now_s: float) -> bool:
+        return now_s - self._touched_s <= 1.0
+
+    def _obey(self, numbers: Seven, seen: Seen) -> str:
+        """Do as an order says; return why not."""
+        what, _, _, countdown_s, *_ = numbers
+        if what == What.END:
+            self.flight.stop()
+            return ""
+        if what == What.FINISH:
+            self.flight.finish()
+            return ""
+        rows = self._rows_of(numbers)
+        if what not in (What.BEGIN, What.FLY) or rows is None:
+            return "there is no such order"
+        try:
+            if what == What.BEGIN:
+                return self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
+            return self.flight.fly([orders.leg_of(row) for row in rows], seen)
+        except ConfigError as error:
+            return str(error)
+
+    def _rows_of(self, numbers: Seven) -> list[Seven] | None:
+        """The limits or legs that an order is about, None if not all of them arrived."""
+        what, _, checksum, _, count, *_ = numbers
+        held = self._rows if what == What.BEGIN else self._legs
+        rows = [held[place] for place in sorted(held) if place < count]
+        return rows if rows and orders.checksum(rows) == checksum else None
+
+
+def touched(sticks: Any) -> bool:
+    """Whether a MANUAL_CONTROL has a stick off its rest or a button pressed; an axis of 32767 is not in use."""
+    rest = {"x": 0, "y": 0, "z": Z_REST, "r": 0}
+    moved = [axis for axis, at in rest.items() if abs(getattr(sticks, axis) - at) > TOUCH]
+    return bool(sticks.buttons) or any(getattr(sticks, axis) != 32767 for axis in moved)

@@ -1,0 +1,114 @@
+"""A flight session on a recorded link: every frame of the flight is in the dive folder, orders included.
+
+The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LinkError, LinkTimeout
+from bridge.links.link import Link
+from bridge.wire.framing import Encoder
+from bridge.wire.readings import decode
+from gcs_plugin.flying.session import FlightSession
+from gcs_plugin.peers import GROUND_STATION, Peers, Source
+from gcs_plugin.recording.recorder import Recorded, Recorder
+from gcs_plugin.watch.hearing import StatusTexts
+
+FIND_S: Final = 5.0
+STEP_S: Final = 0.05
+
+
+class Outbox:
+    """Frames for a recorder to send."""
+
+    def __init__(self) -> None:
+        self._frames: list[bytes] = []
+
+    def broadcast(self, raw: bytes) -> None:
+        """Nobody else listens."""
+
+    def taken(self) -> list[bytes]:
+        frames, self._frames = self._frames, []
+        return frames
+
+    def put(self, raw: bytes) -> None:
+        """Send a frame with the recorder's next step."""
+        self._frames.append(raw)
+
+
+class Crew:
+    """Steps the recorder, and the session once there is one; `tell` gets the vehicle's texts.
+
+    `veh_cfg` is the configuration that the vehicle names, None before it has.
+    """
+
+    def __init__(
+        self, recorder: Recorder, link: Link, outbox: Outbox, clock: Clock, tell: Callable[[str], None]
+    ) -> None:
+        self.clock = clock
+        self._peers, self._link = Peers(link), link.name
+        self._recorder, self._outbox = recorder, outbox
+        self._encoder = Encoder(*GROUND_STATION)
+        self._texts = StatusTexts(lambda _source, _severity, text: tell(f"vehicle: {text.words}"))
+        self._session: FlightSession | None = None
+        self.veh_cfg: float | None = None
+
+    @property
+    def session(self) -> FlightSession:
+        """The session with the vehicle that `find` found."""
+        assert self._session is not None
+        return self._session
+
+    def find(self, number: int, system: int | None = None) -> FlightSession:
+        """Listen for the vehicle that flies manoeuvres by itself.
+
+        Raises LinkTimeout if none is heard within FIND_S, LinkError if several are, or it can't, or shares its address.
+        """
+        end_s = self.clock.boot_s() + FIND_S
+        flying: set[Source] = set()
+        heard: set[Source] = set()
+        while self.clock.boot_s() < end_s:
+            for item in self._step():
+                source = (item.frame.system, item.frame.component)
+                if system in (None, source[0]) and source != GROUND_STATION:
+                    heard.add(source)
+                    reading = decode(item.frame)
+                    if reading is not None and reading.signal == "flight":
+                        flying.add(source)
+                    elif reading is not None and reading.signal == "veh_cfg":
+                        self.veh_cfg = reading.values[0]
+        if fault := self._peers.fault(system):
+            raise LinkError(fault)
+        if len(flying) > 1:
+            raise LinkError(
+                f"{len(flying)} vehicles fly manoeuvres by themselves here; name one with --system"
+            )
+        if not flying and heard:
+            raise LinkError("this vehicle flies no manoeuvres by itself; fly the plan by hand, as it says")
+        if not flying:
+            raise LinkTimeout(f"no vehicle within {FIND_S:g} s; check cable, address and that it is on")
+        self._session = FlightSession(flying.pop(), number)
+        return self._session
+
+    @property
+    def fault(self) -> str:
+        """Two vehicles share the address, and both would obey; "" for one alone."""
+        return self._peers.fault()
+
+    def step(self) -> None:
+        """Record, hear, and send what is due."""
+        self._step()
+        for message in self.session.tick(self.clock.boot_s()):
+            self._outbox.put(self._encoder.encode(message))
+
+    def _step(self) -> list[Recorded]:
+        taken = self._recorder.step(STEP_S)
+        now_s = self.clock.boot_s()
+        for item in taken:
+            self._peers.on_frame(item.frame, self._link, now_s)
+            self._texts.hear(item.frame)
+            if self._session is not None:
+                self._session.on_frame(item.frame, now_s)
+        return taken

@@ -1,0 +1,121 @@
+"""The manoeuvres of a plan, cut into pieces short enough to stop as soon as enough is known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby, zip_longest
+from pathlib import Path
+from typing import Final
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.flight.orders import MOST_LEGS, leg_numbers
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.legs import DEPTH_M, Leg
+
+REST: Final = "rest"
+PIECE_S: Final = 16.0
+"""Length of the pieces that a wave is cut into."""
+_DRIVEN: Final = {
+    0: ("surge_m_s", "push_surge_n"),
+    1: ("sway_m_s", "push_sway_n"),
+    2: ("heave_m_s", "push_heave_n"),
+    5: ("yaw_rad_s", "push_yaw_nm"),
+}
+
+
+@dataclass(frozen=True)
+class _File:
+    """A mission file as it is written, with its alternations not yet taken apart."""
+
+    legs: tuple[Leg, ...]
+    name: str = "plan"
+    start_depth_m: float = DEPTH_M
+    start_heading_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Legs flown without a break, of the manoeuvre of that number, from 1."""
+
+    manoeuvre: int
+    legs: tuple[Leg, ...]
+
+    @property
+    def duration_s(self) -> float:
+        return sum(leg.duration_s * leg.alternate for leg in self.legs)
+
+    @property
+    def dofs(self) -> tuple[int, ...]:
+        """The axes that it drives."""
+        return tuple(
+            dof for dof, keys in _DRIVEN.items() if any(getattr(leg, k) for leg in self.legs for k in keys)
+        )
+
+    @property
+    def name(self) -> str:
+        return f"{self.manoeuvre}. {' and '.join(DOFS[dof] for dof in self.dofs)}, {self.duration_s:g} s"
+
+    @property
+    def tells(self) -> tuple[str, ...]:
+        """Names of the coefficients that it tells."""
+        return tuple(group[dof].name for dof in self.dofs for group in (MASSES, DAMPINGS))
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """A plan: the depth at which each manoeuvre begins, and its pieces in the order in which they are flown."""
+
+    name: str
+    depth_m: float
+    pieces: tuple[Piece, ...]
+
+    @property
+    def tells(self) -> tuple[str, ...]:
+        """Names of the coefficients that it tells."""
+        told = {name for piece in self.pieces for name in piece.tells}
+        return tuple(c.name for c in (*MASSES, *DAMPINGS) if c.name in told)
+
+
+def load_plan(path: Path) -> FlightPlan:
+    """Load a plan that `seatrial plan` wrote. Raises ConfigError for a file that is none, or can't be flown."""
+    file = schema.build(_File, schema.load_yaml(path), str(path))
+    groups = groupby(file.legs, key=lambda leg: leg.name == REST and leg.phase == REST)
+    manoeuvres = [tuple(legs) for is_rest, legs in groups if not is_rest]
+    try:
+        return flight_plan(file.name, file.start_depth_m, manoeuvres)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) -> FlightPlan:
+    """The plan of manoeuvres; the pieces of all take turns, so that all axes are known soon.
+
+    Raises ConfigError without a manoeuvre, or with one that can't be flown.
+    """
+    cut_up = [[Piece(number, legs) for legs in cut(legs)] for number, legs in enumerate(manoeuvres, start=1)]
+    pieces = tuple(piece for turn in zip_longest(*cut_up) for piece in turn if piece is not None)
+    if not pieces:
+        raise ConfigError("has no manoeuvre to fly; give a plan that seatrial plan wrote")
+    for piece in pieces:
+        if len(piece.legs) > MOST_LEGS:
+            raise ConfigError(
+                f"manoeuvre {piece.manoeuvre} has {len(piece.legs)} legs, and {MOST_LEGS} can be flown at a time; part "
+                "it by a rest"
+            )
+        for number, leg in enumerate(piece.legs):
+            leg_numbers(number, leg)
+    return FlightPlan(name, depth_m, pieces)
+
+
+def cut(legs: Sequence[Leg], piece_s: float = PIECE_S) -> list[tuple[Leg, ...]]:
+    """Cut a square wave into waves of some `piece_s` each; any other manoeuvre stays whole."""
+    if len(legs) != 3:
+        return [tuple(legs)]
+    first, halves, last = legs
+    is_wave = first == last and halves.alternate % 2 and halves.duration_s == 2 * first.duration_s
+    if not is_wave:
+        return [tuple(legs)]
+    cycles = (halves.alternate + 1) // 2
+    goes = max(1, min(cycles, round(cycles * 2 * halves.duration_s / piece_s)))
+    sizes = [cycles // goes + (go < cycles % goes) for go in range(goes)]
+    return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]

@@ -1,0 +1,201 @@
+"""Flies a plan until enough is known: which piece is next, when to stop, and how it ended."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Final, Protocol
+
+from bridge.flight.flight import BLIND, End, State
+from bridge.flight.limits import FlightLimits
+from gcs_plugin.flying.crew import Crew
+from gcs_plugin.flying.plan import FlightPlan, Piece
+
+UNHEARD_S: Final = 60.0
+"""A vehicle unheard for so long after its own limits have ended the flight is given up."""
+
+Widths = Mapping[str, float]
+"""Half of the 95 % interval over the value, by the name of a coefficient."""
+
+
+class Identifying(Protocol):
+    """Identifies the recording so far, during the flight."""
+
+    def ask(self) -> None:
+        """Begin, if it is not at work."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is still to come."""
+
+    def answer(self) -> Widths | None:
+        """The answer that has come since the last call, None if none has."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The coefficients to be known, each to `share` of its value (half of the 95 % interval, given the thrust)."""
+
+    names: tuple[str, ...]
+    share: float
+
+    def missing(self, widths: Widths) -> tuple[str, ...]:
+        """Those that are not known to the width asked for."""
+        return tuple(name for name in self.names if not widths.get(name, math.inf) <= self.share)
+
+
+@dataclass
+class Outcome:
+    """How a flight went: `widths` of its last identification, `known_s` after take-off if all is known."""
+
+    end: End = End.NONE
+    words: str = ""
+    pieces: int = 0
+    flown_s: float = 0.0
+    known_s: float = math.nan
+    seconds: float = 0.0
+    widths: Widths = field(default_factory=dict)
+
+    @property
+    def all_known(self) -> bool:
+        return math.isfinite(self.known_s)
+
+
+class PlanFlight:
+    """One flight of a plan. `step` until `over`; `key` is the end key: it holds, and pressed again it disarms."""
+
+    def __init__(
+        self,
+        crew: Crew,
+        plan: FlightPlan,
+        limits: FlightLimits,
+        wanted: Wanted,
+        identifying: Identifying,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.outcome = Outcome()
+        self.over = False
+        self._crew, self._plan, self._limits = crew, plan, limits
+        self._wanted, self._identifying, self._tell = wanted, identifying, tell
+        self._left = list(plan.pieces)
+        self._flown: Piece | None = None
+        self._told_of: set[str] = set()
+        self._unasked = self._finishing = self._keyed = self._disarming = False
+        self._begun_s = self._took_off_s = crew.clock.boot_s()
+        self._was: tuple[State, str] = (State.IDLE, "")
+
+    def begin(self, countdown_s: float) -> None:
+        """Ask the vehicle to begin."""
+        self._crew.session.begin(self._limits, self._plan.depth_m, countdown_s)
+
+    def key(self) -> None:
+        """The end key."""
+        if self._keyed:
+            self._disarm()
+        else:
+            self._keyed = True
+            self._crew.session.stop()
+
+    def step(self) -> None:
+        """Record, hear, judge and ask."""
+        self._crew.step()
+        session, now_s = self._crew.session, self._crew.clock.boot_s()
+        self._tell_state()
+        if not self._keyed and (fault := self._crew.fault):
+            self._tell(fault)
+            self.key()
+        widths = self._identifying.answer()
+        if widths is not None:
+            self._weigh(widths, now_s)
+        if session.over:
+            self._end(now_s)
+        elif now_s - max(session.heard_s, self._begun_s) > UNHEARD_S + self._limits.link_s:
+            session.failure = "the vehicle is not heard any more; by its limits it goes back by itself"
+            self._end(now_s)
+        elif session.ready and not self._keyed and not self._finishing:
+            self._next()
+
+    def _weigh(self, widths: Widths, now_s: float) -> None:
+        self.outcome.widths = widths
+        missing = self._wanted.missing(widths)
+        self._tell(told(widths, self._wanted))
+        if not missing and not self.outcome.all_known:
+            self.outcome.known_s = now_s - self._took_off_s
+            if not self._finishing and not self._keyed and not self._crew.session.over:
+                self._finish("all that was asked for is known; it goes back")
+
+    def _next(self) -> None:
+        """Fly the next piece that tells a missing coefficient, or go back where none is left."""
+        if self._flown is not None:
+            self._told_of |= set(self._flown.tells)
+            self.outcome.pieces += 1
+            self.outcome.flown_s += self._flown.duration_s
+            self._flown, self._unasked = None, True
+        if self._unasked and not self._identifying.busy and set(self._wanted.names) <= self._told_of:
+            self._identifying.ask()
+            self._unasked = False
+        missing = set(self._wanted.missing(self.outcome.widths))
+        piece = next((piece for piece in self._left if missing & set(piece.tells)), None)
+        if piece is not None:
+            self._left.remove(piece)
+            self._flown = piece
+            self._tell(f"flies {piece.name}")
+            self._crew.session.fly(piece.legs)
+        elif not self._identifying.busy:
+            self._finish("the plan is flown; it goes back")
+
+    def _finish(self, words: str) -> None:
+        self._finishing = True
+        self._tell(words)
+        self._crew.session.finish()
+
+    def _end(self, now_s: float) -> None:
+        """The vehicle holds or lies still: disarm it where it began, or wait."""
+        session = self._crew.session
+        end = End.NONE if session.heard is None else session.heard.end
+        self.outcome.end, self.outcome.words = end, session.words
+        self.outcome.seconds = now_s - self._begun_s
+        if session.failure or session.state is State.IDLE:
+            self.over = session.idle or bool(session.failure)
+        elif end not in (End.KEY, *BLIND) and session.has_armed:
+            self._disarm()
+        elif not session.has_armed:
+            self.over = True
+
+    def _disarm(self) -> None:
+        if not self._disarming:
+            self._disarming = True
+            self._crew.session.disarm()
+
+    def _tell_state(self) -> None:
+        session = self._crew.session
+        now = (session.state, session.words)
+        if now == self._was:
+            return
+        if self._was[0] is State.COUNTDOWN and now[0] is State.GOING:
+            self._took_off_s = self._crew.clock.boot_s()
+        self._was = now
+        sentence = SENTENCES[session.state].format(session.heard.left_s if session.heard else 0.0)
+        if sentence:
+            self._tell(f"{sentence}{f': {session.words}' if session.words else ''}")
+
+
+SENTENCES: Final = {
+    State.IDLE: "",
+    State.COUNTDOWN: "counts down: {:.0f} s",
+    State.GOING: "",
+    State.WAITING: "",
+    State.FLYING: "",
+    State.RETURNING: "goes back to where it began",
+    State.HOLDING: "holds its place, {:.0f} s at most, then disarms",
+}
+
+
+def told(widths: Widths, wanted: Wanted) -> str:
+    """The live intervals in a line, each with its mark where it is known as asked."""
+    shown = (
+        f"{name} ± {100 * widths[name]:.2g} %{'' if widths[name] <= wanted.share else ' (not yet)'}"
+        if math.isfinite(widths.get(name, math.inf))
+        else f"{name} unknown"
+        for name in wanted.names
+    )
+    return f"known so far: {', '.join(shown)}"

@@ -1,0 +1,215 @@
+"""A flight as the ground sees it: commands sent until they are acknowledged, and the vehicle's reports. Pure.
+
+    limits, BEGIN, arm -> (the vehicle counts down and goes to its station) -> legs, FLY -> ... -> FINISH
+
+Every command is sent again until its own acknowledgement comes; END goes ahead of all others. The vehicle's telemetry
+alone tells its state.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.flight.flight import WORDS, End, State
+from bridge.flight.limits import FlightLimits
+from bridge.flight.orders import LEG, LIMITS, ORDER, Seven, What, checksum, leg_numbers, limit_rows
+from bridge.vehicle.legs import Leg
+from bridge.wire.framing import Frame, decode
+from bridge.wire.readings import decode as decode_reading
+from gcs_plugin.peers import GROUND_STATION, Source
+
+AGAIN_S: Final = 0.25
+UNANSWERED_S: Final = 10.0
+SILENT_S: Final = 3.0
+MOST_TRIES: Final = 5
+"""Rows that did not all arrive are sent again so often: an old acknowledgement may stand for a new row."""
+ARM: Final[int] = dialect.MAV_CMD_COMPONENT_ARM_DISARM
+_ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
+_BEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_ARRAY: Final[int] = dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY
+
+
+@dataclass(frozen=True, slots=True)
+class _Command:
+    """A command to be acknowledged, with `answer` in result_param2."""
+
+    command: int
+    numbers: Seven
+    answer: int
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """The vehicle's last report of its flight."""
+
+    state: State
+    end: End
+    number: float
+    left_s: float
+    north_m: float
+    east_m: float
+
+
+class FlightSession:
+    """`vehicle` system and component; `number` of the first order, any from 1 to 2^23 that no other ground used."""
+
+    def __init__(self, vehicle: Source, number: int) -> None:
+        self._vehicle, self._number = vehicle, number
+        self._queue: deque[_Command] = deque()
+        self._rows: list[_Command] = []
+        self._tries = 0
+        self._sent_s = -1e9
+        self._asked_s: float | None = None
+        self.heard: Heard | None = None
+        self.heard_s = -1e9
+        self.armed = self.has_armed = False
+        self._begun = False
+        self.failure = ""
+
+    @property
+    def idle(self) -> bool:
+        """Whether all that was asked is acknowledged."""
+        return not self._queue
+
+    @property
+    def state(self) -> State:
+        """The vehicle's state, IDLE before it said one."""
+        return State.IDLE if self.heard is None else self.heard.state
+
+    @property
+    def ready(self) -> bool:
+        """Whether the vehicle is on its station and waits for a manoeuvre."""
+        return self.idle and self._obeys and self.state is State.WAITING
+
+    @property
+    def over(self) -> bool:
+        """Whether the flight that was begun has ended and the vehicle holds or lies still."""
+        ended = self._obeys and self.state in (State.IDLE, State.HOLDING)
+        return bool(self.failure) or (self._begun and self.idle and ended)
+
+    @property
+    def words(self) -> str:
+        """Why the flight ended."""
+        if self.failure:
+            return self.failure
+        return WORDS[End.NONE if self.heard is None else self.heard.end]
+
+    def silent(self, now_s: float) -> bool:
+        """Whether the vehicle has said nothing of its flight lately."""
+        return now_s - self.heard_s > SILENT_S
+
+    def begin(self, limits: FlightLimits, depth_m: float, countdown_s: float) -> None:
+        """Ask for a flight whose manoeuvres begin at a depth; arms the vehicle if it is not armed."""
+        rows = limit_rows(limits, depth_m)
+        self._send(LIMITS, rows)
+        self._order(What.BEGIN, checksum(rows), countdown_s, len(rows))
+        self.has_armed = not self.armed
+        if self.has_armed:
+            self._arm(1.0)
+        self._begun = True
+
+    def fly(self, legs: Sequence[Leg]) -> None:
+        """Ask for a manoeuvre."""
+        rows = [leg_numbers(place, leg) for place, leg in enumerate(legs)]
+        self._send(LEG, rows)
+        self._order(What.FLY, checksum(rows), 0.0, len(rows))
+
+    def finish(self) -> None:
+        """Ask it to go back to where it began."""
+        self._order(What.FINISH, 0.0, 0.0, 0)
+
+    def stop(self) -> None:
+        """The end key: ahead of all else."""
+        self._queue.clear()
+        self._sent_s = -1e9
+        self._order(What.END, 0.0, 0.0, 0)
+
+    def disarm(self) -> None:
+        """Disarm it."""
+        self._arm(0.0)
+
+    def tick(self, now_s: float) -> list[Any]:
+        """The messages to send now."""
+        if not self._queue or self.failure:
+            self._asked_s = None
+            return []
+        if self._asked_s is None or self.silent(now_s):
+            self._asked_s = now_s
+        if now_s - self._asked_s > UNANSWERED_S:
+            self.failure = "the vehicle does not answer"
+        if now_s - self._sent_s < AGAIN_S:
+            return []
+        self._sent_s = now_s
+        command = self._queue[0]
+        return [dialect.MAVLink_command_long_message(*self._vehicle, command.command, 0, *command.numbers)]
+
+    def on_frame(self, frame: Frame, now_s: float) -> None:
+        """A frame arrived."""
+        if (frame.system, frame.component) != self._vehicle:
+            return
+        if frame.message_id == _ARRAY:
+            reading = decode_reading(frame)
+            if reading is not None and reading.signal == "flight":
+                self._on_flight(reading.values, now_s)
+        elif frame.message_id in (_ACK, _BEAT) and (message := decode(frame)) is not None:
+            if frame.message_id == _BEAT:
+                self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+            elif message.target_system in (0, GROUND_STATION[0]):
+                self._on_ack(message)
+
+    @property
+    def _obeys(self) -> bool:
+        """Whether the vehicle's last word is later than the last order that it acknowledged."""
+        return self.heard is not None and self.heard.number == self._number
+
+    def _on_flight(self, values: tuple[float, ...], now_s: float) -> None:
+        state, end, number, *others = values
+        try:
+            heard = Heard(State(int(state)), End(int(end)), number, *others)
+        except ValueError:
+            return
+        if self.heard is not None and self.heard.number > 0.0 == number:
+            self.failure = "the vehicle started anew, and lies still"
+            self._queue.clear()
+        self.heard, self.heard_s = heard, now_s
+
+    def _on_ack(self, message: Any) -> None:
+        if not self._queue:
+            return
+        command = self._queue[0]
+        unsupported = message.result == dialect.MAV_RESULT_UNSUPPORTED
+        if message.command != command.command or (
+            message.result_param2 != command.answer and not unsupported
+        ):
+            return
+        if message.result == dialect.MAV_RESULT_ACCEPTED:
+            self._queue.popleft()
+            self._sent_s, self._asked_s = -1e9, None
+            return
+        if message.result == dialect.MAV_RESULT_TEMPORARILY_REJECTED and self._tries < MOST_TRIES:
+            self._tries += 1
+            self._queue.extendleft(reversed(self._rows))
+            return
+        self._queue.clear()
+        self.failure = (
+            "this vehicle flies no manoeuvres by itself"
+            if unsupported
+            else "the vehicle refuses; its words say why"
+        )
+
+    def _send(self, command: int, rows: Sequence[Seven]) -> None:
+        """Send the rows of the next order."""
+        self._rows = [_Command(command, row, place) for place, row in enumerate(rows)]
+        self._queue += self._rows
+        self._tries = 0
+
+    def _order(self, what: What, of: float, countdown_s: float, count: int) -> None:
+        self._number += 1
+        numbers = (float(what), float(self._number), of, countdown_s, float(count), 0.0, 0.0)
+        self._queue.append(_Command(ORDER, numbers, int(what)))
+
+    def _arm(self, wanted: float) -> None:
+        self._queue.append(_Command(ARM, (wanted, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0))

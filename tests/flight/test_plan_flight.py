@@ -1,0 +1,321 @@
+"""A plan cut into pieces, flown until enough is known, and the verbs fly and calibrate."""
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from fakes.vehicle import FakeVehicle
+from ideal import LIMITS
+
+from bridge.errors import ConfigError, LinkError
+from bridge.flight.flight import End, State
+from bridge.onboard.parameters import parameters_of
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Leg
+from gcs_plugin import simulated
+from gcs_plugin.flying import run
+from gcs_plugin.flying.plan import cut, flight_plan, load_plan
+from gcs_plugin.flying.run import PlanFlight, Wanted, told
+from identify.identification import estimate
+from identify.planning.enough import widths
+from tui import cli
+from tui.commands import calibrate, fly
+from tui.flying import recorded_crew
+
+FILE = load_vehicle("ruvifist")
+QUICK = (Leg(1.0, push_surge_n=40.0), Leg(2.0, push_surge_n=-40.0, alternate=15), Leg(1.0, push_surge_n=40.0))
+YAW = (Leg(1.0, yaw_rad_s=0.2), Leg(2.0, yaw_rad_s=-0.2), Leg(1.0, yaw_rad_s=0.2))
+PLAN = """name: plan
+start_depth_m: 1.5
+legs:
+  - {duration_s: 5.0, name: rest, phase: rest}
+  - {duration_s: 1.0, name: surge square wave, push_surge_n: 53.7}
+  - {duration_s: 2.0, name: surge square wave, push_surge_n: -53.7, alternate: 15}
+  - {duration_s: 1.0, name: surge square wave, push_surge_n: 53.7}
+  - {duration_s: 5.0, name: rest, phase: rest}
+  - {duration_s: 5.0, name: surge laps, surge_m_s: 0.3, transient_s: 5.0}
+  - {duration_s: 3.0, name: surge laps, phase: rest, transient_s: 3.0}
+  - {duration_s: 5.0, name: rest, phase: rest}
+"""
+LIMIT_FILE = (
+    "shallowest_m: 0.1\ndeepest_m: 4\naltitude_m: 1\ndistance_m: 4\nspeed_m_s: 0.8\ntilt_deg: 25\nbattery_v: 13\n"
+    "time_s: 900\n"
+)
+
+
+def test_a_wave_is_cut_into_waves_of_the_same_kind_and_length_in_all():
+    pieces = cut(QUICK)
+    assert [piece[1].alternate for piece in pieces] == [7, 7]
+    assert all(piece[0] == QUICK[0] == piece[2] for piece in pieces)
+    assert sum(leg.duration_s * leg.alternate for piece in pieces for leg in piece) == 32.0
+
+
+@pytest.mark.parametrize("cycles", range(1, 40))
+def test_a_wave_of_any_length_keeps_all_its_cycles(cycles):
+    pieces = cut((QUICK[0], replace(QUICK[1], alternate=2 * cycles - 1), QUICK[2]))
+    assert sum((piece[1].alternate + 1) // 2 for piece in pieces) == cycles
+    assert all(piece[1].alternate % 2 == 1 for piece in pieces)
+
+
+@pytest.mark.parametrize(
+    "legs", [QUICK[:2], (*QUICK, QUICK[0]), (QUICK[0], replace(QUICK[1], duration_s=3.0), QUICK[2])]
+)
+def test_any_other_manoeuvre_stays_whole(legs):
+    assert cut(legs) == [tuple(legs)]
+
+
+def test_a_plan_is_parted_at_its_rests_and_its_manoeuvres_take_turns(tmp_path):
+    path = tmp_path / "plan.yaml"
+    path.write_text(PLAN)
+    plan = load_plan(path)
+    assert [piece.name for piece in plan.pieces] == ["1. surge, 16 s", "2. surge, 8 s", "1. surge, 16 s"]
+    assert plan.depth_m == 1.5
+    assert plan.tells == ("M_u", "D_u")
+    assert flight_plan("a", 1.5, [QUICK, YAW]).tells == ("M_u", "I_r", "D_u", "D_r")
+
+
+def test_a_plan_without_a_manoeuvre_or_with_one_that_cannot_be_flown_is_refused(tmp_path):
+    path = tmp_path / "plan.yaml"
+    path.write_text("legs: [{duration_s: 5, name: rest, phase: rest}]\n")
+    with pytest.raises(ConfigError, match=r"plan\.yaml: has no manoeuvre to fly"):
+        load_plan(path)
+    path.write_text("legs: [{duration_s: 5, name: all, surge_m_s: 1, sway_m_s: 1, yaw_rad_s: 1}]\n")
+    with pytest.raises(ConfigError, match=r"plan\.yaml: leg 'all': drives 3 axes"):
+        load_plan(path)
+    with pytest.raises(ConfigError, match="manoeuvre 1 has 101 legs, and 100 can be flown"):
+        flight_plan("a", 1.5, [[Leg(1.0, push_surge_n=1.0)] * 101])
+
+
+class Scripted:
+    """Identifications with the answers that a test gives; the last of them stays."""
+
+    def __init__(self, *answers):
+        self.answers, self.asked, self.busy = list(answers), 0, False
+
+    def ask(self):
+        self.asked, self.busy = self.asked + 1, True
+
+    def answer(self):
+        if not self.busy:
+            return None
+        self.busy = False
+        return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+
+
+class Water:
+    """A plan flown by the simulated vehicle, with scripted identifications."""
+
+    def __init__(self, folder, *answers, plan=None, share=0.05):
+        self.link, self.clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+        self.words, self.identifying = [], Scripted(*answers)
+        self.crew, self.recorder, self.folder = recorded_crew(
+            self.link, FILE, "hovering", folder, self.clock, self.words.append
+        )
+        self.crew.find(5)
+        plan = plan or flight_plan("test", 0.4, [QUICK[:1] * 2, YAW])
+        limits = replace(LIMITS, shallowest_m=0.0, hold_s=5.0)
+        self.flight = PlanFlight(
+            self.crew, plan, limits, Wanted(plan.tells, share), self.identifying, self.words.append
+        )
+        self.flight.begin(3.0)
+
+    @property
+    def state(self):
+        return self.link.vehicle._flights.flight.state
+
+    def fly(self, until=lambda _: False, within_s=200.0):
+        end_s = self.clock.boot_s() + within_s
+        while not self.flight.over and not until(self):
+            assert self.clock.boot_s() < end_s, self.words
+            self.flight.step()
+        return self
+
+    @property
+    def flown(self):
+        return [word for word in self.words if word.startswith("flies")]
+
+
+def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_path):
+    known = dict.fromkeys(("M_u", "I_r", "D_u", "D_r"), 0.01)
+    water = Water(tmp_path, known, plan=flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])).fly()
+    outcome = water.flight.outcome
+    assert (outcome.end, outcome.all_known, outcome.pieces) == (End.FINISHED, True, 2)
+    assert water.state is State.IDLE
+    assert not water.link.vehicle.bridge.armed
+    assert water.words[-1].startswith("holds its place")
+    assert water.folder.telemetry()
+
+
+def test_only_pieces_that_tell_what_is_not_known_yet_are_flown(tmp_path):
+    half = {"M_u": 0.01, "D_u": 0.01, "I_r": 0.2, "D_r": math.inf}
+    plan = flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, QUICK[:1] * 2, YAW])
+    water = Water(tmp_path, half, plan=plan).fly()
+    assert [word.split(". ")[1].split(",")[0] for word in water.flown][-1] == "yaw"
+    assert len(water.flown) in (3, 4)
+    assert "known so far: M_u ± 1 %, I_r ± 20 % (not yet), D_u ± 1 %, D_r unknown" in water.words
+    assert not water.flight.outcome.all_known
+    assert water.flight.outcome.words == "finished"
+
+
+def test_the_end_key_holds_and_a_second_press_disarms(tmp_path):
+    water = Water(tmp_path, {}).fly(lambda water: water.state is State.FLYING)
+    water.flight.key()
+    water.fly(lambda water: water.state is State.HOLDING, within_s=1.0)
+    assert not water.flight.over
+    water.flight.key()
+    water.fly(within_s=2.0)
+    assert (water.state, water.link.vehicle.bridge.armed) == (State.IDLE, False)
+    assert water.flight.outcome.end is End.KEY
+
+
+def test_a_ground_that_hears_nothing_any_more_gives_up_and_says_where_the_vehicle_is(tmp_path, monkeypatch):
+    water = Water(tmp_path, {}).fly(lambda water: water.state is State.FLYING)
+    water.link.vehicle.bridge._sides.write_all = lambda _: None
+    monkeypatch.setattr(run, "UNHEARD_S", 10.0)
+    water.fly()
+    assert (
+        water.flight.outcome.words
+        == "the vehicle is not heard any more; by its limits it goes back by itself"
+    )
+
+
+def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
+    vehicle = FakeVehicle()
+    crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
+    with pytest.raises(LinkError, match="flies no manoeuvres by itself"):
+        crew.find(5)
+    vehicle.mute = True
+    crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
+    with pytest.raises(LinkError, match="no vehicle within 5 s"):
+        crew.find(5)
+
+
+def test_widths_are_half_the_interval_over_the_value_and_unknown_where_not_identifiable():
+    known = estimate("M_u", 100.0, 1.0, 98.0, 102.0)
+    unknown = estimate("D_u", 50.0, 30.0, 1.0, 120.0, "the dive says too little")
+
+    class Identified:
+        parameters = (known, unknown, replace(known, name="X_udot"))
+
+    assert widths(Identified) == {"M_u": pytest.approx(0.02), "D_u": math.inf}
+    assert told({"M_u": 0.02}, Wanted(("M_u", "D_u"), 0.03)) == "known so far: M_u ± 2 %, D_u unknown"
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    (tmp_path / "plan.yaml").write_text(PLAN)
+    (tmp_path / "limits.yaml").write_text(LIMIT_FILE)
+    return tmp_path
+
+
+def command(*more, plan="plan.yaml"):
+    return [
+        "fly",
+        plan,
+        *["--limits", "limits.yaml", "--vehicle", "ruvifist:hovering", "--link", "memory:sea"],
+        *more,
+    ]
+
+
+@pytest.mark.usefixtures("files")
+def test_without_armed_nothing_is_sent_and_the_plan_is_shown(capsys, monkeypatch):
+    monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
+    assert cli.main(command()) == 0
+    shown = capsys.readouterr().out
+    assert "1. surge, 16 s" in shown
+    assert "nothing was sent: --armed arms the vehicle" in shown
+    assert "deepest_m" in shown
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (("--know", "D_w"), "--know D_w: the plan tells M_u, D_u alone"),
+        (("--countdown", "2"), "--countdown 2: give 3 to 60 seconds"),
+        (("--limits", "none.yaml"), "none.yaml: no such file"),
+    ],
+)
+@pytest.mark.usefixtures("files")
+def test_a_wrong_word_is_refused_before_anything_is_opened(capsys, more, words):
+    assert cli.main(command("--armed", *more)) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_plan_outside_of_the_limits_depth_is_not_flown(files, capsys):
+    (files / "limits.yaml").write_text(LIMIT_FILE.replace("shallowest_m: 0.1", "shallowest_m: 2"))
+    assert cli.main(command("--armed")) == 2
+    assert "the plan begins at 1.5 m of depth, and the limits are 2 to 4 m" in capsys.readouterr().err
+
+
+def on_a_simulated_vehicle(monkeypatch, *answers):
+    """The verb's link, clock and identifications are those of a simulated vehicle."""
+    link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+    identifying = Scripted(*answers)
+    identifying.close = lambda: None
+    monkeypatch.setattr(fly.clocks, "SystemClock", lambda: clock)
+    monkeypatch.setattr(fly.secured.Opener, "open", lambda *_: link)
+    monkeypatch.setattr(fly, "Alongside", lambda *_: identifying)
+    return link.vehicle
+
+
+def test_fly_flies_the_plan_and_writes_how_it_went(files, capsys, monkeypatch):
+    vehicle = on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    assert cli.main(command("--armed", "--countdown", "3", "--json", "out.json")) == 0
+    out = json.loads((files / "out.json").read_text())
+    assert (out["end"], out["widths_percent"]) == ("finished", {"M_u": 1.0, "D_u": 2.0})
+    assert not vehicle.bridge.armed
+    (dive,) = (files / "dives").iterdir()
+    assert "flight: finished" in (dive / "dive.yaml").read_text()
+    assert (dive / "telemetry.tlog").stat().st_size > 100_000
+    assert "all that was asked for was known" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("files")
+def test_a_vehicle_in_another_configuration_is_not_flown(capsys, monkeypatch):
+    vehicle = on_a_simulated_vehicle(monkeypatch, {})
+    words = [word.replace("ruvifist:hovering", "ruvifist:survey") for word in command("--armed")]
+    assert cli.main(words) == 1
+    assert "the vehicle is in configuration 1, and --vehicle names 'survey'" in capsys.readouterr().err
+    assert not vehicle.bridge.armed
+
+
+def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(files, monkeypatch):
+    on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    steps, codes = [], {"plan": 0, "identify": 0, "params": 1}
+
+    def step(name, *words):
+        steps.append((name, *words))
+        if name == "plan":
+            (files / "dives" / "calibrate-plan.yaml").write_text(PLAN)
+        return codes[name]
+
+    monkeypatch.setattr(calibrate, "step", step)
+    words = (
+        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
+    )
+    assert cli.main([*words.split(), "--json", "out.json"]) == 1
+    assert [name for name, *_ in steps] == ["plan", "identify", "params"]
+    within = "--minutes 5 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml"
+    assert steps[0][3:] == tuple(within.split())
+    assert steps[2][1] == "upload"
+    assert json.loads((files / "out.json").read_text())["steps"] == {"identify": 0, "params": 1}
+
+
+def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, monkeypatch):
+    on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.2})
+    steps = []
+
+    def step(name, *words):
+        steps.append((name, *words))
+        (files / "dives" / "calibrate-plan.yaml").write_text(PLAN)
+        return 0
+
+    monkeypatch.setattr(calibrate, "step", step)
+    words = (
+        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
+    )
+    assert cli.main(words.split()) == 1
+    assert [name for name, *_ in steps] == ["plan"]

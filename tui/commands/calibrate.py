@@ -1,0 +1,98 @@
+"""`seatrial calibrate`: plan, fly, identify, upload, shadow: one command, which ends with the vehicle where it began.
+
+Each step is the verb of its name with its own gates; the first that says no ends it, and nothing after it is done.
+"""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bridge import exit_codes
+from bridge.exit_codes import UsageError
+from bridge.flight.flight import End
+from bridge.flight.limits import FlightLimits, load_limits
+from bridge.text import say
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.mode import Mode
+from gcs_plugin.flying.plan import load_plan
+from identify.planning.limits import START_DEPTH_M
+from tui import show
+from tui.cli import module_of, verb_parser
+from tui.commands import fly
+
+SPEED_SHARE = 0.8
+"""Share of the limit's speed that a plan uses: the rest is for what pushes the vehicle beside its thrusters."""
+ROOM_SHARE = 0.75
+MOST_SPEED_M_S, MOST_ROOM_M = 0.5, 6.0
+
+
+def run(arguments: argparse.Namespace) -> int:
+    limits = load_limits(Path(arguments.limits))
+    file = load_vehicle(arguments.vehicle)
+    configuration = fly.configuration_of(file)
+    vehicle = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
+    root = Path(arguments.out)
+    root.mkdir(parents=True, exist_ok=True)
+    plan = root / "calibrate-plan.yaml"
+    within = [word for pair in plan_limits(limits).items() for word in pair]
+    minutes = ("--minutes", f"{arguments.minutes:g}")
+    code = step("plan", "--vehicle", vehicle, *minutes, *within, "--out", str(plan))
+    if code != exit_codes.DONE:
+        return code
+    flight_plan = load_plan(plan)
+    wanted = fly.wanted_of(arguments, flight_plan)
+    console = show.results(arguments.json)
+    for table in fly.shown(flight_plan, limits, wanted):
+        show.put(console, table)
+    if not arguments.armed:
+        show.say(
+            console,
+            "nothing was sent: --armed arms the vehicle, flies this, and uploads what it tells in shadow",
+        )
+        return exit_codes.DONE
+    outcome, folder = fly.flown(arguments, file, flight_plan, limits, wanted)
+    show.say(console, fly.sentence(outcome))
+    done: dict[str, Any] = {"flight": fly.to_json(outcome, wanted), "folder": str(folder.path), "steps": {}}
+    if outcome.end is not End.FINISHED or not outcome.all_known:
+        show.say(console, "nothing is uploaded")
+        show.write_json(done, arguments.json)
+        return exit_codes.NO
+    given = {"--link": arguments.link, "--sign-key": arguments.sign_key, "--system": arguments.system}
+    link = [word for name, value in given.items() if value is not None for word in (name, str(value))]
+    model = str(root / f"{folder.path.name}.param")
+    steps = {
+        "identify": (str(folder.path), "--vehicle", vehicle, "--param", model),
+        "params": ("upload", model, "--vehicle", str(file.path), "--yes", *link),
+        "ff": (Mode.SHADOW.word, "--yes", *link),
+    }
+    for name, words in steps.items():
+        code = done["steps"][name] = step(name, *words)
+        if code != exit_codes.DONE:
+            break
+    else:
+        show.say(
+            console, "calibrated: the model is in the vehicle, in shadow; look at it, then seatrial ff both"
+        )
+    show.write_json(done, arguments.json)
+    return code
+
+
+def plan_limits(limits: FlightLimits) -> dict[str, str]:
+    """Options of `plan` that stay within the limits of a flight. Raises UsageError where no plan fits in."""
+    above, below = START_DEPTH_M - limits.shallowest_m, limits.deepest_m - START_DEPTH_M
+    if min(above, below) <= 0:
+        raise UsageError(
+            f"a plan begins at {START_DEPTH_M:g} m of depth, and the limits are {limits.shallowest_m:g} to "
+            f"{limits.deepest_m:g} m; change them"
+        )
+    return {
+        "--space": f"{min(MOST_ROOM_M, ROOM_SHARE * limits.distance_m):g}",
+        "--depth-space": f"{ROOM_SHARE * min(above, below):g}",
+        "--speed": f"{min(MOST_SPEED_M_S, SPEED_SHARE * limits.speed_m_s):g}",
+    }
+
+
+def step(name: str, *words: str) -> int:
+    """Run a verb as its own command line would, and return its exit code."""
+    say(f"calibrate: {name}")
+    return int(module_of(name).run(verb_parser(name).parse_args(words)))

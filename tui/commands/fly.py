@@ -1,0 +1,212 @@
+"""`seatrial fly`: the vehicle flies a plan by itself, watched and recorded, until enough is known."""
+
+import argparse
+import math
+import os
+import select
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from types import FrameType
+from typing import Any, Final
+
+from bridge import clock as clocks
+from bridge import exit_codes
+from bridge.command_line import check_folder
+from bridge.errors import ParamRejected
+from bridge.exit_codes import UsageError
+from bridge.flight.flight import COUNTDOWN_S, End
+from bridge.flight.limits import FlightLimits, load_limits
+from bridge.links import secured
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.flying.plan import FlightPlan, load_plan
+from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted
+from tui import show
+from tui.flying import Alongside, recorded_crew
+from tui.links import refuse_second
+
+NUMBERS: Final = 1 << 22
+"""Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    limits = load_limits(Path(arguments.limits))
+    plan = load_plan(Path(arguments.plan))
+    file = load_vehicle(arguments.vehicle)
+    wanted = wanted_of(arguments, plan)
+    console = show.results(arguments.json)
+    for table in shown(plan, limits, wanted):
+        show.put(console, table)
+    if not arguments.armed:
+        show.say(
+            console, "nothing was sent: --armed arms the vehicle and flies this; keep a hand on the sticks"
+        )
+        return exit_codes.DONE
+    outcome, folder = flown(arguments, file, plan, limits, wanted)
+    show.say(console, sentence(outcome), f"recorded in {folder.path}")
+    show.write_json(
+        to_json(outcome, wanted) | {"folder": str(folder.path), "plan": arguments.plan}, arguments.json
+    )
+    return exit_codes.DONE if outcome.all_known and outcome.end is End.FINISHED else exit_codes.NO
+
+
+def wanted_of(arguments: argparse.Namespace, plan: FlightPlan) -> Wanted:
+    """The coefficients asked for. Raises UsageError for any that the plan does not tell."""
+    names = tuple(arguments.know or plan.tells)
+    unknown = [name for name in names if name not in plan.tells]
+    if unknown:
+        raise UsageError(
+            f"--know {' '.join(unknown)}: the plan tells {', '.join(plan.tells)} alone; plan other axes"
+        )
+    if not COUNTDOWN_S[0] <= arguments.countdown <= COUNTDOWN_S[1]:
+        raise UsageError(
+            f"--countdown {arguments.countdown:g}: give {COUNTDOWN_S[0]:g} to {COUNTDOWN_S[1]:g} seconds"
+        )
+    return Wanted(names, arguments.to / 100)
+
+
+def flown(
+    arguments: argparse.Namespace, file: VehicleFile, plan: FlightPlan, limits: FlightLimits, wanted: Wanted
+) -> tuple[Outcome, DiveFolder]:
+    """Fly the plan, recorded. Raises LinkError without a vehicle, ParamRejected for one of another configuration."""
+    check_folder("--out", arguments.out)
+    refuse_second([arguments.link])
+    configuration = configuration_of(file)
+    if not limits.shallowest_m <= plan.depth_m <= limits.deepest_m:
+        raise UsageError(
+            f"the plan begins at {plan.depth_m:g} m of depth, and the limits are {limits.shallowest_m:g} to "
+            f"{limits.deepest_m:g} m; change one of them"
+        )
+    clock, words = clocks.SystemClock(), show.words()
+
+    def tell(sentence: str) -> None:
+        show.say(words, sentence)
+
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+    link = opener.open(arguments.link)
+    crew, recorder, folder = recorded_crew(
+        link, file, configuration, Path(arguments.out), clock, tell, opener.open
+    )
+    identifying = Alongside(folder.path, file, configuration)
+    outcome = Outcome()
+    try:
+        crew.find(int(clock.unix_s()) % NUMBERS + 1, arguments.system)
+        if crew.veh_cfg is not None and crew.veh_cfg != file.vehicle.veh_cfg(configuration):
+            raise ParamRejected(
+                f"the vehicle is in configuration {crew.veh_cfg:.0f}, and --vehicle names '{configuration}'; nothing "
+                "was sent, name the vehicle's own"
+            )
+        flight = PlanFlight(crew, plan, limits, wanted, identifying, tell)
+        outcome = flight.outcome
+        with end_key() as pressed:
+            tell(
+                "any key ends the flight: it holds its place; a second one disarms it. Sticks take over at any touch"
+            )
+            flight.begin(arguments.countdown)
+            while not flight.over:
+                if pressed():
+                    flight.key()
+                flight.step()
+    finally:
+        identifying.close()
+        recorder.close()
+        if recorder.recorded:
+            folder.add_event(clock.unix_s(), f"flight: {outcome.words or 'not begun'}")
+        else:
+            folder.discard()
+    return outcome, folder
+
+
+def configuration_of(file: VehicleFile) -> str:
+    """The configuration named, or the only one."""
+    if file.configuration is None and len(file.vehicle.configurations) > 1:
+        raise UsageError(
+            f"vehicle '{file.vehicle.name}' has {', '.join(file.vehicle.configurations)}; name one: "
+            "--vehicle FILE:CONFIGURATION"
+        )
+    return file.configuration or next(iter(file.vehicle.configurations))
+
+
+def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.Table]:
+    """The pieces to be flown, and the limits."""
+    rows = [(str(n), piece.name, f"{piece.duration_s:.0f}") for n, piece in enumerate(plan.pieces, start=1)]
+    within = [(name, f"{value:g}") for name, value in asdict(limits).items()]
+    title = f"{plan.name}: until {', '.join(wanted.names)} are known to {100 * wanted.share:g} %"
+    return [
+        show.Table(title, ("", "manoeuvre", "seconds"), rows, numbers=("seconds",)),
+        show.Table("limits", ("limit", "value"), within, numbers=("value",)),
+    ]
+
+
+def sentence(outcome: Outcome) -> str:
+    """How the flight went."""
+    known = (
+        f"all that was asked for was known {outcome.known_s:.0f} s after the start"
+        if outcome.all_known
+        else "not all that was asked for is known"
+    )
+    return f"flight ended: {outcome.words}; {outcome.pieces} pieces, {outcome.flown_s:.0f} s of manoeuvres; {known}"
+
+
+def to_json(outcome: Outcome, wanted: Wanted) -> dict[str, Any]:
+    """The outcome as plain data; widths in per cent, null for what is unknown."""
+    return {
+        "end": outcome.end.name.lower(),
+        "words": outcome.words,
+        "pieces": outcome.pieces,
+        "manoeuvres_s": outcome.flown_s,
+        "known_after_s": outcome.known_s if outcome.all_known else None,
+        "seconds": outcome.seconds,
+        "asked_percent": 100 * wanted.share,
+        "widths_percent": {
+            name: 100 * width if math.isfinite(width := outcome.widths.get(name, math.inf)) else None
+            for name in wanted.names
+        },
+    }
+
+
+@contextmanager
+def end_key() -> Iterator[Any]:
+    """Whether a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program."""
+    interrupts = 0
+
+    def on_interrupt(_number: int, _frame: FrameType | None) -> None:
+        nonlocal interrupts
+        interrupts += 1
+
+    before = signal.signal(signal.SIGINT, on_interrupt)
+    terminal = _keys_at_once()
+
+    def pressed() -> bool:
+        nonlocal interrupts
+        count, interrupts = interrupts, 0
+        if terminal and select.select([sys.stdin], [], [], 0.0)[0]:
+            count += len(os.read(sys.stdin.fileno(), 1))
+        return count > 0
+
+    try:
+        yield pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if terminal:
+            import termios
+
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, terminal)
+
+
+def _keys_at_once() -> list[Any]:
+    """Let the terminal give each key at once; return how it was set before, [] where no keys can be read."""
+    if not sys.stdin.isatty():
+        return []
+    try:
+        import termios
+        import tty
+    except ImportError:  # Windows: Ctrl-C alone
+        return []
+    before = termios.tcgetattr(sys.stdin)
+    tty.setcbreak(sys.stdin)
+    return before

@@ -1,0 +1,124 @@
+"""The recording of a flight, and the identifications that run during it."""
+
+import os
+import shutil
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+from bridge.clock import Clock
+from bridge.errors import SeatrialError
+from bridge.links.link import Link
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
+from gcs_plugin.flying.crew import Crew, Outbox
+from gcs_plugin.flying.run import Widths
+from gcs_plugin.peers import GROUND_STATION
+from gcs_plugin.recording.recorder import Recorder
+from identify.estimators.table import DEFAULT, estimator
+from identify.ingest.open import read_dive
+from identify.planning.enough import widths
+
+
+def recorded_crew(
+    link: Link,
+    file: VehicleFile,
+    configuration: str,
+    root: Path,
+    clock: Clock,
+    tell: Callable[[str], None],
+    reopen: Callable[[str], Link] | None = None,
+) -> tuple[Crew, Recorder, DiveFolder]:
+    """A crew whose link is recorded into a new dive folder, with the ground's heartbeat."""
+    folder = new_folder(root, clock.unix_s(), "fly")
+    folder.describe(about_vehicle(file, configuration, "flown by seatrial fly"))
+    outbox = Outbox()
+    recorder = Recorder(
+        [link],
+        folder.open_telemetry,
+        clock,
+        lambda: shutil.disk_usage(folder.path).free,
+        lambda notice: tell(f"{notice.level}: {notice.sentence}"),
+        reopen,
+        GROUND_STATION,
+        outbox,
+    )
+    return Crew(recorder, link, outbox, clock, tell), recorder, folder
+
+
+def widths_of(dive: Path, vehicle: str, configuration: str) -> Widths:
+    """Identify the recording so far; nothing is known where it tells nothing."""
+    file = load_vehicle(vehicle)
+    try:
+        return widths(estimator(DEFAULT)(read_dive(dive, None, file), file, configuration, lambda *_: None))
+    except SeatrialError:
+        return {}
+
+
+class Alongside:
+    """Identifies in a process of its own, so that the flight is watched all the while."""
+
+    def __init__(self, dive: Path, file: VehicleFile, configuration: str) -> None:
+        self._of = dive, str(file.path), configuration
+        self._pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_aside)
+        self._work: Future[Widths] | None = None
+        self._pool.submit(os.getpid)  # its imports take seconds, which pass during the countdown
+
+    def ask(self) -> None:
+        """Begin, if it is not at work."""
+        if self._work is None:
+            self._work = self._pool.submit(widths_of, *self._of)
+
+    @property
+    def busy(self) -> bool:
+        return self._work is not None
+
+    def answer(self) -> Widths | None:
+        """The answer that has come since the last call."""
+        if self._work is None or not self._work.done():
+            return None
+        work, self._work = self._work, None
+        return work.result()
+
+    def close(self) -> None:
+        """End its process."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+class InTurn:
+    """Identifies at once, for a vehicle in simulated time: its answer comes as much later as the work took."""
+
+    def __init__(
+        self, dive: Path, file: VehicleFile, configuration: str, clock: Clock, wall_s: Callable[[], float]
+    ) -> None:
+        self._of, self._clock, self._wall_s = (dive, str(file.path), configuration), clock, wall_s
+        self._held: tuple[float, Widths] | None = None
+        self.took_s: list[float] = []
+
+    def ask(self) -> None:
+        """Identify now."""
+        began_s = self._wall_s()
+        known = widths_of(*self._of)
+        self.took_s.append(self._wall_s() - began_s)
+        self._held = self._clock.boot_s() + self.took_s[-1], known
+
+    @property
+    def busy(self) -> bool:
+        return self._held is not None
+
+    def answer(self) -> Widths | None:
+        """The answer, once its time has come."""
+        if self._held is None or self._clock.boot_s() < self._held[0]:
+            return None
+        known, self._held = self._held[1], None
+        return known
+
+
+def _aside() -> None:
+    """Leave the loop that watches the flight the first word on the processor, and Ctrl-C to it."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(10)
