@@ -32,7 +32,7 @@ from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.progress import campaign_of
+from tui.app.progress import LONG, campaign_of
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
@@ -50,8 +50,6 @@ ORDERS = "orders"
 ANNOUNCED_S = 60.0
 LOOK_EVERY_S = 1.0
 RAISE = "ff"
-LONG = ("identify", "diagnose", "validate")
-"""Verbs that take long enough for the user to miss their work if it were lost."""
 END = "END"
 NOTHING_RUNS = "no recording runs that the app could speak to"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
@@ -261,7 +259,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         self._raising = None
         done = state.done.code == exit_codes.DONE
-        words = state.done.said[-1] if done and state.done.said else state.done.why
+        words = f"in {state.done.result['mode']}, as the vehicle says" if done else state.done.why
         self.notify(f"feed-forward: {words}", severity="information" if done else "error", timeout=TELL_S)
 
     async def action_quit(self) -> None:
@@ -554,7 +552,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         view = self._views.view()
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
         over = self._is_over or (self._was_armed and silent_after(view))
-        view = replace(view, over=over, next=self._next_step(view))
+        view = replace(view, over=over)
+        view = replace(view, next=self._next_step(view))
         self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

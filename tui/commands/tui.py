@@ -102,12 +102,11 @@ def list_recorders() -> None:
 
 
 def list_sockets(arguments: argparse.Namespace) -> None:
-    """Print the open network sockets; a terminal shows them before and after the app."""
+    """Print the network sockets that the app opens; a recording beside it has listed its own."""
     if arguments.unrecorded:
         for sentence in of_links(arguments.link, "the link"):
             say(sentence)
     elif (holding := links.holding_now()) is not None:
-        list_recording()
         for sentence in of_links([holding.hub], "what it serves"):
             say(sentence)
 

@@ -32,7 +32,7 @@ ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
 IN_HALVES: Final = "Δ/±95%"
 """Column head of the change, in units of the ±95 % column."""
-CHANGE, NAME, PERCENT = 7, 12, 7
+CHANGE, NAME, PERCENT = 7, 13, 7
 ARROW: Final = " →"
 
 READ_FIRST: Final = "The vehicle is read before anything is written."

@@ -68,6 +68,8 @@ REPLAYING = (
     ),
 )
 WIDE: Final = 50
+LEAST_NAME, WITHOUT_NAME = 18, 37
+"""Cells of a thruster's name on a wide row at least, and those that its number, bar and readings take."""
 NAME_CELLS: Final = 17
 RATE_AND_AGE: Final = 17  # cells of a narrow row after its name
 MARKS: Final[dict[Condition, Span]] = {
@@ -157,7 +159,9 @@ def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
     if not rows:
         return ((("none heard", "quiet"),),)
     if cells >= WIDE:
-        return tuple(_wide_thruster(row, cells) for row in rows)
+        longest = max(len(row.name) for row in rows)
+        name_cells = min(longest, max(cells - WITHOUT_NAME, LEAST_NAME))
+        return tuple(_wide_thruster(row, name_cells, cells) for row in rows)
     each = cells // 2
     below = (len(rows) + 1) // 2
     return tuple(
@@ -172,11 +176,14 @@ def _narrow_thruster(row: ThrusterRow, cells: int) -> Line:
     return (*line, (" " * (cells - width(line)), "plain"))
 
 
-def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
+def _wide_thruster(row: ThrusterRow, name_cells: int, cells: int) -> Line:
     role, pulse = _reading(row, row.pwm_us, "strong")
     _, speed = _reading(row, row.rpm, "plain")
     name = row.name if row.name != str(row.number) else ""
-    head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 18):<18} " if name else "", "plain"))
+    head: Line = (
+        (f"{row.number:>2} ", "quiet"),
+        (f"{cut(name, name_cells):<{name_cells}} " if name else "", "plain"),
+    )
     tail: Line = ((f"{pulse:>6}", role), (" µs", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
     if row.freshness is not Freshness.FRESH:
         tail = ((f"{pulse:>6}", role), (f" {ago(row.age_s):<13}", "stale"))
