@@ -31,7 +31,7 @@ ELSEWHERE = (
 
 
 IDLE = "idle"
-READ_FIRST = ("dives", "source", "check", "accepted")
+READ_FIRST = ("dives", "file", "check", "accepted")
 """Options and arguments that name files which a line before must have made."""
 
 
