@@ -25,6 +25,7 @@ _WORD = re.compile(r"[A-Z]+|\d+")
 ACTING: Final = (2, 3)
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
+NO_RECORDING: Final = "the vehicle is read by way of its recording, and none runs: begin one first"
 OLD_S: Final = 120.0
 """After this time the vehicle's values may have changed: read them again before asking for a confirmation."""
 
@@ -130,7 +131,9 @@ class Transfer:
             if self.back and NothingLeft.__name__ in state.done.error_names:
                 self._leave_back("no upload to this vehicle that stands is kept here")
             else:
-                self.trouble = state.done.why
+                desk = self._desk
+                unreachable = desk.record is not None and desk.recorded() is None
+                self.trouble = NO_RECORDING if unreachable else state.done.why
             return True
         if self.back:
             # The file holds all of the vehicle's earlier values; lines that already agree are of no interest.

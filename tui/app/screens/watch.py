@@ -37,6 +37,7 @@ from tui.app.drawing import (
     stopwatch,
     utc,
     width,
+    wrapped,
 )
 from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
@@ -383,7 +384,10 @@ class WatchScreen(StationScreen):
         return self.view.picture if self.view.replay is None else self.view.replay.picture
 
     def _sensors(self, now: Picture, cells: int, _: int) -> Lines:
-        """All of them; next to the values on a phone only the links and what is not ok."""
+        """All of them; next to the values on a phone only the links and what is not ok. None once the dive is over."""
+        if self._is_over:
+            links = sensors(self._links(now), (), cells)
+            return (*links, *wrapped("the dive is over: nothing is measured", "quiet", cells))
         if not (self.has_class("-phone") and self.has_class("-first")):
             return sensors(self._links(now), now.sensors, cells)
         faults = tuple(row for row in now.sensors if row.condition is not Condition.OK)
@@ -393,8 +397,12 @@ class WatchScreen(StationScreen):
 
     def _links(self, now: Picture) -> tuple[LinkRow, ...]:
         """The links, but for those that fell silent because the dive is over."""
-        over = self.view is not None and self.view.over and self.view.replay is None
-        return tuple(link for link in now.links if not (over and link.lost))
+        return tuple(link for link in now.links if not (self._is_over and link.lost))
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether the dive shown is one that has just ended."""
+        return self.view is not None and self.view.over and self.view.replay is None
 
     def show(self, view: View) -> None:
         if self.has_class("-replay") != (view.replay is not None):
