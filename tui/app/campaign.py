@@ -75,7 +75,7 @@ RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
 DIVE = Next(
     Task.DIVE, ("recording.next",), "dive surge, sway and yaw, which is recorded; then begin the next dive"
 )
-END = Next(Task.END, ("recording.next",), "the dive is over: begin the next; then this one can be identified")
+END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
 UPLOAD = Next(
     Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
