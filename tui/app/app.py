@@ -94,7 +94,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._off_may_record = self._dies = False
         self._before: Holding | None = None
         self._ended: Path | None = None
-        self._is_over = self._was_armed = False
+        self._is_over = self._was_armed = self._rests = False
         self._declinable_until_s = -math.inf
         self._step: tuple[float, Next] | None = None
         self._raising: JobState | None = None
@@ -495,6 +495,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if before is None or (now is not None and now.folder == before.folder):
             return
         folder = Path(before.folder)
+        # A vehicle that fell silent in order is not lost because its next dive is recorded already.
+        self._rests = (self._was_armed or self._rests) and silent_after(self._views.view())
         self._was_armed = False
         if now is None and self.desk.was_killed(before.pid):
             self._warn(
@@ -551,9 +553,10 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def _show(self) -> None:
         view = self._views.view()
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
-        over = self._is_over or (self._was_armed and silent_after(view))
-        view = replace(view, over=over)
-        view = replace(view, next=self._next_step(view))
+        silent = silent_after(view)
+        ended = self._was_armed and silent
+        over = self._is_over or ended or (self._rests and silent)
+        view = replace(view, over=over, next=self._next_step(replace(view, over=ended)))
         self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
