@@ -5,6 +5,7 @@
 # make docs      docs/reference and docs/reliability.md, from the code and what was measured
 # make pictures  docs/images, from dives of the simulated vehicle
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
+# make wheel     seatrial's own wheel, in dist/, for pipx and pip; docs/install.md
 # make bundle    one archive in dist/ that installs without a net; docs/offline.md
 # make soak      the long form of every test, and what `make test` leaves out: hours, into docs/reliability.md
 # make power     how large each hidden effect has to be to be named: hours, into docs/benchmarks.md; resumes where it stopped
@@ -22,7 +23,7 @@ KERNELS := $(shell grep -rl --include='*.py' '^@njit' bench bridge identify)
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
 
-.PHONY: install demo test lint check format docs pictures bench power soak bundle clean
+.PHONY: install demo test lint check format docs pictures bench power soak wheel bundle clean
 
 install: $(STAMP)
 
@@ -80,6 +81,11 @@ soak: $(STAMP)
 power: $(STAMP)
 	@$(PIP) --editable '.[dev,bench]'
 	$(BIN)/python -m bench power
+
+wheel:
+	@test -x $(BIN)/pip || $(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip --disable-pip-version-check wheel --quiet $(PIP_FLAGS) --no-deps --wheel-dir dist .
+	@ls dist/seatrial-*.whl
 
 bundle: $(STAMP)
 	@$(BIN)/python -m bundle --out dist --machines "$(MACHINES)" --pythons "$(PYTHONS)" --pip-flags "$(PIP_FLAGS)"

@@ -284,9 +284,15 @@ def recordings(folder: Path) -> list[Path]:
 
 
 def order(folder: Path) -> tuple[float, str]:
-    """Sort key of dives, the oldest first: start time, then name; a dive without a date comes first."""
+    """Sort key of dives, the oldest first: when it ended, then name; a dive without a date comes first.
+
+    By its end, because a dive simulated at once is dated back by its length, to before one that ended meanwhile.
+    """
     began_unix_s = began(folder)
-    return (0.0 if began_unix_s is None else began_unix_s), folder.name
+    if began_unix_s is None:
+        return 0.0, folder.name
+    last_s = max(filter(None, map(_last_stamp_s, recordings(folder))), default=began_unix_s)
+    return (last_s if 0.0 <= last_s - began_unix_s <= LONGEST_S else began_unix_s), folder.name
 
 
 def began(folder: Path) -> float | None:

@@ -142,8 +142,8 @@ class Picture:
     that are long gone. `traces` by u v w p q r depth altitude heading voltage current, always complete. `said`: the
     newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
-    `gap`: how far it departs from its model, None if that can't be known, for what it `lacks`. `alarms`: the
-    gravest kind first.
+    `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
+    from its model, None if that can't be known, for what it `lacks`. `alarms`: the gravest kind first.
     """
 
     now_s: float
@@ -160,6 +160,7 @@ class Picture:
     configuration: str
     said: tuple[Said, ...]
     twins: str
+    stranger: str = ""
     gap: Gap | None = None
     lacks: str = ""
     alarms: tuple[Alarm, ...] = ()

@@ -155,6 +155,7 @@ class Watcher:
             configuration=configuration,
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
+            stranger=self._stranger(),
             gap=self._live_gap.gap,
             lacks=self._live_gap.lacks,
         )
@@ -257,6 +258,20 @@ class Watcher:
             return self._vehicle.configuration_at(veh_cfg)
         except ConfigError:
             return ""
+
+    def _stranger(self) -> str:
+        """What speaks against the vehicle file: a configuration that it does not have."""
+        veh_cfg, vehicle = _whole(self._channels["veh_cfg"].values), self._vehicle
+        if veh_cfg is None or vehicle is None:
+            return ""
+        known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}
+        if veh_cfg in known:
+            return ""
+        has = ", ".join(f"{number} {name}" for number, name in known.items())
+        return (
+            f"the vehicle says configuration {veh_cfg}, and the file of '{vehicle.name}' has {has}: "
+            "name the vehicle's own with --vehicle"
+        )
 
     def _thruster_names(self, configuration: str) -> tuple[str, ...]:
         if self._vehicle is None:

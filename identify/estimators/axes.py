@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
+from identify.allocated import is_acting
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.estimators.lateness import (
@@ -71,6 +72,10 @@ STRANGE_SHARE, TELLING_SHARE, FEWEST_TELLING = 0.2, 0.15, 20
 """A thrust curve is usually known to 10 %. A median difference of twice that between PWM and TAU_CMD means another
 vehicle. A wrench below TELLING_SHARE of a thruster's limit (N, or N m) may lie in the dead band, so only larger
 wrenches are compared, if there are at least FEWEST_TELLING."""
+
+MOST_MADE_UP = 2.0
+"""While the feed-forward is applied, the vehicle asks more of its thrusters than TAU_CMD, by the thrust that they were
+found to lose: up to this multiple is no sign of another vehicle."""
 
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) counts as none."""
@@ -355,14 +360,15 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
     if forces.source != "pwm" or dive.tau_cmd is None:
         return {}
     asked = Signal(forces.time_s, forces.asked).held_at(dive.tau_cmd.time_s)
-    shares = {}
+    shares, makes_up = {}, is_acting(dive)
     for dof in (0, 1, YAW):
         commanded = dive.tau_cmd.value[:, dof]
         # Small thrust lies in the thrusters' dead band, so a small command says nothing about the geometry.
         telling = np.isfinite(asked[:, dof]) & (np.abs(commanded) > TELLING_SHARE * limit_n)
         if np.count_nonzero(telling) >= FEWEST_TELLING:
-            off = np.abs(asked[telling, dof] - commanded[telling]) / np.abs(commanded[telling])
-            shares[dof] = float(np.median(off))
+            times = asked[telling, dof] / commanded[telling]
+            made_up = makes_up & (times >= 1.0) & (times <= MOST_MADE_UP)
+            shares[dof] = float(np.median(np.where(made_up, 0.0, np.abs(times - 1.0))))
     return shares
 
 

@@ -87,6 +87,7 @@ MOST_OF_PAPER: Final = 2.0
 MOST_LEFT: Final = 0.5
 MOST_UNASKED: Final = {"m/s": 0.010, "rad/s": 0.3 * np.pi / 180}
 MOST_OF_REST: Final = 2.0
+BASELINE: Final = "the baseline, flown by the PID with nothing fed forward: the others are compared with it."
 LOOK_CLOSER: Final = "see what moves it: diagnose this dive"
 NO_REACH: Final = 1e-6
 
@@ -277,7 +278,8 @@ def go_no_go(
     held: Sequence[Held] = (),
     made_up: Sequence[MadeUp] = (),
 ) -> Raising | None:
-    """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference.
+    """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference, and for a
+    baseline: flown by the PID with no feed-forward beside it.
 
     `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain.
     """
@@ -288,6 +290,8 @@ def go_no_go(
     if dive.tau_ff is None or dive.tau_pid is None or not (len(dive.tau_ff) and len(dive.tau_pid)):
         lacking = Criterion("TAU_FF", False, "TAU_FF or TAU_PID is not recorded", "record both")
         return Raising(mode, Mode.BOTH, (lacking,))
+    if mode is Mode.OFF and not np.nan_to_num(dive.tau_ff.value).any():
+        return None
     try:
         motion = aligned(dive, file, configuration, RATE_HZ, CUTOFF_HZ)
     except FitError as error:

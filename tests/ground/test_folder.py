@@ -45,21 +45,27 @@ def test_a_folder_is_named_by_utc_and_name_and_dives_of_one_minute_get_folders_o
     assert names == [f"2026-11-20T0912Z-hovering-no-2{end}" for end in ("", "-2", "-3")]
 
 
-def recorded(root, name, began_s, telemetry="telemetry.tlog"):
+def recorded(root, name, began_s, telemetry="telemetry.tlog", lasts_s=0.0):
     folder = root / name
     folder.mkdir()
     frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
-    data = round(began_s * 1e6).to_bytes(8, "big") + frame
+    data = b"".join(round(s * 1e6).to_bytes(8, "big") + frame for s in (began_s, began_s + lasts_s))
     (folder / telemetry).write_bytes(gzip.compress(data) if telemetry.endswith(".gz") else data)
     return DiveFolder(folder)
 
 
-def test_dives_are_in_the_order_in_which_they_began_whatever_they_are_called(tmp_path):
+def test_dives_are_in_the_order_in_which_they_ended_whatever_they_are_called(tmp_path):
     second = recorded(tmp_path, "a-off", SECOND_S + 90)
     third = recorded(tmp_path, "2026-11-20T0912Z-both", SECOND_S + 100, "telemetry.tlog.gz")
     fourth = recorded(tmp_path, "2026-11-20T0912Z-again", SECOND_S + 110)
     first = recorded(tmp_path, "z", SECOND_S)
     assert list_folders(tmp_path) == [first, second, third, fourth]
+
+
+def test_a_dive_simulated_at_once_comes_after_those_that_ended_before_it_was_made(tmp_path):
+    afloat = recorded(tmp_path, "afloat", SECOND_S, lasts_s=60.0)
+    simulated = recorded(tmp_path, "dated-back", SECOND_S + 70 - 112, lasts_s=112.0)
+    assert list_folders(tmp_path) == [afloat, simulated]
 
 
 def test_a_name_dates_a_dive_only_where_its_recording_does_not(tmp_path):

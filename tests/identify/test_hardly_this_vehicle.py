@@ -113,6 +113,18 @@ def test_thrusters_that_come_to_another_wrench_than_was_commanded_are_another_ve
 
 
 @pytest.mark.parametrize(
+    ("times", "mode", "strange"), [(1.4, 0, True), (1.4, 3, False), (2.2, 3, True), (0.7, 3, True)]
+)
+def test_what_a_vehicle_makes_up_for_while_its_feed_forward_acts_is_no_other_vehicle(times, mode, strange):
+    dived = mission()
+    time_s, asked = dived.dive.tau_cmd.time_s, dived.dive.tau_cmd.value
+    acting = Signal(time_s, np.full((len(time_s), 1), float(mode)))
+    dive = replace(dived.dive, tau_cmd=Signal(time_s, asked / times), ff_mode=acting)
+    told = build_axes(dive, dived.file, dived.configuration).strange
+    assert ("the vehicle file's thrusters are not this vehicle's" in told) is strange
+
+
+@pytest.mark.parametrize(
     ("share", "strange"), [(0.149, False), (-0.149, False), (0.151, True), (-0.151, True)]
 )
 def test_thrust_that_may_lie_in_the_dead_band_tells_nothing_of_the_thrusters(share, strange):

@@ -127,6 +127,14 @@ def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_
     assert "upload a set that it can fly" in found.sentence
 
 
+def test_a_baseline_that_feeds_nothing_forward_is_neither_go_nor_no_go() -> None:
+    for mode, judges in ((Mode.OFF, False), (Mode.SHADOW, True)):
+        dive = flown(mode)
+        assert dive.tau_ff is not None
+        nothing = replace(dive, tau_ff=Signal(dive.tau_ff.time_s, 0.0 * dive.tau_ff.value))
+        assert (go_no_go(nothing, FILE, "hovering") is not None) is judges
+
+
 def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing() -> None:
     found = judged(flown(Mode.SHADOW, axes=(0, 5)))
     assert found.go

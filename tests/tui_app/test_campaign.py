@@ -56,6 +56,12 @@ BOTH = replace(SHADOW, mode="both")
         (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "the feed-forward acts: fly"),
         (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
         (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
+        (replace(BOTH, since=True, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
+        (replace(BOTH, since=True, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
+        (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
+        (replace(DIVED, working="identify"), Task.WAIT, "identify is at work"),
+        (replace(HERE, over=True), Task.END, "the dive is over: begin the next"),
+        (replace(DIVED, over=True, recording=False), Task.IDENTIFY, "identify first"),
     ],
 )  # fmt: skip
 def test_each_state_has_its_next_step(campaign, task, words):
@@ -63,6 +69,14 @@ def test_each_state_has_its_next_step(campaign, task, words):
     assert step.task is task
     assert step.words.startswith(words)
     assert step.actions
+
+
+@pytest.mark.parametrize(
+    "campaign", [replace(SHADOW, since=True), replace(BOTH, since=True, flown="both", go=True)]
+)
+def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(campaign):
+    assert "dives.newest" not in next_of(campaign).actions
+    assert next_of(replace(campaign, shown=False)).actions[:2] == ("screen.dives", "dives.newest")
 
 
 @pytest.mark.parametrize(
@@ -154,6 +168,25 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     )
     place.identify("2026-11-21T0910Z-shadow", value=13.0)
     assert place.campaign().uploaded is False
+
+
+def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_finds_nothing(
+    place, monkeypatch
+):
+    monkeypatch.setattr("tui.app.progress.last_accepted", lambda _: {"FF0_M_U": Accepted(12.5)})
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    place.identify("2026-11-21T0800Z-first")
+    place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
+    place.validate("2026-11-21T0800Z-first", "both", True)
+    dive = place.dives / "2026-11-21T0800Z-first"
+    place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
+    write_parameters(dive / "diagnosed.param", {"FF0_M_U": 14.0}, ("diagnosed",), 1, 1)
+    place.stamp(dive / "diagnosed.param")
+    found = place.campaign()
+    assert (found.accepts, found.uploaded, found.verdict) == (True, False, "explained")
+    place.write(dive / "diagnosis.json", '{"verdict": "no_gap"}')
+    again = place.campaign()
+    assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")
 
 
 class Accepted:

@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 from fake_verbs import FakeVerbs, desk
 from made_dives import DECK, DIVES, HOVERING, OUT, dive
-from made_view import FixedViews, recording, view
-from screen_text import NARROW, WIDE, Sees, made, play, played, run, said, shows, text
+from made_view import FixedViews, picture, recording, view
+from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, run, said, shows, text
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
+from gcs_plugin.watch.picture import Armed
 from tui.app.connecting import Choice, Way
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.dives import DivesScreen
@@ -177,6 +178,30 @@ def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
         assert ("no recording runs" in text(app)) is (killed or now is not None)
 
     assert played(boat.desk, end, shows_no_alarm, views=views) == [notice]
+
+
+def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next_is_recorded():
+    boat, views = Boat(), FixedViews(view())
+    gone = tuple(replace(link, age_s=30.0, lost=True) for link in picture().links)
+    over = replace(picture(), armed=Armed.DISARMED, links=gone)
+
+    def see(shown):
+        def step(app):
+            views.shown = shown
+            app._step = None
+            app._refresh_view()
+
+        return step
+
+    first = (
+        see(view()),
+        see(replace(view(), picture=over)),
+        Sees("DIVE OVER"),
+        Sees("the dive is over: begin the next"),
+    )
+    second = replace(view(), picture=over, recording=replace(view().recording, folder="dives/second"))
+    after_it = (see(second), Sees("DIVE OVER"), Lacks("LINK LOST"), Lacks("the dive is over: begin"))
+    played(boat.desk, *first, *after_it, see(view()), Lacks("DIVE OVER"), views=views)
 
 
 def test_a_warning_goes_once_it_holds_no_longer():

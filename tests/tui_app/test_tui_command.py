@@ -228,7 +228,9 @@ def test_a_link_that_is_only_looked_at_begins_nothing_and_shows_no_recording_of_
 
 def test_the_app_goes_by_no_link_beside_a_recording_of_another(begun, running):
     running(HOLDING)
-    with pytest.raises(LinkError, match=r"holds udpin:.*; end it first"):
+    with pytest.raises(
+        LinkError, match=r"udpin:.* is recorded already, and the app goes by one recording: end it first"
+    ):
         connection().connect(Choice("tcp:sub:5777", records=True))
     assert begun == []
 

@@ -90,8 +90,9 @@ def test_help_shows_the_live_keys_and_the_top_line_stays_live_over_it():
         views.shown = replace(view(), recording=None)
 
     lost = (lose_recording, lambda app: "NOT RECORDING" in top(app))
+    killed = desk(was_killed=lambda _: True)
     played(
-        desk(), "f1", shows(HelpScreen), has_all, *lost, "escape", shows(WatchScreen), views=views, size=WIDE
+        killed, "f1", shows(HelpScreen), has_all, *lost, "escape", shows(WatchScreen), views=views, size=WIDE
     )
 
 

@@ -414,3 +414,15 @@ def test_an_alarm_rings_once_and_stands_on_every_screen(monkeypatch):
     assert f"ALARM {ALARM.words}" in shown
     assert "MODEL" in shown
     assert rung == ["rung"]
+
+
+def test_the_sensors_of_a_dive_that_is_over_are_no_faults():
+    silent = tuple(replace(row, condition=Condition.MISSING) for row in picture().sensors)
+    views = FixedViews(replace(view(), picture=replace(picture(), sensors=silent)))
+
+    def end_the_recording(app):
+        views.shown = replace(views.shown, recording=None)
+        app._refresh_view()
+
+    over = (end_the_recording, Sees("the dive is over: nothing is measured"), Lacks("missing"))
+    played(desk(), Sees("missing"), *over, views=views, size=WIDE)

@@ -269,6 +269,17 @@ def test_feed_forward_mode_configuration_and_thrusters_are_those_last_told(watch
     assert watcher.picture(2.0).thrusters[0].rpm == -900.0
 
 
+def test_a_configuration_that_the_vehicle_file_does_not_have_speaks_against_the_file(watcher, vehicle):
+    vehicle.beats(1.0)
+    vehicle.tells("veh_cfg", (1.0,), 1.0)
+    assert watcher.picture(1.0).stranger == ""
+    vehicle.tells("veh_cfg", (7.0,), 2.0)
+    assert watcher.picture(2.0).stranger == (
+        "the vehicle says configuration 7, and the file of 'ruvifist' has 0 survey, 1 hovering: "
+        "name the vehicle's own with --vehicle"
+    )
+
+
 def value_of(name, value):
     return mav.MAVLink_param_value_message(name.encode(), value, mav.MAV_PARAM_TYPE_REAL32, 9, 3)
 

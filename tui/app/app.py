@@ -32,7 +32,7 @@ from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.progress import campaign_of
+from tui.app.progress import LONG, campaign_of
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
@@ -51,8 +51,6 @@ ANNOUNCED_S = 60.0
 LOOK_EVERY_S = 1.0
 SETTLES_S = 0.01
 RAISE = "ff"
-LONG = ("identify", "diagnose", "validate")
-"""Verbs that take long enough for the user to miss their work if it were lost."""
 END = "END"
 NOTHING_RUNS = "no recording runs that the app could speak to"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
@@ -97,7 +95,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._off_may_record = self._dies = False
         self._before: Holding | None = None
         self._ended: Path | None = None
-        self._is_over = self._was_armed = False
+        self._is_over = self._was_armed = self._rests = False
         self._declinable_until_s = -math.inf
         self._step: tuple[float, Next] | None = None
         self._raising: JobState | None = None
@@ -266,7 +264,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         self._raising = None
         done = state.done.code == exit_codes.DONE
-        words = state.done.said[-1] if done and state.done.said else state.done.why
+        words = f"in {state.done.result['mode']}, as the vehicle says" if done else state.done.why
         self.notify(f"feed-forward: {words}", severity="information" if done else "error", timeout=TELL_S)
 
     async def action_quit(self) -> None:
@@ -502,6 +500,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if before is None or (now is not None and now.folder == before.folder):
             return
         folder = Path(before.folder)
+        # A vehicle that fell silent in order is not lost because its next dive is recorded already.
+        self._rests = (self._was_armed or self._rests) and silent_after(self._views.view())
         self._was_armed = False
         if now is None and self.desk.was_killed(before.pid):
             self._warn(
@@ -558,8 +558,10 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def _show(self) -> None:
         view = self._views.view()
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
-        over = self._is_over or (self._was_armed and silent_after(view))
-        view = replace(view, over=over, next=self._next_step(view))
+        silent = silent_after(view)
+        ended = self._was_armed and silent
+        over = self._is_over or ended or (self._rests and silent)
+        view = replace(view, over=over, next=self._next_step(replace(view, over=ended)))
         self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

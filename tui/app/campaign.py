@@ -1,6 +1,6 @@
 """The next thing to do: one step of the way from no dive to a vehicle that follows its reference. Pure."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Final
 
@@ -23,32 +23,41 @@ class Task(Enum):
     TO_BOTH = auto()
     FLY = auto()
     DIAGNOSE = auto()
+    WAIT = auto()
+    END = auto()
 
 
 @dataclass(frozen=True)
 class Campaign:
     """The state of a campaign, as far as this computer knows it.
 
-    `heard`: the vehicle is; `recording`: a recording runs; `linked`: it is known which links to record.
-    `dive` is the dive meant, "" for none; `lacking` its masses and dampings of feed-forward axes that it
-    can't tell, `told` those that it can, None if it was not read yet. `identified`: values of it, or of a dive before
-    it, are kept; `uploaded`: the vehicle accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`:
-    the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
-    whether that was a GO, None if nothing was judged.
+    `heard`: the vehicle is; `recording`: a recording runs; `over`: its dive is over; `linked`: it is known which links
+    to record. `working` is the long verb that runs, "" for none.
+    `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
+    feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet. `identified`: values of
+    it, or of a dive before it, are kept; `accepts`: the newest of them are a diagnosis's; `uploaded`: the vehicle
+    accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`: the dive began after that upload;
+    `flown` is the mode in which it was flown, "" if it was not validated, and `go`
+    whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
     """
 
     heard: bool = False
     recording: bool = False
+    over: bool = False
     linked: bool = False
+    working: str = ""
     dive: str = ""
+    shown: bool = True
     lacking: tuple[str, ...] = ()
     told: int | None = None
     identified: bool = False
+    accepts: bool = False
     uploaded: bool = False
     mode: str = ""
     since: bool = False
     flown: str = ""
     go: bool | None = None
+    verdict: str = ""
 
 
 @dataclass(frozen=True)
@@ -63,32 +72,47 @@ class Next:
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
-DIVE = Next(Task.DIVE, ("recording.next",), "dive surge, sway and yaw; then begin the next dive")
+DIVE = Next(
+    Task.DIVE, ("recording.next",), "dive surge, sway and yaw, which is recorded; then begin the next dive"
+)
+END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
 UPLOAD = Next(
     Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
 )
+ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare the model with it, and upload it")
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
 FLY_SHADOW = Next(Task.FLY_SHADOW, ("recording.next",), "in shadow: fly a minute; then begin the next dive")
-VALIDATE = Next(Task.VALIDATE, ("screen.dives", "dives.newest", "dives.validate"), "validate {dive}")
+VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate {dive}")
 LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why")
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
 FLY = Next(Task.FLY, ("recording.next",), "the feed-forward acts: fly; then begin the next dive")
 DIAGNOSE = Next(
     Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
 )
+NOTHING_LEFT = replace(FLY, words="nothing is left to explain: fly on; then begin the next dive")
+LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
+OF_OTHERS: Final = {
+    Task.VALIDATE: ("screen.dives", "dives.newest", "dives.validate"),
+    Task.DIAGNOSE: ("screen.dives", "dives.newest", "dives.diagnose"),
+}
+"""Where the screens show another dive, the actions that begin with the dive meant."""
 
 
 def next_of(campaign: Campaign) -> Next:
     """The thing to do now."""
+    if campaign.working:
+        return Next(Task.WAIT, (f"screen.{campaign.working}",), f"{campaign.working} is at work: wait for it")
+    if campaign.over and campaign.recording:
+        return END
     if not campaign.dive:
         return _with_dive(DIVE if campaign.recording else _to_vehicle(campaign, RECORD), campaign)
     if campaign.uploaded:
         return _with_dive(_after_upload(campaign), campaign)
     if campaign.identified:
-        return _to_vehicle(campaign, UPLOAD)
+        return _to_vehicle(campaign, ACCEPT if campaign.accepts else UPLOAD)
     if campaign.lacking and campaign.told is not None:
         return _dive_more(campaign)
     return _with_dive(IDENTIFY, campaign)
@@ -119,7 +143,7 @@ def _after_upload(campaign: Campaign) -> Next:
     if campaign.since and campaign.go is False and campaign.flown != Mode.OFF.word:
         return LOOK
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
-        return DIAGNOSE
+        return _diagnosed(campaign)
     if acts:
         return FLY
     if campaign.mode == Mode.SHADOW.word:
@@ -127,6 +151,12 @@ def _after_upload(campaign: Campaign) -> Next:
     if campaign.since and campaign.flown == Mode.SHADOW.word and campaign.go:
         return _to_vehicle(campaign, TO_SHADOW if campaign.mode == Mode.OFF.word else TO_BOTH)
     return _to_vehicle(campaign, TO_SHADOW)
+
+
+def _diagnosed(campaign: Campaign) -> Next:
+    if not campaign.verdict:
+        return DIAGNOSE
+    return NOTHING_LEFT if campaign.verdict == "no_gap" else LOOK_CLOSER
 
 
 def _to_vehicle(campaign: Campaign, then: Next) -> Next:
@@ -157,4 +187,5 @@ def _dive_more(campaign: Campaign) -> Next:
 
 
 def _with_dive(step: Next, campaign: Campaign) -> Next:
-    return Next(step.task, step.actions, step.words.format(dive=campaign.dive))
+    actions = step.actions if campaign.shown else OF_OTHERS.get(step.task, step.actions)
+    return Next(step.task, actions, step.words.format(dive=campaign.dive))

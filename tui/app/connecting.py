@@ -42,9 +42,7 @@ def ways(
     held = {way.link for way in running}
     serial = [Way(f"serial:{device}:{DEFAULT_BAUD}", name or "serial port") for device, name in ports]
     heard = [
-        Way(
-            f"udpin:{address}:{PORT}", "a vehicle on this computer" if n == 0 else "a vehicle on this network"
-        )
+        Way(f"udpin:{address}:{PORT}", "from this computer" if n == 0 else "from this network")
         for n, address in enumerate(dict.fromkeys(("127.0.0.1", *addresses)))
     ]
     return (*running, *(way for way in (*serial, *heard) if way.link not in held))

@@ -98,7 +98,11 @@ class Connection:
             self._recorded = (choice.link,)
             self._go_by(choice.link)
         elif running is not None and not links.holds(running, choice.link):
-            raise LinkError(f"{links.words_of(running)} holds {', '.join(running.links)}; end it first")
+            raise LinkError(
+                f"{', '.join(running.links)} is recorded already, and the app goes by one recording: end it first "
+                f"(End recording), look at {choice.link} without recording it (Look only), or give `seatrial record` "
+                "both links, for one dive"
+            )
         else:
             self._recorded = running.links if running is not None else (choice.link,)
             self.record()

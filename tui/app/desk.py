@@ -9,12 +9,15 @@ from typing import Final
 from bridge.errors import ConfigError, LogError
 from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders, vehicle_named
 from tui.app.connecting import Choice, Way, ways_now
-from tui.app.jobs import Jobs
+from tui.app.jobs import Jobs, newer, written_ns
 from tui.app.view import Replay
 from tui.dive_list import kept_glance
 
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
+
+IDENTIFIED, DIAGNOSED, ACCEPTABLE = "identified.param", "diagnosis.json", "diagnosed.param"
+"""Files that the screens leave next to a dive: its values; its diagnosis, and the model with the causes found."""
 
 LEAST_S: Final = 20.0
 """A shorter dive is rejected as a check dive, and so is a dive in which no thruster pushed."""
@@ -89,6 +92,16 @@ class Desk:
             return vehicle_named(DiveFolder(dive).about(), self.vehicle)
         except ConfigError:
             return self.vehicle
+
+
+def values_of(*dives: Path) -> Path | None:
+    """The newest file of values of these dives, by its own time; None if they have none.
+
+    Not a model that an earlier diagnosis left, where a later one found nothing.
+    """
+    files = [dive / IDENTIFIED for dive in dives]
+    files += [dive / ACCEPTABLE for dive in dives if newer(dive / ACCEPTABLE, dive / DIAGNOSED)]
+    return max(filter(written_ns, files), key=written_ns, default=None)
 
 
 def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:

@@ -265,8 +265,8 @@ def _alert(view: View) -> str:
     """The gravest condition that must not be overlooked; "" for none."""
     if view.behind_s > ENGINE_SILENT_S:
         return f"nothing is read from the link since {view.behind_s:.0f} s: leave the app and start it again"
-    if view.picture.twins:
-        return view.picture.twins
+    if view.picture.twins or view.picture.stranger:
+        return view.picture.twins or view.picture.stranger
     silent_s = view.recorder_silent_s
     if view.recording is not None and view.recorder_hangs:
         return f"the recorder hangs since {silent_s:.0f} s: {how_to_end(view.recording.pid)}"

@@ -1,6 +1,7 @@
 """Reads the state of a campaign from the folders of dives and receipts, and from the view."""
 
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -12,12 +13,14 @@ from gcs_plugin.dives.folder import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted
 from tui.app.campaign import AXES, Campaign
-from tui.app.desk import Desk
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, Desk, values_of
 from tui.app.jobs import written_ns
 from tui.app.view import GONE_S, STALE_S, View
 from tui.dive_list import FAIR, kept_glance
 
-IDENTIFIED, VALIDATED = "identified.param", "validation.json"
+VALIDATED: Final = "validation.json"
+LONG: Final = ("identify", "diagnose", "validate")
+"""Verbs that take long enough for the user to wait, and to miss their work if it were lost."""
 SAME: Final = 1e-6
 """Relative difference that a value may have after it was a float32 on the vehicle."""
 
@@ -26,7 +29,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
     """The campaign as it stands now."""
     picture, dive = view.picture, _dive(desk)
     folders = desk.dives()
-    values = max((folder / IDENTIFIED for folder in folders), key=written_ns, default=None)
+    values = values_of(*folders)
     uploaded_ns = _uploaded_ns(desk.receipts, values) if values is not None else 0
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, told = _told(dive) if dive is not None else ((), None)
@@ -34,16 +37,21 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
     return Campaign(
         heard=any(not link.lost and link.age_s <= STALE_S for link in picture.links),
         recording=view.records,
+        over=view.over,
         linked=bool(desk.links()),
+        working=next(filter(desk.jobs.runs, LONG), ""),
         dive=dive.name if dive is not None else "",
+        shown=dive is None or desk.chosen() == dive,
         lacking=lacking,
         told=told,
-        identified=values is not None and written_ns(values) > 0,
+        identified=values is not None,
+        accepts=values is not None and values.name == ACCEPTABLE,
         uploaded=uploaded_ns > 0,
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
         since=dive is not None and uploaded_ns > 0 and _ended_ns(dive) > uploaded_ns,
         flown=flown,
         go=go,
+        verdict=_verdict(dive) if dive is not None and flown else "",
     )
 
 
@@ -59,6 +67,19 @@ def _is_idle(dive: Path) -> bool:
     glance = kept_glance(dive)
     std = glance.relative_std if glance is not None else None
     return std is not None and not any(map(math.isfinite, std.values()))
+
+
+def _verdict(dive: Path) -> str:
+    """The verdict of a dive's diagnosis; "" without one."""
+    return _read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED))
+
+
+@lru_cache(8)
+def _read_verdict(file: Path, _changed_ns: int) -> str:
+    try:
+        return str(from_json(read_small(file))["verdict"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return ""
 
 
 def _told(dive: Path) -> tuple[tuple[str, ...], int | None]:

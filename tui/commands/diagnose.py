@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
 
@@ -46,6 +46,10 @@ from tui.recordings import column_map_for, read_together, ruled_out
 if TYPE_CHECKING:
     from identify.foretell import Foresight
     from identify.report.page import Report
+
+NOT_ACCEPTED: Final = (
+    "to make up for it: the same with --accept FILE writes a model for `seatrial params upload FILE`"
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -104,6 +108,8 @@ def run(arguments: argparse.Namespace) -> int:
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
         show.say(console, *files.written)
+        if result.accepted.effects and not arguments.accept:
+            show.say(show.words(), NOT_ACCEPTED)
     return files.code(exit_codes.DONE)
 
 

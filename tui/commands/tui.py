@@ -26,6 +26,7 @@ from tui.app import recorder, themes
 from tui.app.app import SeatrialApp
 from tui.app.connection import Connection
 from tui.app.desk import DIVES, Desk
+from tui.app.drawing import utc
 from tui.app.jobs import Jobs
 from tui.app.keys import load_keymap, looking_work
 from tui.app.recorder import end, next_dive, recorded
@@ -87,9 +88,9 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def list_recording() -> None:
-    """Print the network sockets that the running recording holds open."""
+    """Print the sockets that the running recording holds open, with the time: it may end before this is read."""
     if (holding := links.holding_now()) is not None:
-        say(f"{links.words_of(holding)} goes on by itself, and has")
+        say(f"{utc(clocks.SystemClock().unix_s())} UTC: {links.words_of(holding)} runs by itself, and has")
         for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
             say(sentence)
 

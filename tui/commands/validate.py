@@ -11,10 +11,11 @@ from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.mode import Mode
 from gcs_plugin.params.last_accepted import last_sidecar
 from identify.dive import Dive, Kind
 from identify.glance.foretold import Foretelling, verdict_of
-from identify.glance.raising import MARKS, Raising
+from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate
 from identify.validate import METHOD, Row, TrackingErrors
@@ -58,6 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
                 show.say(console, f"{run.label}: {verdict_of(run.held)}")
             if run.raising is not None:
                 show.say(console, *raising_lines(run.label, run.raising))
+            elif run.mode == Mode.OFF.word and run.compared:
+                show.say(console, f"{run.label}: {BASELINE}")
         show.say(console, *files.written)
         nothing = [run.dive for run in done.runs if not run.compared]
         show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))

@@ -288,7 +288,7 @@ def trouble(picture: Picture) -> list[str]:
         (row for row in picture.sensors if row.condition is not Condition.OK),
         key=lambda row: POOR.index(row.condition) if row.condition in POOR else len(POOR),
     )
-    return [*filter(None, (picture.twins,)), *(f"{row.name}: {row.words}" for row in rows)]
+    return [*filter(None, (picture.twins, picture.stranger)), *(f"{row.name}: {row.words}" for row in rows)]
 
 
 def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
@@ -340,7 +340,7 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
         *alarm_words(picture),
         *links,
         recording_words(holding),
-        *filter(None, (fault, picture.twins)),
+        *filter(None, (fault, picture.twins, picture.stranger)),
         *texts,
     ]
 

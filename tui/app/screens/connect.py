@@ -11,6 +11,7 @@ from bridge.errors import LinkSpecError
 from bridge.links.addresses import parse_link
 from tui.app.connecting import Choice, Way
 from tui.app.drawing import Line, Lines, Role, cut, wrapped
+from tui.app.header import PHONE
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn
 from tui.app.screens.overlays import OverScreen
@@ -30,15 +31,20 @@ OTHERS = "this app goes by another recording; end that one first, or see this on
 
 def way_lines(ways: Sequence[Way], at: int, trouble: str, cells: int) -> Lines:
     """A line per way, that at `at` marked; below them the fault of the link typed."""
-    return (*(_line(way, n == at, cells) for n, way in enumerate(ways)), *_trouble(trouble, cells))
+    widest = min(max((len(way.link) for way in ways), default=0), LINK_CELLS)
+    link_cells = LINK_CELLS if cells >= PHONE else widest
+    return (
+        *(_line(way, n == at, link_cells, cells) for n, way in enumerate(ways)),
+        *_trouble(trouble, cells),
+    )
 
 
-def _line(way: Way, is_at: bool, cells: int) -> Line:
+def _line(way: Way, is_at: bool, link_cells: int, cells: int) -> Line:
     role: Role = "strong" if is_at else "plain"
     mark = "●" if way.recorded else " "
-    link = cut(way.link, LINK_CELLS)
-    head: Line = (("▶" if is_at else " ", "accent"), (f"{mark} ", "accent"), (f"{link:<{LINK_CELLS}} ", role))
-    return (*head, (cut(way.words, max(cells - LINK_CELLS - 4, 1)), "quiet"))
+    link = cut(way.link, link_cells)
+    head: Line = (("▶" if is_at else " ", "accent"), (f"{mark} ", "accent"), (f"{link:<{link_cells}} ", role))
+    return (*head, (cut(way.words, max(cells - link_cells - 4, 1)), "quiet"))
 
 
 def _trouble(trouble: str, cells: int) -> Lines:
@@ -61,8 +67,8 @@ class ConnectScreen(OverScreen[Choice | None]):
             box := Vertical(Drawn(self._lines, pressed=self._press), Input(first, "a link"), id="connect-box")
         )
         box.add_class("box")
-        box.border_title = "Connect a vehicle, by one of these or by a link that you type"
-        box.border_subtitle = "enter connects and records, ^r only looks, escape leaves it"
+        box.border_title = "Connect a vehicle: one of these, or type"
+        box.border_subtitle = "enter records, ^r only looks, esc leaves"
 
     def _lines(self, cells: int, _: int) -> Lines:
         return way_lines(self._ways, self._at, self._trouble, cells)

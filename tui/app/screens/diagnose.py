@@ -11,14 +11,14 @@ from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
-from tui.app.desk import can_check
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, cut, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
 
-JSON, REPORT, PARAM = "diagnosis.json", "diagnosis.html", "diagnosed.param"
+JSON, REPORT, PARAM = DIAGNOSED, "diagnosis.html", ACCEPTABLE
 PHASES: Final = {
     "rest": "at rest",
     "accelerating": "speeds up",

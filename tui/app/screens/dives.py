@@ -48,7 +48,7 @@ class DivesScreen(StationScreen):
         Action("dives.again", "ctrl+r", "Read", "read the folder again", HIDDEN | LOOKS),
         Action("dives.up", "up,k", "Up", "a newer dive", HIDDEN | LOOKS, "go(-1)"),
         Action("dives.down", "down,j", "Down", "an older dive", HIDDEN | LOOKS, "go(1)"),
-        Action("dives.newest", "home", "Newest", "the newest dive", HIDDEN | LOOKS, "go(-100000)"),
+        Action("dives.newest", "home", "Newest", "the newest dive flown; again, the newest", HIDDEN | LOOKS),
         Action("dives.oldest", "end", "Oldest", "the oldest dive", HIDDEN | LOOKS, "go(100000)"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
@@ -115,6 +115,13 @@ class DivesScreen(StationScreen):
     def action_go(self, rows: int) -> None:
         if self._dives:
             self._go(max(0, min(self._index() + rows, len(self._dives) - 1)))
+
+    def action_newest(self) -> None:
+        """Mark the newest dive that tells something; if it is marked already, the newest of all."""
+        flown = usual(self._dives, None)
+        at = next((n for n, dive in enumerate(self._dives) if dive.folder == flown), 0)
+        if self._dives:
+            self._go(0 if at == self._index() else at)
 
     def _go_to_line(self, y: int) -> None:
         """Move the mark to the dive in line `y` of the widget, whose first line is a heading."""

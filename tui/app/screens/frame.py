@@ -250,7 +250,7 @@ class StationScreen(Screen[None]):
             return ((),)
         here = f"screen.{str(self.title).lower()}"
         keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
-        named: Line = () if self.view_only else ((f" {' '.join(keys)} ", "key"),)
+        named: Line = ((f" {' '.join(keys)} ", "key"),) if keys and not self.view_only else ()
         head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
         room = max(cells - width(head), 1)
         if cells >= PHONE:

@@ -1,8 +1,7 @@
 """What lies over a screen, whose top line stays bright and live: help, questions, forms; and a question below it."""
 
-import textwrap
-from collections.abc import Callable, Iterator, Mapping
-from typing import ClassVar, Final, TypeVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Final, TypeVar
 
 from textual import events
 from textual.app import App, ComposeResult
@@ -12,7 +11,7 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Input, Label
 
 from bridge.errors import SeatrialError
-from tui.app.drawing import Line, Lines
+from tui.app.drawing import Line, Lines, Role, width, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen, TopLine
 from tui.app.themes import ROLE_CLASSES
@@ -37,8 +36,25 @@ CLOSING: Final = (
     ),
 )
 EVERYWHERE, MOVING = "Everywhere", "Moving about"
-KEY_CELLS, WORD_CELLS, CELLS = 13, 9, 73
+KEY_CELLS, WORD_CELLS, CELLS, NARROW_INDENT = 13, 9, 68, 4
 UNKEPT: Final = "unkept"
+
+
+def keep_below_top(overlay: Screen[Any], box: str) -> None:
+    """Keep the box that `box` selects below the lines on top of the screen under it, however many rows they take."""
+
+    def place() -> None:
+        tops = overlay.app.screen_stack[0].query(TopLine)
+        above = max((top.region.bottom for top in tops), default=0)
+        for over in overlay.query(box):
+            if over.styles.margin.top != above:
+                over.styles.margin = (above, 0, over.styles.margin.bottom, 0)
+
+    def place_soon() -> None:
+        overlay.call_after_refresh(place)
+
+    for top in overlay.app.screen_stack[0].query(TopLine):
+        overlay.watch(top, "virtual_size", place_soon)
 
 
 class Overlay(ModalScreen[Answer]):
@@ -225,19 +241,24 @@ class HelpScreen(Overlay[None]):
     COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)
     BINDINGS = bindings(CLOSING)  # type: ignore[assignment]
 
-    def __init__(self, lines: Lines) -> None:
+    def __init__(self, lines: Callable[[int], Lines]) -> None:
         super().__init__()
         self._text = lines
 
+    def on_mount(self) -> None:
+        keep_below_top(self, "#help-box")
+
     def compose(self) -> ComposeResult:
-        box = VerticalScroll(Drawn(lambda *_: self._text, id="help-text"), id="help-box")
+        box = VerticalScroll(Drawn(lambda cells, _: self._text(cells), id="help-text"), id="help-box")
         box.border_title = "Keys"
         box.border_subtitle = "escape closes"
         yield box
 
 
-def help_lines(app: App[None], screen: Screen[object]) -> Lines:
-    """The screen's own keys, those that work everywhere, those of the focused widget, and the meaning of the marks."""
+def help_lines(app: App[None], screen: Screen[object]) -> Callable[[int], Lines]:
+    """The screen's own keys, those that work everywhere, those of the focused widget, and the meaning of the marks, as
+    they are now: a function that gives their lines for a width in cells.
+    """
     title = str(screen.title or "")
     groups: dict[str, dict[str, tuple[list[str], Binding]]] = {title: {}, EVERYWHERE: {}, MOVING: {}}
     for node, binding, enabled, _ in screen.active_bindings.values():
@@ -246,32 +267,38 @@ def help_lines(app: App[None], screen: Screen[object]) -> Lines:
         group = MOVING if binding.id is None else EVERYWHERE if node is app else title
         keys, _ = groups[group].setdefault(binding.action, ([], binding))
         keys.append(app.get_key_display(binding))
-    lines: list[Line] = []
-    for group, rows in groups.items():
-        if group == MOVING and isinstance(screen, StationScreen):
-            lines += _legend(screen)
-        if rows:
-            lines.append(((group, "strong"),))
-        for keys, binding in rows.values():
-            lines += _row(" ".join(dict.fromkeys(keys)), binding.description, binding.tooltip)
-        lines.append(())
-    return tuple(lines[:-1])
+    legend = screen.LEGEND if isinstance(screen, StationScreen) else ()
+
+    def lines(cells: int) -> Lines:
+        made: list[Line] = []
+        for group, rows in groups.items():
+            if group == MOVING and legend:
+                made += [
+                    (("Marks", "strong"),),
+                    *(line for mark in legend for line in _entry(*mark, "", "plain", cells)),
+                    (),
+                ]
+            if rows:
+                made.append(((group, "strong"),))
+            for keys, binding in rows.values():
+                made += _entry(
+                    " ".join(dict.fromkeys(keys)), binding.tooltip, binding.description, "quiet", cells
+                )
+            made.append(())
+        return tuple(made[:-1])
+
+    return lines
 
 
-def _legend(screen: StationScreen) -> Iterator[Line]:
-    if screen.LEGEND:
-        yield (("Marks", "strong"),)
-        for mark, meaning in screen.LEGEND:
-            head, *further = textwrap.wrap(meaning, CELLS - KEY_CELLS - 2)
-            yield ((f"  {mark:<{KEY_CELLS}}", "accent"), (head, "plain"))
-            yield from (((" " * (2 + KEY_CELLS), "plain"), (piece, "plain")) for piece in further)
-        yield ()
-
-
-def _row(keys: str, words: str, sentence: str) -> Iterator[Line]:
-    column = max(WORD_CELLS, len(words) + 1)  # a longer name shifts only its own sentence
-    pieces = textwrap.wrap(sentence, CELLS - KEY_CELLS - column - 2) or [""]
+def _entry(keys: str, sentence: str, words: str, role: Role, cells: int) -> Lines:
+    """Keys or a mark, the words for them, and a sentence: beside them, or below where that is too narrow."""
+    column = max(WORD_CELLS, len(words) + 1) if words else 0  # a longer name shifts only its own sentence
     head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
-    yield (*head, (pieces[0], "quiet"))
-    for piece in pieces[1:]:
-        yield ((" " * (2 + KEY_CELLS + column), "plain"), (piece, "quiet"))
+    if words and cells < CELLS:
+        return (head, *_indented(wrapped(sentence, role, cells - NARROW_INDENT), NARROW_INDENT))
+    first, *more = wrapped(sentence, role, cells - width(head))
+    return ((*head, *first), *_indented(more, width(head)))
+
+
+def _indented(lines: Sequence[Line], by: int) -> Iterator[Line]:
+    return (((" " * by, "plain"), *line) for line in lines)

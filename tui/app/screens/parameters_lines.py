@@ -32,7 +32,7 @@ ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
 IN_HALVES: Final = "Δ/±95%"
 """Column head of the change, in units of the ±95 % column."""
-CHANGE, NAME, PERCENT = 7, 12, 7
+CHANGE, PERCENT = 7, 7
 ARROW: Final = " →"
 
 READ_FIRST: Final = "The vehicle is read before anything is written."
@@ -42,13 +42,14 @@ READ_FIRST: Final = "The vehicle is read before anything is written."
 class _Widths:
     """Widths in cells of the columns that shrink on a narrow screen."""
 
+    name: int
     unit: int
     number: int
     file: int
     half: int
 
 
-ROOMY, TIGHT, OF_A_PHONE = _Widths(13, 10, 11, 8), _Widths(12, 8, 11, 7), _Widths(0, 8, 9, 0)
+ROOMY, TIGHT, OF_A_PHONE = _Widths(13, 13, 10, 11, 8), _Widths(12, 12, 8, 11, 7), _Widths(12, 0, 8, 9, 0)
 
 
 def number(value: float | None, cells: int = 0) -> str:
@@ -99,9 +100,7 @@ def table(
 def _head(cells: int, back: bool, present: str) -> Line:
     wide = _widths(cells)
     values = present, "before" if back else "identified" if cells >= PHONE else "new"
-    head = (
-        f"   {'name':<{NAME}}{values[0]:>{wide.number}}{ARROW}{values[1]:>{wide.file}}{'change':>{PERCENT}}"
-    )
+    head = f"   {'name':<{wide.name}}{values[0]:>{wide.number}}{ARROW}{values[1]:>{wide.file}}{'change':>{PERCENT}}"
     if cells < PHONE:
         return ((head, "quiet"),)
     accepted = f"{'accepted':>{wide.number}}" if cells >= WIDE else ""
@@ -124,7 +123,7 @@ def _row(entry: Compared, chosen: bool, at: bool, became: Written | None, cells:
         (AT if at else " ", "accent"),
         (mark, "accent"),
         (DOUBT if entry.doubted else " ", "warn"),
-        (f"{cut(entry.name, NAME - 1):<{NAME}}", "tab" if at else lively),
+        (f"{cut(entry.name, wide.name - 1):<{wide.name}}", "tab" if at else lively),
         (f"{number(entry.present, wide.number):>{wide.number}}", present),
         (ARROW, "quiet"),
         (f"{number(entry.target, wide.file):>{wide.file}}", lively),

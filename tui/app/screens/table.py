@@ -16,7 +16,7 @@ from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.identify import IdentifyScreen
-from tui.app.screens.overlays import ASKING, CLOSING, FILLING
+from tui.app.screens.overlays import ASKING, CLOSING, FILLING, keep_below_top
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.validate import ValidateScreen
 from tui.app.screens.watch import WatchScreen
@@ -83,6 +83,9 @@ def tabs(shown: str, keys: Callable[[Action], str]) -> tuple[Tab, ...]:
 
 class ActionPalette(CommandPalette):
     """The palette, closing only once: an escape and an enter together would also close the screen below."""
+
+    def on_mount(self) -> None:
+        keep_below_top(self, "CommandPalette > Vertical")
 
     def dismiss(self, result: None = None) -> AwaitComplete:
         return super().dismiss(result) if self.is_current else AwaitComplete()

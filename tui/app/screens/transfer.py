@@ -13,7 +13,7 @@ from gcs_plugin.params.comparison import Comparison
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import Verdict
 from gcs_plugin.watch.picture import Armed, Picture
-from tui.app.desk import Desk
+from tui.app.desk import Desk, values_of
 from tui.app.jobs import JobState, written_ns
 from tui.app.view import STALE_S
 
@@ -25,7 +25,7 @@ _WORD = re.compile(r"[A-Z]+|\d+")
 ACTING: Final = (2, 3)
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
-IDENTIFIED: Final = "identified.param"
+NO_RECORDING: Final = "the vehicle is read by way of its recording, and none runs: begin one first"
 OLD_S: Final = 120.0
 """After this time the vehicle's values may have changed: read them again before asking for a confirmation."""
 
@@ -110,11 +110,11 @@ class Transfer:
         return ("--vehicle", vehicle) if vehicle else ()
 
     def _file(self) -> Path | None:
-        """The file that another screen put on the desk for the chosen dive, else the dive's identified parameters."""
+        """The file that another screen put on the desk for the chosen dive, else the dive's newest, else the newest."""
         dive, param = self._desk.chosen(), self._desk.param
         if param is not None and (dive is None or param.parent == dive):
             return param
-        return dive / IDENTIFIED if dive is not None and (dive / IDENTIFIED).exists() else None
+        return (values_of(dive) if dive is not None else None) or values_of(*self._desk.dives())
 
     def take(self) -> bool:
         """Take the progress of the write and the result of a read; return whether a read has just ended."""
@@ -131,7 +131,9 @@ class Transfer:
             if self.back and NothingLeft.__name__ in state.done.error_names:
                 self._leave_back("no upload to this vehicle that stands is kept here")
             else:
-                self.trouble = state.done.why
+                desk = self._desk
+                unreachable = desk.record is not None and desk.recorded() is None
+                self.trouble = NO_RECORDING if unreachable else state.done.why
             return True
         if self.back:
             # The file holds all of the vehicle's earlier values; lines that already agree are of no interest.

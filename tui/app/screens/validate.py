@@ -11,8 +11,9 @@ import numpy as np
 from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.mode import Mode
 from identify.glance.following import CURVES, Followed
-from identify.glance.raising import Criterion
+from identify.glance.raising import BASELINE, Criterion
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
 from tui.app.header import PHONE, Tab
@@ -63,8 +64,8 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Run:
-    """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur. `whole` by axis, then by
-    WHOLE; `foretold` is the sentence on the foretold errors, "" if nothing was foretold."""
+    """One dive, flown in `mode`. `errors` by axis, then by ROWS and EFFORTS; NaN if the phase does not occur. `whole`
+    by axis, then by WHOLE; `foretold` is the sentence on the foretold errors, "" if nothing was foretold."""
 
     label: str
     dive: str
@@ -74,6 +75,7 @@ class Run:
     curves: tuple[Followed, ...]
     whole: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     foretold: str = ""
+    mode: str = ""
 
 
 def runs(data: Any) -> tuple[Run, ...] | None:
@@ -99,6 +101,7 @@ def _run(data: Mapping[str, Any]) -> Run:
             for entry in data.get("whole", ())
         },
         str(data.get("as_foretold", "")),
+        str(data["mode"]),
     )
 
 
@@ -112,7 +115,8 @@ def verdict_lines(run: Run, cells: int) -> Lines:
     """Go or no-go as a mark and a word, then the sentence."""
     judgement = run.verdict
     if judgement is None:
-        return wrapped(NO_VERDICT, "warn", cells)
+        is_baseline = run.mode == Mode.OFF.word
+        return wrapped(f"{run.dive} is {BASELINE}" if is_baseline else NO_VERDICT, "plain", cells)
     mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
     foretold = wrapped(run.foretold, "strong", cells) if run.foretold else ()

@@ -69,6 +69,8 @@ REPLAYING = (
     ),
 )
 WIDE: Final = 50
+LEAST_NAME, WITHOUT_NAME = 18, 37
+"""Cells of a thruster's name on a wide row at least, and those that its number, bar and readings take."""
 NAME_CELLS: Final = 17
 RATE_AND_AGE: Final = 17  # cells of a narrow row after its name
 MARKS: Final[dict[Condition, Span]] = {
@@ -158,7 +160,9 @@ def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
     if not rows:
         return ((("none heard", "quiet"),),)
     if cells >= WIDE:
-        return tuple(_wide_thruster(row, cells) for row in rows)
+        longest = max(len(row.name) for row in rows)
+        name_cells = min(longest, max(cells - WITHOUT_NAME, LEAST_NAME))
+        return tuple(_wide_thruster(row, name_cells, cells) for row in rows)
     each = cells // 2
     below = (len(rows) + 1) // 2
     return tuple(
@@ -173,11 +177,14 @@ def _narrow_thruster(row: ThrusterRow, cells: int) -> Line:
     return (*line, (" " * (cells - width(line)), "plain"))
 
 
-def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
+def _wide_thruster(row: ThrusterRow, name_cells: int, cells: int) -> Line:
     role, pulse = _reading(row, row.pwm_us, "strong")
     _, speed = _reading(row, row.rpm, "plain")
     name = row.name if row.name != str(row.number) else ""
-    head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 18):<18} " if name else "", "plain"))
+    head: Line = (
+        (f"{row.number:>2} ", "quiet"),
+        (f"{cut(name, name_cells):<{name_cells}} " if name else "", "plain"),
+    )
     tail: Line = ((f"{pulse:>6}", role), (" µs", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
     if row.freshness is not Freshness.FRESH:
         tail = ((f"{pulse:>6}", role), (f" {ago(row.age_s):<13}", "stale"))
@@ -378,7 +385,10 @@ class WatchScreen(StationScreen):
         return self.view.picture if self.view.replay is None else self.view.replay.picture
 
     def _sensors(self, now: Picture, cells: int, _: int) -> Lines:
-        """All of them; next to the values on a phone only the links and what is not ok."""
+        """All of them; next to the values on a phone only the links and what is not ok. None once the dive is over."""
+        if self._is_over:
+            links = sensors(self._links(now), (), cells)
+            return (*links, *wrapped("the dive is over: nothing is measured", "quiet", cells))
         if not (self.has_class("-phone") and self.has_class("-first")):
             return sensors(self._links(now), now.sensors, cells)
         faults = tuple(row for row in now.sensors if row.condition is not Condition.OK)
@@ -388,8 +398,12 @@ class WatchScreen(StationScreen):
 
     def _links(self, now: Picture) -> tuple[LinkRow, ...]:
         """The links, but for those that fell silent because the dive is over."""
-        over = self.view is not None and self.view.over and self.view.replay is None
-        return tuple(link for link in now.links if not (over and link.lost))
+        return tuple(link for link in now.links if not (self._is_over and link.lost))
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether the dive shown is one that has just ended."""
+        return self.view is not None and self.view.over and self.view.replay is None
 
     def show(self, view: View) -> None:
         if self.has_class("-replay") != (view.replay is not None):
