@@ -44,6 +44,7 @@ MISSIONS = (
 )
 LEARNT = (
     "bench/reproduce/paper.py",
+    "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
     "bridge/wire/whole.py",
     "configs/thrusters/*.csv",
@@ -55,6 +56,7 @@ LEARNT = (
 BASELINES = (
     "bench/baselines",
     "bench/reproduce/paper.py",
+    "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
     "bridge/wire/whole.py",
     "configs/thrusters/*.csv",

@@ -11,7 +11,6 @@ from bridge.errors import SeatrialError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
-from bridge.vehicle.mode import Mode
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Pulses, thrust_curve
 from identify.dive import Array, Dive
 
@@ -42,7 +41,7 @@ def allocated_gains(dive: Dive, file: VehicleFile, configuration: str) -> Array 
     count = len(shape.thrusters)
     if dive.pwm.value.shape[1] < count or curve.neutral_us != NEUTRAL_US:
         return None
-    acts = is_acting(dive)
+    acts = dive.feedforward_acts
     driven = np.abs(allocator.matrix[list(FEEDFORWARD_DOFS)]).max(axis=0) > 1e-6
     below_n = np.where(driven & acts, table.fed.straight_below_n, table.straight_below_n)
     grid = np.linspace(allocator.low_n, allocator.high_n, POINTS)
@@ -72,11 +71,3 @@ def allocated_gains(dive: Dive, file: VehicleFile, configuration: str) -> Array 
     untold = np.sum(directions[:, told_by < ALIKE] ** 2, axis=1)
     gains[used] = np.where(untold <= MOST_ALIKE, fitted, np.nan)
     return gains
-
-
-def is_acting(dive: Dive) -> bool:
-    """Whether the feed-forward was applied for most of a dive."""
-    if dive.ff_mode is None or not len(dive.ff_mode):
-        return False
-    modes = [float(mode) for mode in Mode if mode.applies_feedforward]
-    return bool(np.mean(np.isin(dive.ff_mode.value[:, 0], modes)) > 0.5)

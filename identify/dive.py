@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Water
+from bridge.vehicle.mode import Mode
 
 Array = NDArray[np.float64]
 
@@ -223,6 +224,14 @@ class Dive:
     def thruster_commands(self) -> Signal | None:
         """The command of each thruster, (n, thrusters): pulses, or else newtons."""
         return self.pwm if self.pwm is not None else self.thrust_cmd
+
+    @property
+    def feedforward_acts(self) -> bool:
+        """Whether the feed-forward was applied for most of the dive."""
+        if self.ff_mode is None or not len(self.ff_mode):
+            return False
+        modes = [float(mode) for mode in Mode if mode.applies_feedforward]
+        return bool(np.mean(np.isin(self.ff_mode.value[:, 0], modes)) > 0.5)
 
     def depth_by(self, water: Water) -> Signal | None:
         """Depth (n, 1) in m, positive down: as recorded, otherwise from pressure through the water's density."""

@@ -24,7 +24,7 @@ from bridge.vehicle.feedforward import AXES, FEEDFORWARD_DOFS
 from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import Reference, Six
-from identify.allocated import allocated_gains, is_acting
+from identify.allocated import allocated_gains
 from identify.diagnose.result import Accepted, Hull
 from identify.dive import Array, Dive, Signal
 from identify.effects.effect import SIMULATED
@@ -96,7 +96,7 @@ def credits_of(accepted: Accepted, dive: Dive, file: VehicleFile, configuration:
     for number, gain in found.items():
         allocated = math.nan if gains is None else float(gains[number - 1])
         told = allocated if math.isfinite(allocated) else None
-        out.append(Credit(number, thrusters[number - 1].gain, gain, told, is_acting(dive)))
+        out.append(Credit(number, thrusters[number - 1].gain, gain, told, dive.feedforward_acts))
     return tuple(out)
 
 
@@ -236,7 +236,7 @@ def fed_by(dive: Dive, file: VehicleFile, configuration: str) -> dict[str, float
         for name, value in zip((mass, damping), values.tolist(), strict=True):
             if BY_NAME[name].low < value < BY_NAME[name].high:
                 out[name] = value
-    gains = allocated_gains(dive, file, configuration) if is_acting(dive) else None
+    gains = allocated_gains(dive, file, configuration) if dive.feedforward_acts else None
     if gains is not None:
         thrusters = file.vehicle.configurations[configuration].thrusters
         for number, (gain, thruster) in enumerate(zip(gains, thrusters, strict=True), 1):

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
-from identify.allocated import is_acting
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.estimators.lateness import (
@@ -360,7 +359,7 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
     if forces.source != "pwm" or dive.tau_cmd is None:
         return {}
     asked = Signal(forces.time_s, forces.asked).held_at(dive.tau_cmd.time_s)
-    shares, makes_up = {}, is_acting(dive)
+    shares, makes_up = {}, dive.feedforward_acts
     for dof in (0, 1, YAW):
         commanded = dive.tau_cmd.value[:, dof]
         # Small thrust lies in the thrusters' dead band, so a small command says nothing about the geometry.
