@@ -335,7 +335,9 @@ def _vehicle(options: Options) -> None:
     guess = ("frame, order and directions of the thrusters, and which motor is reversed or swapped", _GUESS)
     for _, parser in actions_of(options.parser, {"guess": guess}):
         action = Options(parser)
-        action.value("log", "LOG", "a .tlog, a DataFlash .BIN or a dive folder with the autopilot's parameters in it")
+        action.value(
+            "log", "LOG", "a .tlog, a DataFlash .BIN or a dive folder with the autopilot's parameters in it"
+        )
         action.value("--out", "FILE", "write the vehicle file", type=NewFile)
         action.json("what was found")
 

@@ -28,7 +28,7 @@ SETTINGS: Final[Mapping[str, float]] = {
     "FRAME_CONFIG": 1, "ARMING_CHECK": 0, "BRD_OPTIONS": 0, "SYSID_MYGCS": 255, "FS_GCS_ENABLE": 2,
     "FS_PILOT_INPUT": 2, "JS_GAIN_DEFAULT": 0.5, "VISO_TYPE": 1, "EK3_SRC1_POSXY": 0, "EK3_SRC1_VELXY": 6,
     "EK3_SRC1_POSZ": 1, "EK3_SRC1_VELZ": 0, "EK3_SRC1_YAW": 1, "GPS_TYPE": 0, "SIM_GPS_DISABLE": 1,
-    "SIM_BARO_RND": 0.0, "SERVO1_FUNCTION": 33, "SERVO2_FUNCTION": 34, "SERVO3_FUNCTION": 35,
+    "SIM_BARO_RND": 0.002, "SIM_BAR2_RND": 0.002, "SERVO1_FUNCTION": 33, "SERVO2_FUNCTION": 34, "SERVO3_FUNCTION": 35,
     "SERVO4_FUNCTION": 36, "SERVO5_FUNCTION": 37, "SERVO6_FUNCTION": 38, "LOG_DISARMED": 0, "MOT_FV_CPLNG_K": 0,
 }  # fmt: skip
 """A BlueROV2 with a DVL and no GPS, ready to arm at once."""
@@ -67,7 +67,9 @@ def reached(spec: str) -> Link:
     raise LinkError(f"{spec}: the firmware did not start")
 
 
-def launched(path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: int) -> "subprocess.Popen[bytes]":
+def launched(
+    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: int
+) -> "subprocess.Popen[bytes]":
     """Instance `number` of the firmware in `folder`, with `settings` for its parameters."""
     lines = [f"{name} {value}" for name, value in settings.items()]
     (folder / "defaults.parm").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -108,7 +110,9 @@ class Firmware:
     `fly` runs a script: every TICK_S of the body's time it goes on to its next `yield`, while the firmware waits.
     """
 
-    def __init__(self, path: Path, folder: Path, body: JsonBody, settings: Mapping[str, float] = SETTINGS) -> None:
+    def __init__(
+        self, path: Path, folder: Path, body: JsonBody, settings: Mapping[str, float] = SETTINGS
+    ) -> None:
         folder.mkdir(parents=True)
         self.body, self.clock = body, BodyClock(body)
         number = free_instance()

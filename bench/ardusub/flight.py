@@ -150,9 +150,15 @@ def _with(act: Any, script: Script) -> Script:
 
 
 def _flight(clock: BodyClock, companion: Companion, pilot: Pilot, mixer: Mixer, mission: Mission) -> Script:
-    yield from wait_until(clock, lambda: companion.settings.complete and companion.rates.settled, 90.0, "the autopilot's parameters")
+    yield from wait_until(
+        clock,
+        lambda: companion.settings.complete and companion.rates.settled,
+        90.0,
+        "the autopilot's parameters",
+    )
     yield from wait_until(clock, lambda: pilot.standing_by, 60.0, "the autopilot's start")
-    yield from wait_until(clock, lambda c=clock.boot_s(): clock.boot_s() > c + 6.0, 10.0, "")
+    calm_s = clock.boot_s() + 6.0
+    yield from wait_until(clock, lambda: clock.boot_s() > calm_s, 10.0, "the calm before arming")
     pilot.command(dialect.MAV_CMD_DO_SET_MODE, 1.0, float(ALT_HOLD))
     asked_s = -math.inf
     while not pilot.armed:

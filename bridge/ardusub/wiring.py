@@ -62,15 +62,15 @@ def wiring(values: Mapping[str, float], thrusters: Mapping[str, int]) -> Wiring:
     """
     if FRAME not in values:
         raise ConfigError(
-            f"no {FRAME} among the autopilot's {len(values)} parameters in it: that is no ArduSub's whole list; let the "
-            "ground station read all parameters while it records"
+            f"no {FRAME} among the autopilot's {len(values)} parameters in it: that is no ArduSub's whole list; let "
+            "the ground station read all parameters while it records"
         )
     number = int(values[FRAME])
     frame = FRAMES[number] if 0 <= number < len(FRAMES) else f"{number}, which is not known,"
     if frame not in thrusters:
         raise ConfigError(
-            f"{FRAME} {number}: no vehicle file comes with the frame {frame}; write one, with the thrusters in the order "
-            "of the outputs (docs/howto/write_a_vehicle_file.md)"
+            f"{FRAME} {number}: no vehicle file comes with the frame {frame}; write one, with the thrusters in the "
+            "order of the outputs (docs/howto/write_a_vehicle_file.md)"
         )
     count = thrusters[frame]
     driven: dict[int, int] = {}

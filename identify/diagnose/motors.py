@@ -21,6 +21,7 @@ from identify.estimators.innovations import POSITION
 from identify.forces import asked_thrusts
 
 Array = NDArray[np.float64]
+Order = NDArray[np.int64]
 
 FOLLOWS = 0.5
 """Least mean correlation of the motion with the thrust of a wiring that is named."""
@@ -48,7 +49,7 @@ class _Driven:
     among: Array
     speed_std: float
 
-    def follows(self, effect: Array, order: Array) -> float:
+    def follows(self, effect: Array, order: Order) -> float:
         """Correlation of the speed with the thrusts' effect (k,), output `order` (k,) driving each, at its best lag."""
         best = 0.0
         for with_speed, among in zip(self.with_speed.T, self.among, strict=True):
@@ -62,16 +63,18 @@ class _Driven:
 def miswired(dive: Dive, file: VehicleFile, configuration: str, axes: tuple[Axis, ...]) -> Miswired | None:
     """The one motor reversed, or the pair swapped, that the motion of a dive shows; None for none."""
     thrust = asked_thrusts(dive, file, configuration)
-    driven = [each for axis in axes if axis.dof in PUSHED and (each := _driven(axis, thrust.time_s, thrust.value))]
+    driven = [
+        each for axis in axes if axis.dof in PUSHED and (each := _driven(axis, thrust.time_s, thrust.value))
+    ]
     if not driven:
         return None
     matrix = allocation_matrix(file.vehicle.configurations[configuration])
     count = matrix.shape[1]
 
-    def mean(signs: Array, order: Array) -> float:
+    def mean(signs: Array, order: Order) -> float:
         return float(np.mean([each.follows(matrix[each.dof] * signs, order) for each in driven]))
 
-    as_given = mean(np.ones(count), np.arange(count))
+    as_given = mean(np.ones(count), np.arange(count, dtype=np.int64))
     tried = sorted(
         (Miswired(motors, mean(signs, order), as_given) for motors, signs, order in _wirings(count)),
         key=lambda each: each.follows,
@@ -81,13 +84,13 @@ def miswired(dive: Dive, file: VehicleFile, configuration: str, axes: tuple[Axis
     return best if is_clear else None
 
 
-def _wirings(count: int) -> Iterator[tuple[tuple[int, ...], Array, Array]]:
+def _wirings(count: int) -> Iterator[tuple[tuple[int, ...], Array, Order]]:
     for motor in range(count):
         signs = np.ones(count)
         signs[motor] = -1.0
-        yield (motor + 1,), signs, np.arange(count)
+        yield (motor + 1,), signs, np.arange(count, dtype=np.int64)
     for first, second in combinations(range(count), 2):
-        order = np.arange(count)
+        order = np.arange(count, dtype=np.int64)
         order[[first, second]] = second, first
         yield (first + 1, second + 1), np.ones(count), order
 
@@ -101,7 +104,9 @@ def _driven(axis: Axis, time_s: Array, thrust: Array) -> _Driven | None:
     step_s = np.diff(time_s, append=time_s[-1])
     with_speed, among = [], []
     for lag_s in LAGS_S:
-        lagged = np.column_stack([np.interp(at_s, time_s, behind(column, step_s, lag_s)) for column in thrust.T])
+        lagged = np.column_stack(
+            [np.interp(at_s, time_s, behind(column, step_s, lag_s)) for column in thrust.T]
+        )
         lagged -= lagged.mean(axis=0)
         with_speed.append(lagged.T @ (speed - speed.mean()) / len(speed))
         among.append(lagged.T @ lagged / len(speed))

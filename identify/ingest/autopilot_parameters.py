@@ -23,7 +23,9 @@ def autopilot_parameters(path: Path) -> dict[str, float]:
     logs = [file for file in files if file.name.lower().endswith(".bin")]
     heard = [file for file in files if file.name.lower().endswith(HEARD)]
     if not logs and not heard:
-        raise LogError(f"{path}: an autopilot's parameters are in a .tlog or a DataFlash .BIN; give one of these")
+        raise LogError(
+            f"{path}: an autopilot's parameters are in a .tlog or a DataFlash .BIN; give one of these"
+        )
     values = _heard(heard) if heard else {}
     for log in logs:
         values |= dataflash_parameters(log)
@@ -45,8 +47,8 @@ def _heard(files: list[Path]) -> dict[str, float]:
     kinds = np.unique(beating["autopilot"])
     if len(kinds) and dialect.MAV_AUTOPILOT_ARDUPILOTMEGA not in kinds:
         raise LogError(
-            f"{files[0]}: its autopilot is no ArduPilot, and only ArduSub's parameters can be read; write a vehicle file "
-            "(docs/howto/write_a_vehicle_file.md)"
+            f"{files[0]}: its autopilot is no ArduPilot, and only ArduSub's parameters can be read; write a vehicle "
+            "file (docs/howto/write_a_vehicle_file.md)"
         )
     return {
         name.decode("ascii", "replace"): float(value)

@@ -10,8 +10,8 @@ import yaml
 from bridge.ardusub.settings import FAILSAFE, PILOT_FAILSAFE, WARNS_ALONE, direction_name
 from bridge.ardusub.wiring import FILES, FIRST_MOTOR, Wiring, wiring
 from bridge.errors import SeatrialError
-from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.diagnose.motors import Miswired, miswired
 from identify.diagnose.mounting import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
@@ -50,8 +50,8 @@ class Guess:
             for motor, thruster in zip(self.wiring.motors, fitted, strict=True)
         ]
         head = (
-            f"# {self.base} of configs/vehicles, whose sources it names, with its thrusters in the order and with the signs\n"
-            f"# that the autopilot's parameters in {source} state.\n"
+            f"# {self.base} of configs/vehicles, whose sources it names, with its thrusters in the order and with the\n"
+            f"# signs that the autopilot's parameters in {source} state.\n"
         )
         return head + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=116)
 
@@ -93,8 +93,8 @@ def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
     system = values.get("SYSID_THISMAV", 1.0)
     if values.get(HOLDER) == system:
         said.append(
-            f"{HOLDER} is {system:g}, the vehicle's own system: a companion held the sticks and did not give them back, "
-            "and no ground station's sticks are taken; start the companion again, which puts it back, or set "
+            f"{HOLDER} is {system:g}, the vehicle's own system: a companion held the sticks and did not give them "
+            "back, and no ground station's sticks are taken; start the companion again, which puts it back, or set "
             f"{HOLDER} to the ground station's own, usually 255."
         )
     said += [
@@ -115,7 +115,9 @@ def _by_motion(
         axes = build_axes(dive, file, configuration).axes
     except SeatrialError as error:
         return (), (), str(error)
-    judged = tuple(DOFS[axis.dof] for axis in axes if axis.dof in PUSHED and (axis.state_read != POSITION).any())
+    judged = tuple(
+        DOFS[axis.dof] for axis in axes if axis.dof in PUSHED and (axis.state_read != POSITION).any()
+    )
     if not judged:
         return (), (), "it holds no velocity and no rate of turn"
     wrong = miswired(dive, file, configuration, axes)
@@ -131,8 +133,8 @@ def _sentence(wrong: Miswired, found: Wiring) -> str:
         name = direction_name(motors[0])
         now = -1 if motors[0] in found.reversed else 1
         return (
-            f"Motor {motors[0]} pushes the other way than {name} {now} says ({so}): set {name} to {-now}, or swap two of "
-            "its three wires."
+            f"Motor {motors[0]} pushes the other way than {name} {now} says ({so}): set {name} to {-now}, or swap two "
+            "of its three wires."
         )
     first, second = motors
     outputs = " and ".join(str(place) for place in wrong.motors)
