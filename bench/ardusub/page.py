@@ -21,7 +21,7 @@ from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import load_vehicle
 
-MISSION: Final = Path(__file__).parent / "mission.yaml"
+MISSIONS: Final = Path(__file__).parent
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 END: Final = "<!-- end -->"
 PUSHED: Final = (0, 1, 2, 5)
@@ -29,9 +29,10 @@ PUSHED: Final = (0, 1, 2, 5)
 
 @dataclass(frozen=True)
 class Case:
-    """A dive: `gain` of thruster 2, and the water's velocity, north east down."""
+    """A dive: its mission in this folder, the `gain` of thruster 2, and the water's velocity, north east down."""
 
     words: str
+    mission: str = "mission.yaml"
     gain: float = 1.0
     current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -40,7 +41,7 @@ PLAIN: Final = "plain"
 CASES: Final = {
     PLAIN: Case("nothing planted"),
     "half": Case("thruster 2 at half its thrust", gain=0.5),
-    "current": Case("a current of 0.3 m/s towards east", current_m_s=(0.0, 0.3, 0.0)),
+    "current": Case("a current of 0.3 m/s towards east", "turned.yaml", current_m_s=(0.0, 0.3, 0.0)),
 }
 
 
@@ -68,7 +69,7 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     case, folder = CASES[name], runs / name
     shutil.rmtree(folder, ignore_errors=True)
     truth = truth_of(case)
-    flown = fly(path, folder, load_mission(MISSION), truth, current_m_s=case.current_m_s)
+    flown = fly(path, folder, load_mission(MISSIONS / case.mission), truth, current_m_s=case.current_m_s)
     answer = told("identify" if name == PLAIN else "diagnose", flown.recording, folder)
     figures = identified(answer, truth) if name == PLAIN else diagnosed(answer)
     kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
