@@ -16,6 +16,8 @@ from bench.ardusub.firmware import WHY_NOT, binary
 from bench.ardusub.flight import VEHICLE, fly
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
+from bridge import exit_codes
+from bridge.errors import FitError
 from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
@@ -102,7 +104,10 @@ def told(verb: str, recording: Path, folder: Path) -> dict[str, Any]:
         "--json",
         str(out),
     ]
-    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    # Code 1: an answer with doubts.
+    code = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.DEVNULL).returncode
+    if code not in (exit_codes.DONE, exit_codes.NO):
+        raise FitError(f"seatrial {verb} ended with {code}", of=str(recording))
     answer: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
     return answer
 
