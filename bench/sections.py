@@ -22,6 +22,7 @@ from bench import (
     thrift,
     tracking,
 )
+from bench.ardusub.sources import SOURCES as ARDUSUB
 from bench.diagnosis import sources as of_diagnosis
 from bench.field.sources import SECTION as FIELD
 from bench.stamp import stamp
@@ -130,6 +131,12 @@ def _power(run: Run) -> str:
     return power.section(run.cache / "bench", results / "power.jsonl.gz", run.short)
 
 
+def _ardusub(run: Run) -> str:
+    from bench.ardusub import page
+
+    return page.page(run.cache, run.docs)
+
+
 @dataclass(frozen=True)
 class Measurement:
     """A section's page, and the code that its figures depend on (`bench.stamp`); `asked`: run only if named."""
@@ -163,5 +170,6 @@ SECTIONS = {
     "field": Measurement(_field, FIELD),
     "unknown": Measurement(_unknown, UNKNOWN),
     "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
+    "ardusub": Measurement(_ardusub, ARDUSUB, asked=True),
     "power": Measurement(_power, of_diagnosis.POWER, asked=True),
 }

@@ -53,6 +53,7 @@ _PARAMS = {
     "rollback": ("bring back the values before an upload", f"seatrial params rollback {_LINK}"),
 }
 _KEYS_MAKE = "seatrial keys make seatrial.key"
+_GUESS = "seatrial vehicle guess 00000042.BIN --out our_rov.yaml"
 _KEYS = {
     "make": ("make a key in a new file that nobody else can read", _KEYS_MAKE),
     "show": ("say which key a file holds, by its fingerprint", "seatrial keys show seatrial.key"),
@@ -327,6 +328,18 @@ def _import(options: Options) -> None:
         type=NewFile,
     )
     options.json("what it holds")
+
+
+@verb("propose the vehicle file of an ArduSub by its own parameters in a log, and check its motors", _GUESS)
+def _vehicle(options: Options) -> None:
+    guess = ("frame, order and directions of the thrusters, and which motor is reversed or swapped", _GUESS)
+    for _, parser in actions_of(options.parser, {"guess": guess}):
+        action = Options(parser)
+        action.value(
+            "log", "LOG", "a .tlog, a DataFlash .BIN or a dive folder with the autopilot's parameters in it"
+        )
+        action.value("--out", "FILE", "write the vehicle file", type=NewFile)
+        action.json("what was found")
 
 
 @verb(

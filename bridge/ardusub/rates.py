@@ -10,7 +10,7 @@ from typing import Any, Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 RATES_HZ: Final = {
-    dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 50.0,
+    dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 200.0,
     dialect.MAVLINK_MSG_ID_ATTITUDE: 50.0,
     dialect.MAVLINK_MSG_ID_SCALED_IMU2: 50.0,
     dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 20.0,

@@ -84,17 +84,17 @@ def _goes_with(axis: Axis, pushed: Axis) -> float:
     if len(speed) < 2 or np.std(speed) == 0.0:
         return 0.0
     at_s = axis.time_s[moving]
-    behind = [np.interp(at_s, pushed.time_s, _behind(force, pushed.step_s, lag_s)) for lag_s in LAGS_S]
+    lagged = [np.interp(at_s, pushed.time_s, behind(force, pushed.step_s, lag_s)) for lag_s in LAGS_S]
     correlations = [
         float(np.corrcoef(speed, lagged_thrust)[0, 1])
-        for lagged_thrust in behind
+        for lagged_thrust in lagged
         if np.std(lagged_thrust) > 0.0
     ]
     return max(correlations, key=abs, default=0.0)
 
 
 @njit(cache=True, nogil=True)
-def _behind(force: Array, step_s: Array, lag_s: float) -> Array:
+def behind(force: Array, step_s: Array, lag_s: float) -> Array:
     """Forces (n,) over steps, behind a first-order lag."""
     out = np.empty(len(force))
     state = 0.0

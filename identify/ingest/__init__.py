@@ -6,5 +6,6 @@ map: `text_table`, `parquet`, `arrays`, `matlab`, `matlab_objects`, `ulog` and `
 whole seconds · `names`, `ranges`, `candidates` what a column may be · `units` · `profiles`, `proposal`,
 `proposal_of_runs`, `map_text` a proposed map · `logs` adds an autopilot's own log · `frames` decodes MAVLink by message
 id · `messages` one vehicle's messages on its boot clock · `runs` the run of a recording with restarts · `commands`
-thrust that is not known · `effort` commands from -1 to 1 · `rotation` attitude and axes.
+thrust that is not known · `effort` commands from -1 to 1 · `rotation` attitude and axes · `autopilot_parameters` the
+autopilot's parameters in a log.
 """

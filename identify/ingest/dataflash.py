@@ -59,21 +59,31 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     """Fields of a Dive (all but its name, source and hash) in a `.BIN`, and the autopilot's parameters as the log first
     states them. Raises LogError.
     """
+    log, skipped = _opened(path)
+    signals = _signals(log)
+    if not signals:
+        raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
+    counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
+    notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
+    filtered = "velocity" in signals and log.table("VISO") is None
+    fields = {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
+    return fields, _parameters(log)
+
+
+def dataflash_parameters(path: Path) -> dict[str, float]:
+    """The autopilot's parameters as a `.BIN` last states them, by name. Raises LogError."""
+    return _parameters(_opened(path)[0], last=True)
+
+
+def _opened(path: Path) -> tuple["_Log", int]:
+    """A log's records, and the number of damaged bytes. Raises LogError if it has no record."""
     data, _ = load_bytes(path)
     if not data:
         raise LogError("is empty; nothing was recorded in it", path)
     formats, starts, skipped = _index(data)
     if not starts:
         raise LogError("holds no DataFlash records; give a .BIN from an ArduPilot vehicle", path)
-    log = _Log(np.frombuffer(data, np.uint8), formats, starts)
-    signals = _signals(log)
-    if not signals:
-        raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
-    counts = {formats[kind].name: len(positions) for kind, positions in starts.items()}
-    notes = (f"{skipped} of {len(data)} bytes are damaged and were skipped.",) if skipped else ()
-    filtered = "velocity" in signals and log.table("VISO") is None
-    fields = {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
-    return fields, _parameters(log)
+    return _Log(np.frombuffer(data, np.uint8), formats, starts), skipped
 
 
 def _index(data: bytes) -> tuple[dict[int, _Format], dict[int, list[int]], int]:
@@ -165,8 +175,8 @@ class _Log:
         return Signal(table.time_s, table.columns(*columns) * scale)
 
 
-def _parameters(log: _Log) -> dict[str, float]:
-    """First value of each parameter: a later change is written again."""
+def _parameters(log: _Log, last: bool = False) -> dict[str, float]:
+    """First or last value of each parameter: a later change is written again."""
     bodies = log.bodies("PARM")
     if bodies is None:
         return {}
@@ -178,8 +188,9 @@ def _parameters(log: _Log) -> dict[str, float]:
     ):
         return {}
     values: dict[str, float] = {}
-    for name, value in zip(body["Name"].tolist(), body["Value"].tolist(), strict=True):
-        values.setdefault(name.decode("ascii", "replace"), float(value))
+    rows = zip(body["Name"].tolist(), body["Value"].tolist(), strict=True)
+    for name, value in rows if last else reversed(list(rows)):
+        values[name.decode("ascii", "replace")] = float(value)
     return values
 
 

@@ -135,6 +135,9 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     velocity = velocity_of(messages, signals.get("attitude"))
     if velocity is not None:
         signals["velocity"] = velocity.signal
+        if not velocity.filtered and signals.get("pressure") is not None:
+            # The autopilot's own depth comes out of its filter, late; a DVL beside it is judged by the pressure.
+            signals["depth"] = None
     sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},

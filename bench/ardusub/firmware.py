@@ -1,0 +1,169 @@
+"""The real ArduSub as a process, a simulated body under it: for `SEATRIAL_ARDUSUB=/path/to/ardusub`.
+
+ArduSub's simulator waits for the body after every step, so time is the body's own: a loaded computer makes the dive
+take longer, and changes nothing in it.
+"""
+
+import os
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import LinkError
+from bridge.links.link import Link
+from bridge.links.open import open_link
+from bridge.simulator.json_plant import PORT, JsonBody, serve
+
+VARIABLE: Final = "SEATRIAL_ARDUSUB"
+WHY_NOT: Final = f"needs {VARIABLE}=/path/to/ardusub, a simulated ArduSub"
+START_S: Final = 60.0
+SPEEDUP: Final = 20
+"""Times real time that the firmware may run at; the body's computer bounds it earlier."""
+SETTINGS: Final[Mapping[str, float]] = {
+    "FRAME_CONFIG": 1, "ARMING_CHECK": 0, "BRD_OPTIONS": 0, "SYSID_MYGCS": 255, "FS_GCS_ENABLE": 2,
+    "FS_PILOT_INPUT": 2, "JS_GAIN_DEFAULT": 0.5, "VISO_TYPE": 1, "EK3_SRC1_POSXY": 0, "EK3_SRC1_VELXY": 6,
+    "EK3_SRC1_POSZ": 1, "EK3_SRC1_VELZ": 0, "EK3_SRC1_YAW": 1, "GPS_TYPE": 0, "SIM_GPS_DISABLE": 1,
+    "SIM_BARO_RND": 0.002, "SIM_BAR2_RND": 0.002, "SERVO1_FUNCTION": 33, "SERVO2_FUNCTION": 34, "SERVO3_FUNCTION": 35,
+    "SERVO4_FUNCTION": 36, "SERVO5_FUNCTION": 37, "SERVO6_FUNCTION": 38, "LOG_DISARMED": 0, "MOT_FV_CPLNG_K": 0,
+}  # fmt: skip
+"""A BlueROV2 with a DVL and no GPS, ready to arm at once."""
+
+
+def binary() -> Path | None:
+    """The firmware; None where none is named. Raises FileNotFoundError for a name of nothing."""
+    named = os.environ.get(VARIABLE)
+    if not named:
+        return None
+    path = Path(named)
+    if not path.is_file():
+        raise FileNotFoundError(f"{VARIABLE}={path}: no such file")
+    return path
+
+
+def free_instance() -> int:
+    """The least instance number of the simulator whose port for the body is free."""
+    for number in range(20):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("127.0.0.1", PORT + 10 * number))
+            except OSError:
+                continue
+            return number
+    raise LinkError(f"ports {PORT} to {PORT + 190}: none is free; end the simulators that run")
+
+
+def reached(spec: str) -> Link:
+    """A link to a firmware that is starting. Raises LinkError if it does not start."""
+    for _ in range(round(START_S / 0.1)):
+        try:
+            return open_link(spec)
+        except LinkError:
+            time.sleep(0.1)
+    raise LinkError(f"{spec}: the firmware did not start")
+
+
+def launched(
+    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: int
+) -> "subprocess.Popen[bytes]":
+    """Instance `number` of the firmware in `folder`, with `settings` for its parameters."""
+    lines = [f"{name} {value}" for name, value in settings.items()]
+    (folder / "defaults.parm").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with (folder / "out.txt").open("wb") as log:
+        return subprocess.Popen(
+            [
+                str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "--wipe",
+                "--defaults", "defaults.parm", "--home", "33.81,-118.39,0,0", "--rate", "400",
+                "--speedup", str(speedup), "--serial0", "tcp:0:nowait", "--serial1", "tcp:2:nowait",
+            ],
+            cwd=folder,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class BodyClock:
+    """Time of the body; its date is that of a day in 2026."""
+
+    body: JsonBody
+
+    def boot_s(self) -> float:
+        return self.body.time_s
+
+    def unix_s(self) -> float:
+        return 1_790_000_000.0 + self.body.time_s
+
+
+Script = Iterator[None]
+TICK_S: Final = 0.005
+
+
+class Firmware:
+    """`ardusub --model JSON` in a new `folder`; `ground` and `aboard` are its two links.
+
+    `fly` runs a script: every TICK_S of the body's time it goes on to its next `yield`, while the firmware waits.
+    """
+
+    def __init__(
+        self, path: Path, folder: Path, body: JsonBody, settings: Mapping[str, float] = SETTINGS
+    ) -> None:
+        folder.mkdir(parents=True)
+        self.body, self.clock = body, BodyClock(body)
+        number = free_instance()
+        self._stop, self._ended = threading.Event(), threading.Event()
+        self._script: Script | None = None
+        self._error: BaseException | None = None
+        self._due_s = 0.0
+        self._physics = threading.Thread(
+            target=serve, args=(body, PORT + 10 * number, self._stop, self._tick), daemon=True
+        )
+        self._physics.start()
+        self._process = launched(path, folder, number, settings, SPEEDUP)
+        base = 5760 + 10 * number
+        self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * link}") for link in range(2))
+
+    def fly(self, script: Script) -> None:
+        """Run a script to its end; raises what it raises."""
+        self._ended.clear()
+        self._script = script
+        while not self._ended.wait(1.0):
+            if self._process.poll() is not None:
+                raise LinkError(f"the firmware ended by itself, code {self._process.returncode}")
+        if self._error is not None:
+            raise self._error
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._stop.set()
+        self._physics.join(10.0)
+        self.ground.close()
+        self.aboard.close()
+
+    def _tick(self) -> None:
+        if self._script is None or self.body.time_s < self._due_s:
+            return
+        self._due_s = self.body.time_s + TICK_S
+        try:
+            next(self._script)
+        except StopIteration:
+            self._script = None
+            self._ended.set()
+        except BaseException as error:  # noqa: BLE001 (raised again in the caller's thread)
+            self._script, self._error = None, error
+            self._ended.set()
+
+
+def wait_until(clock: BodyClock, met: Callable[[], object], seconds: float, what: str) -> Script:
+    """Wait for a condition. Raises LinkError with `what` did not come if it takes longer."""
+    until_s = clock.boot_s() + seconds
+    while not met():
+        if clock.boot_s() > until_s:
+            raise LinkError(f"{what} did not come within {seconds:g} s")
+        yield

@@ -1,0 +1,172 @@
+"""`python -m bench ardusub`: dives of the real firmware with the companion, identified and diagnosed, into
+docs/ardusub.md.
+
+The figures of a dive are kept in runs/, so that a run that was stopped goes on; a dive of other code is flown again.
+"""
+
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from bench.ardusub.firmware import WHY_NOT, binary
+from bench.ardusub.flight import VEHICLE, fly
+from bench.ardusub.sources import SOURCES
+from bench.stamp import ROOT, stamp
+from bridge import exit_codes
+from bridge.errors import FitError
+from bridge.simulator.missions import load_mission
+from bridge.simulator.truth import Truth, load_truth
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
+from bridge.vehicle.config import load_vehicle
+
+MISSIONS: Final = Path(__file__).parent
+BEGIN: Final = "<!-- written by python -m bench ardusub -->"
+END: Final = "<!-- end -->"
+PUSHED: Final = (0, 1, 2, 5)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A dive: its mission in this folder, the `gain` of thruster 2, and the water's velocity, north east down."""
+
+    words: str
+    mission: str = "mission.yaml"
+    gain: float = 1.0
+    current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+PLAIN: Final = "plain"
+CASES: Final = {
+    PLAIN: Case("nothing planted"),
+    "half": Case("thruster 2 at half its thrust", gain=0.5),
+    "current": Case("a current of 0.3 m/s towards east", "turned.yaml", current_m_s=(0.0, 0.3, 0.0)),
+}
+
+
+def page(runs: Path, docs: Path) -> str:
+    """Write the table into docs/ardusub.md, and return a line for the page of all benchmarks.
+
+    Where no firmware is at hand, the table stays as it is.
+    """
+    path = binary()
+    if path is None:
+        return f"Dives of the real ArduSub: [their table](ardusub.md#figures). Not measured anew: {WHY_NOT}."
+    results = {name: measured(path, runs / "ardusub", name) for name in CASES}
+    target = docs / "ardusub.md"
+    text = target.read_text(encoding="utf-8")
+    before, _, after = text.partition(BEGIN)
+    target.write_text(f"{before}{BEGIN}\n{table(results)}\n{END}{after.partition(END)[2]}", encoding="utf-8")
+    return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
+
+
+def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
+    """The figures of a case, from runs/ where its code has not changed."""
+    kept = runs / f"{name}-{stamp(*SOURCES)}.json"
+    if kept.exists():
+        return dict(json.loads(kept.read_text(encoding="utf-8")))
+    case, folder = CASES[name], runs / name
+    shutil.rmtree(folder, ignore_errors=True)
+    truth = truth_of(case)
+    flown = fly(path, folder, load_mission(MISSIONS / case.mission), truth, current_m_s=case.current_m_s)
+    answer = told("identify" if name == PLAIN else "diagnose", flown.recording, folder)
+    figures = identified(answer, truth) if name == PLAIN else diagnosed(answer)
+    kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    return figures
+
+
+def truth_of(case: Case) -> Truth:
+    """The BlueROV2 of configs, in a stationary sea, with what a case plants."""
+    truth = load_truth(load_vehicle(VEHICLE), "standard")
+    return truth if case.gain == 1.0 else replace(truth, effects={**truth.effects, "T2_gain": case.gain})
+
+
+def told(verb: str, recording: Path, folder: Path) -> dict[str, Any]:
+    """What `seatrial identify` or `diagnose` answers to a recording, as its JSON."""
+    bundled = load_vehicle(VEHICLE).path.read_text(encoding="utf-8")
+    file, out = folder / "bluerov2.yaml", folder / f"{verb}.json"
+    file.write_text(
+        bundled.replace("\nthrust_curve:", "\nsensors: {dvl: {kind: a50}}\nthrust_curve:"), encoding="utf-8"
+    )
+    method = ["--method", "likelihood"] if verb == "identify" else []
+    command = [
+        sys.executable,
+        "-m",
+        "tui",
+        verb,
+        str(recording),
+        "--vehicle",
+        str(file),
+        *method,
+        "--json",
+        str(out),
+    ]
+    # Code 1: an answer with doubts.
+    code = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.DEVNULL).returncode
+    if code not in (exit_codes.DONE, exit_codes.NO):
+        raise FitError(f"seatrial {verb} ended with {code}", of=str(recording))
+    answer: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
+    return answer
+
+
+def identified(answer: dict[str, Any], truth: Truth) -> dict[str, Any]:
+    """Of each degree of freedom that was pushed: mass, and drag at the dive's usual speed, each [true, value, low,
+    high] with the interval given the thrust."""
+    parameters = {each["name"]: each for each in answer["parameters"]}
+    drags = {each["axis"]: each for each in answer["drag_forces"]}
+    figures: dict[str, Any] = {}
+    for dof in PUSHED:
+        name = DOFS[dof]
+        mass, drag = parameters[MASSES[dof].name], drags[name]
+        speed = drag["speed"]
+        true_drag = (truth.model[DAMPINGS[dof].name] + truth.effects[QUADRATICS[dof].name] * speed) * speed
+        interval = [mass["given_thrust"], mass["given_thrust_low95"], mass["given_thrust_high95"]]
+        figures[name] = {
+            "mass": [truth.model[mass["name"]], *interval],
+            "drag": [true_drag, drag["force"], drag["low95"], drag["high95"]],
+            "speed": speed,
+        }
+    return figures
+
+
+def diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
+    """The verdict, and the causes that are more probable than not, with their sizes."""
+    causes = [each for each in answer["effects"] if each["probability"] > 0.5]
+    return {"verdict": answer["verdict"], "causes": [_sized(each) for each in causes]}
+
+
+def _sized(cause: dict[str, Any]) -> str:
+    sizes = (
+        f"{name} {size['value']:.3g} {size['unit'].removeprefix('1')}".rstrip()
+        for name, size in cause["parameters"].items()
+    )
+    return f"{cause['name']} ({', '.join(sizes)})"
+
+
+def table(results: dict[str, dict[str, Any]]) -> str:
+    """The figures as Markdown."""
+    lines = [
+        "| plan flown by sticks, recorded by the companion | true | identified, 95 % given the thrust | off |",
+        "|---|---|---|---|",
+    ]
+    for name, figures in results[PLAIN].items():
+        turns = name == DOFS[5]
+        units = ("kg m2", "N m") if turns else ("kg", "N")
+        speed = f"{figures['speed']:.2g} {'rad/s' if turns else 'm/s'}"
+        for words, unit, (true, value, low, high) in (
+            (f"mass in {name}" if not turns else "inertia in yaw", units[0], figures["mass"]),
+            (f"drag in {name} at {speed}", units[1], figures["drag"]),
+        ):
+            inside = "" if low <= true <= high else ", outside"
+            off = f"{100 * (value / true - 1):+.1f} %{inside}"
+            lines.append(f"| {words} | {true:.3g} {unit} | {value:.3g} ({low:.3g} to {high:.3g}) | {off} |")
+    lines += ["", "| planted in the body | verdict | named |", "|---|---|---|"]
+    lines += [
+        f"| {CASES[name].words} | {figures['verdict']} | {', '.join(figures['causes']) or 'nothing'} |"
+        for name, figures in results.items()
+        if name != PLAIN
+    ]
+    return "\n".join(lines)

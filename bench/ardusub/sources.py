@@ -1,0 +1,7 @@
+"""The code that the figures of the real firmware's dives depend on (`bench.stamp`)."""
+
+from typing import Final
+
+SOURCES: Final = (
+    "bench/ardusub", "bridge", "identify", "configs/vehicles/bluerov2.yaml", "configs/thrusters/*.csv",
+)  # fmt: skip

@@ -1,0 +1,160 @@
+"""A vehicle file proposed by an ArduSub's own parameters, and motors that the motion contradicts."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from fakes.shared import shared
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from bridge.ardusub.wiring import wiring
+from bridge.errors import ConfigError, LogError
+from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Encoder
+from identify.diagnose.motors import miswired
+from identify.dive import Dive, Signal
+from identify.estimators.axes import build_axes
+from identify.ingest.autopilot_parameters import autopilot_parameters
+from identify.run.guess import companion_hints, guess
+from tui.cli import main
+
+FILE = load_vehicle("bluerov2")
+PLAIN = {"FRAME_CONFIG": 1.0} | {f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 7)}
+MOTORS = {"vectored": 6, "vectored_6dof": 8}
+
+
+def tlog(path, values, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA):
+    """A `.tlog` with a heartbeat and parameters of the autopilot, and one of a companion's own."""
+    own, beside, data = Encoder(1, 1), Encoder(1, 191), []
+    data.append(own.encode(mav.MAVLink_heartbeat_message(12, autopilot, 0, 0, 4, 3)))
+    data += [
+        own.encode(mav.MAVLink_param_value_message(name.encode(), value, 9, len(values), n))
+        for n, (name, value) in enumerate(values.items())
+    ]
+    data.append(beside.encode(mav.MAVLink_param_value_message(b"FF_MODE", 0.0, 9, 1, 0)))
+    path.write_bytes(
+        b"".join(struct.pack(">Q", 1_790_000_000_000_000 + n) + raw for n, raw in enumerate(data))
+    )
+    return path
+
+
+def test_the_autopilots_parameters_are_read_and_no_companions(tmp_path):
+    assert autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN)) == PLAIN
+
+
+@pytest.mark.parametrize(
+    ("values", "autopilot", "words"),
+    [
+        ({}, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, "holds no parameters of the autopilot"),
+        (PLAIN, mav.MAV_AUTOPILOT_PX4, "its autopilot is no ArduPilot"),
+    ],
+)
+def test_a_log_without_an_ardupilots_parameters_is_refused(tmp_path, values, autopilot, words):
+    with pytest.raises(LogError, match=words):
+        autopilot_parameters(tlog(tmp_path / "a.tlog", values, autopilot))
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"FRAME_CONFIG": 3.0}, "no vehicle file comes with the frame vectored_6dof_90deg"),
+        ({"FRAME_CONFIG": 2.0}, "no output drives motor 7, 8"),
+        ({"SERVO6_FUNCTION": 0.0, "SERVO9_FUNCTION": 38.0}, "the motors are on outputs 1, 2, 3, 4, 5, 9"),
+    ],
+)
+def test_parameters_that_fit_no_file_are_refused_with_the_way_out(changed, words):
+    with pytest.raises(ConfigError, match=words):
+        wiring(PLAIN | changed, MOTORS)
+
+
+def test_thrusters_come_in_the_order_and_with_the_signs_of_the_outputs():
+    turned = PLAIN | {"SERVO1_FUNCTION": 34.0, "SERVO2_FUNCTION": 33.0, "MOT_2_DIRECTION": -1.0}
+    found = wiring(turned, MOTORS)
+    assert (found.swapped, found.reversed, found.is_plain) == (((1, 2), (2, 1)), (2,), False)
+    before, after = (
+        shape.thrusters
+        for shape in (
+            FILE.vehicle.configurations["standard"],
+            found.fitted(FILE.vehicle.configurations["standard"]),
+        )
+    )
+    assert after[0].position_m == before[1].position_m
+    assert after[0].direction == tuple(-value for value in before[1].direction)
+    assert after[1:] == (before[0], *before[2:])
+
+
+def test_an_output_that_mirrors_another_counts_for_nothing():
+    assert wiring(PLAIN | {f"SERVO{n + 8}_FUNCTION": 32.0 + n for n in range(1, 7)}, MOTORS).is_plain
+
+
+def test_a_file_that_is_written_has_the_reversed_thruster_turned(tmp_path):
+    log = tlog(tmp_path / "a.tlog", PLAIN | {"MOT_3_DIRECTION": -1.0})
+    assert (
+        main(
+            [
+                "vehicle",
+                "guess",
+                str(log),
+                "--out",
+                str(tmp_path / "ours.yaml"),
+                "--json",
+                str(tmp_path / "j.json"),
+            ]
+        )
+        == 0
+    )
+    thrusters = load_vehicle(str(tmp_path / "ours.yaml")).vehicle.configurations["standard"].thrusters
+    turned = FILE.vehicle.configurations["standard"].thrusters
+    assert thrusters[2].direction == tuple(-value for value in turned[2].direction)
+    assert json.loads((tmp_path / "j.json").read_text())["reversed"] == [3]
+
+
+def test_settings_with_which_a_companion_takes_no_sticks_are_named():
+    hints = companion_hints({"SYSID_MYGCS": 1.0, "FS_GCS_ENABLE": 1.0, "FS_PILOT_INPUT": 0.0})
+    assert [hint.split()[0] for hint in hints] == ["SYSID_MYGCS", "FS_GCS_ENABLE", "FS_PILOT_INPUT"]
+    assert companion_hints({"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0}) == ()
+
+
+def moved(signs, order):
+    """A dive of a body that answers its thrusters at once behind a lag of 1 s, wired by `signs` and `order`."""
+    from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+
+    rng = np.random.default_rng(3)
+    time_s = np.arange(0.0, 120.0, 0.05)
+    pwm = 1500 + 150 * np.repeat(rng.uniform(-1, 1, (60, 6)), 40, axis=0)
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    force = curve.thrust(pwm)[:, order] * signs @ allocation_matrix(FILE.vehicle.configurations["standard"]).T
+    nu = np.zeros_like(force)
+    for i in range(1, len(nu)):
+        nu[i] = nu[i - 1] + 0.05 * (force[i - 1] / 20 - nu[i - 1])
+    level = np.tile((1.0, 0.0, 0.0, 0.0), (len(time_s), 1))
+    signals = {"velocity": nu[:, :3], "gyro": nu[:, 3:] * (0.0, 0.0, 1.0), "attitude": level, "pwm": pwm}
+    return Dive("d", FILE.path, "0" * 64, **{name: Signal(time_s, value) for name, value in signals.items()})
+
+
+@pytest.mark.parametrize(
+    ("signs", "order", "motors"),
+    [
+        ((1, 1, 1, 1, 1, 1), (0, 1, 2, 3, 4, 5), None),
+        ((1, -1, 1, 1, 1, 1), (0, 1, 2, 3, 4, 5), (2,)),
+        ((1, 1, 1, 1, 1, 1), (3, 1, 2, 0, 4, 5), (1, 4)),
+    ],
+)
+def test_the_motor_that_the_motion_contradicts_is_named(signs, order, motors):
+    dive = moved(np.array(signs, dtype=float), np.array(order))
+    found = miswired(dive, FILE, "standard", build_axes(dive, FILE, "standard", (0, 1, 2, 5)).axes)
+    assert (found and found.motors) == motors
+
+
+@pytest.mark.parametrize(
+    ("parts", "base", "turned"),
+    [
+        (("data", "ardusub_dives", "small.BIN"), "bluerov2", (1, 2, 4, 5)),
+        (("data", "ardusub_dives", "small.tlog"), "bluerov2_heavy", (1, 2, 5, 8)),
+    ],
+)
+def test_real_vehicles_are_guessed_and_go_with_their_thrust(parts, base, turned):
+    guessed = guess(shared(*parts))
+    assert (guessed.base, guessed.wiring.reversed, guessed.findings) == (base, turned, ())
+    assert "yaw" in guessed.judged
