@@ -13,7 +13,6 @@ import pytest
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.memory import memory_pair
-from bridge.simulator.json_plant import PORT
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
 from gcs_plugin import simulated
@@ -262,14 +261,18 @@ def test_a_current_is_a_speed_and_a_direction(capsys, current):
     assert "is no current: give M/S:DEGREES" in capsys.readouterr().err
 
 
-def test_the_body_under_ardusub_answers_at_its_port(capsys):
+def test_the_body_under_ardusub_answers_at_its_port(capsys, monkeypatch):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    monkeypatch.setattr("tui.commands.simulate.PORT", port)
     packet = struct.pack("<HHI16H", 18458, 400, 1, *(1500,) * 16)
 
     def ask():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
             autopilot.settimeout(0.2)
             for _ in range(100):
-                autopilot.sendto(packet, ("127.0.0.1", PORT))
+                autopilot.sendto(packet, ("127.0.0.1", port))
                 with suppress(OSError):
                     answers.append(json.loads(autopilot.recv(4096)))
                     return
@@ -283,4 +286,4 @@ def test_the_body_under_ardusub_answers_at_its_port(capsys):
     asking.join()
     assert code == 0
     assert answers[0]["velocity"][1] == pytest.approx(0.3, abs=0.01)
-    assert "waits for ArduSub at port 9002" in capsys.readouterr().err
+    assert f"waits for ArduSub at port {port}" in capsys.readouterr().err
