@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from gcs_plugin.monitor.forces import DRAGGED, names_of
 from gcs_plugin.monitor.model import Model
-from gcs_plugin.monitor.predictor import Drift
+from gcs_plugin.monitor.predictor import CORRELATED_S, Drift
 
 Array = NDArray[np.float64]
 
-CORRELATED_S: Final = 4.0
 LEAST_SHARE: Final = 0.1
 """A cause less probable than that is not named."""
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gcs_plugin.monitor.causes import Cause, likeliest
 from gcs_plugin.monitor.model import Model
-from gcs_plugin.monitor.predictor import OVER_S, Drift
+from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, Drift
 from gcs_plugin.monitor.slow import SlowWatch
 
 Array = NDArray[np.float64]
@@ -32,7 +32,6 @@ STAYS_S: Final = 30
 LEARNT_S: Final = 60
 FITTED_S: Final = 120
 FORGOTTEN_S: Final = 900.0
-CORRELATED_S: Final = 4.0
 HOLDS_S: Final = 15
 CLEARS_S: Final = 60
 """The alarm ends once the departure has been gone for so long: at rest a weak thruster shows nothing."""

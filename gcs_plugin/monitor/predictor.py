@@ -24,6 +24,8 @@ from gcs_plugin.monitor.model import Model
 
 Array = NDArray[np.float64]
 
+CORRELATED_S: Final = 4.0
+"""Drifts over `OVER_S`, one a second, are alike for so long: so many count as one independent drift."""
 OVER_S: Final = 5
 """Seconds over which the model is on its own."""
 

@@ -14,11 +14,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gcs_plugin.monitor.predictor import CORRELATED_S
+
 Array = NDArray[np.float64]
 
 WINDOWS_S: Final = (60, 120)
 BEFORE_S: Final = 60
-CORRELATED_S: Final = 4.0
 KNOWN: Final = 0.05
 """A share to which thrust is known: a thruster's share differs by that from manoeuvre to manoeuvre."""
 

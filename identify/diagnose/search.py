@@ -143,9 +143,10 @@ def _with_likeliest_timing(
         if not cause.effect.timing:
             continue
         late_s = cause.values - cause.effect.none()
+        taken = {each.key for each in _without(fit.causes, k)}
         for effect in weighing.library:
             other = Cause(effect, effect.none() + late_s)
-            if not effect.timing or other.key in {each.key for each in _without(fit.causes, k)}:
+            if not effect.timing or effect == cause.effect or other.key in taken:
                 continue
             instead = (*fit.causes[:k], other, *fit.causes[k + 1 :])
             now = refitted(nominal, [each.act(weighing.now.course) for each in instead], weighing.now)

@@ -24,7 +24,7 @@ SETS = st.dictionaries(NAMES, SINGLES, min_size=1, max_size=20)
 
 
 @given(SETS)
-@settings(max_examples=30)
+@settings(max_examples=60)
 @pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])
 def test_every_float32_survives_each_form(suffix, values):
     back = {entry.name: entry.value for entry in parse(text_of(values, suffix), "x")}

@@ -258,7 +258,7 @@ def exact(value: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", CONTRACT)
-@settings(max_examples=30)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     values = data.draw(values_of(name))
