@@ -61,7 +61,7 @@ class Bins:
     def along(self, values: Array) -> Array:
         """Means (m,) of values (t,) along the course."""
         place, share = self._between
-        return self.mean(values[place] + share * (values[place + 1] - values[place]))
+        return np.asarray(_binned_means(self.of, self.count, place, share, np.ascontiguousarray(values)))
 
     @cached_property
     def _between(self) -> tuple[NDArray[np.intp], Array]:
@@ -74,6 +74,18 @@ class Bins:
         )
         share = (self.time_s - self.course_s[place]) / (self.course_s[place + 1] - self.course_s[place])
         return place, np.clip(share, 0.0, 1.0)
+
+
+@njit(cache=True, nogil=True)
+def _binned_means(
+    of: NDArray[np.intp], count: Array, place: NDArray[np.intp], share: Array, values: Array
+) -> Array:
+    """Means in bins, as of `Bins`, of values interpolated from the instant `place` (n,) by `share` (n,) of the step."""
+    total = np.zeros(len(count))
+    for i in range(len(of)):
+        before = values[place[i]]
+        total[of[i]] += before + share[i] * (values[place[i] + 1] - before)
+    return total / count
 
 
 @dataclass(frozen=True)

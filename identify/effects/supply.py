@@ -116,7 +116,8 @@ BATTERY_SAG_BY_VOLTAGE = Effect(
 def _loaded(course: Course, values: Array) -> Act:
     """V = V0 - R I, with I proportional to |T|^1.5 of every thruster, like the shaft's power, for a T200; T as V^2."""
     thrust = course.thrust_n
-    current = (np.where(thrust > 0, AHEAD_A_N15, ASTERN_A_N15) * np.abs(thrust) ** 1.5).sum(axis=1)
+    size = np.abs(thrust)
+    current = (np.where(thrust > 0, AHEAD_A_N15, ASTERN_A_N15) * size * np.sqrt(size)).sum(axis=1)
     left = np.maximum(1.0 - values[0] * current / NOMINAL_V, 0.0) ** 2
     return before_the_shaft(course, (left - 1.0)[:, None] * thrust)
 

@@ -105,8 +105,12 @@ def weigh(e: Array, s: Array, de: Array, ds: Array) -> tuple[Array, Array]:
     return gradient, slope @ slope.T + 0.5 * widening @ widening.T
 
 
-def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score = score) -> Maximum:
+def climb(
+    problem: Problem, start: Array, enough: float = ENOUGH, score: Score = score, least: float = -np.inf
+) -> Maximum:
     """Climb to the maximum of the posterior from `start`; converged when a step gains less than `enough` nats.
+
+    A climb that twice the gain foretold at a step would not bring up to `least` ends there, not converged.
 
     Raises LinAlgError if the information has no inverse, or is not finite.
     """
@@ -120,6 +124,8 @@ def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score =
         precision = information + prior
         if not np.isfinite(precision).all():
             raise np.linalg.LinAlgError("the information is no number")
+        if value + float(gradient @ np.linalg.solve(precision, gradient)) < least:
+            return Maximum(theta, value, information, precision, step, converged=False)
         scale = np.diag(precision) + 1e-12
         gain = 0.0
         while damping < 1e8:

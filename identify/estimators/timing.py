@@ -22,7 +22,7 @@ from identify.estimators.likelihood_joint import JointLikelihood, alone
 from identify.estimators.misfit import DOUBTFUL_SCORE
 from identify.estimators.readings import YAW
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
-from identify.estimators.scoring import climb
+from identify.estimators.scoring import climb, log_posterior
 from identify.forces import WrenchHistory, wrench
 from identify.identification import ThrustDelay
 from identify.ingest.rotation import attitude_at, to_body
@@ -101,9 +101,10 @@ class _Profile:
     thetas: dict[float, Array]
     tops: dict[float, float] = field(default_factory=dict)
 
-    def top(self, by_s: float, enough: float) -> float:
+    def top(self, by_s: float, enough: float, least: float = -np.inf) -> float:
+        """The maximum at a delay; a lower value if that stays below `least`."""
         nearest = min(self.thetas, key=lambda known: abs(known - by_s))
-        maximum = climb(self.at(by_s), self.thetas[nearest], enough, JointLikelihood.score)
+        maximum = climb(self.at(by_s), self.thetas[nearest], enough, JointLikelihood.score, least)
         self.thetas[by_s], self.tops[by_s] = maximum.theta, maximum.log_likelihood
         return maximum.log_likelihood
 
@@ -163,6 +164,9 @@ def with_delay(
 def coarse_delay_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
     """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls."""
     profile = _profile(forces, built, joint, theta)
+    undelayed = log_posterior(joint, theta)
+    if profile.top(DELAYS_S[1], COARSELY, undelayed) < undelayed:
+        return 0.0
     for by_s in DELAYS_S:
         if profile.top(by_s, COARSELY) < profile.tops[profile.best]:
             break
@@ -236,11 +240,11 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         late_s, smoothing_s, delay_s = timing.tolist()
         early = dated_back(dive, late_s - smoothing_s, smoothing_s)
         fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), known)
-        if (log_posterior := _of_velocity(fits)) < best - APART:
+        if (agreement := _of_velocity(fits)) < best - APART:
             # Far from the best agreement, a step along the slope may lead further away.
             timing = 0.5 * (likeliest + timing)
             continue
-        best, likeliest, known = max(best, log_posterior), timing, fits
+        best, likeliest, known = max(best, agreement), timing, fits
         further = np.clip(_further(fits, delay_s), -LONGEST_TURN_S, LONGEST_TURN_S)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
