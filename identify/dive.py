@@ -129,6 +129,7 @@ class Dive:
     (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
     heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
+    motors: number of motors of the frame that an ArduSub states in the recording (FRAME_CONFIG), 0 if it states none.
     runs: the recordings that the dive is made of, in order of time; empty for a single one. left_out: names of those
     that were not used, each with the reason.
     notes: losses in the recording, in sentences for the user.
@@ -167,6 +168,7 @@ class Dive:
     thrust_delay_s: float = 0.0
     thrust_lag_s: float = 0.0
     unix_at_boot_s: float | None = None
+    motors: int = 0
     opening: str = ""
     notes: tuple[str, ...] = ()
     frozen: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)

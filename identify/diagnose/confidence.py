@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
+from identify.diagnose.gap import disturbance_of, drowned
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import mean_places
 from identify.diagnose.search import (
@@ -284,9 +285,16 @@ def without_doubtful(
 ) -> tuple[Explanation, NDArray[np.float64]]:
     """Drop causes that may be absent, first the cause that saves least in addition to the others.
 
-    Returns the remaining explanation, and the covariance (k, k) of its parameters.
+    Causes at a bound that is a guess are dropped, and all causes of a dive in which the disturbance hides what thrust
+    does. Returns the remaining explanation, and the covariance (k, k) of its parameters.
     """
+    if explanation.causes and drowned(disturbance_of(explanation.now)):
+        explanation = explained_by((), nominal, library)
     while explanation.causes:
+        within = tuple(cause for cause in explanation.causes if not cause.at_bound)
+        if len(within) < len(explanation.causes):
+            explanation = explained_by(within, nominal, library)
+            continue
         absent, covariance = _covariances(explanation)
         shares = [
             1.0 if cause.effect.sea else _confidence(explanation.fit, absent, k)

@@ -39,6 +39,11 @@ A smaller thrust holds a depth or a heading: it answers the disturbance, and is 
 model.
 """
 
+DROWNED = 0.9
+"""Share of the thrusters' variance: where the disturbance takes more in every driven degree of freedom, a dive shows
+nothing of what thrust does, and a cause would describe the sea.
+"""
+
 NORMAL = 0.6745
 """Median magnitude of a standard normal variable."""
 
@@ -338,6 +343,11 @@ def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
         driven = pushed and work.get(dof, 0.0) > DRIVEN * hardest
         out.append(Disturbance(DOFS[dof], std, share, driven, pushed))
     return tuple(out)
+
+
+def drowned(disturbance: Sequence[Disturbance]) -> bool:
+    """Whether the disturbance hides what thrust does in every driven degree of freedom."""
+    return all(each.share >= DROWNED for each in disturbance if each.driven)
 
 
 def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:

@@ -4,6 +4,7 @@ A record is the bytes A3 95, a type, and a body laid out as in the FMT record of
 types scaled by 0.01 and degrees scaled by 1e-7 (ArduPilot, libraries/AP_Logger/LogStructure.h).
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.ardusub.settings import FRAME
+from bridge.ardusub.wiring import motors_of
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
@@ -66,8 +69,16 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and log.table("VISO") is None
-    fields = {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
-    return fields, _parameters(log)
+    stated = _parameters(log)
+    motors = motors_of(stated.get(FRAME, math.nan))
+    fields = {
+        **signals,
+        "velocity_is_filtered": filtered,
+        "motors": motors,
+        "counts": counts,
+        "notes": notes,
+    }
+    return fields, stated
 
 
 def dataflash_parameters(path: Path) -> dict[str, float]:

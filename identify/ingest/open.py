@@ -39,6 +39,7 @@ from identify.ingest.streams import Streams, some_of
 from identify.ingest.text_table import read_table
 from identify.ingest.tlog import read_tlog
 from identify.ingest.ulog import read_ulog
+from identify.words import listed
 
 HEARD = (".tlog", ".tlog.gz")
 TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
@@ -284,8 +285,16 @@ def _thrusters(vehicle: VehicleFile | None) -> int | None:
 
 
 def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
+    """A sentence on a vehicle file that fits the outputs badly. Raises LogError for a file of another frame."""
     if vehicle is None or dive.thruster_commands is None:
         return ()
+    counts = sorted({len(shape.thrusters) for shape in vehicle.vehicle.configurations.values()})
+    if dive.motors and dive.motors not in counts:
+        raise LogError(
+            f"{dive.source}: its autopilot drives {dive.motors} motors (FRAME_CONFIG), and vehicle "
+            f"'{vehicle.vehicle.name}' has {listed([str(count) for count in counts])} thrusters; give the file of the "
+            "vehicle that was dived: `seatrial vehicle guess` proposes one for a log"
+        )
     outputs = dive.thruster_commands.value.shape[1]
     fewest = min(len(c.thrusters) for c in vehicle.vehicle.configurations.values())
     if outputs < fewest:

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.ardusub.settings import FRAME
+from bridge.ardusub.wiring import motors_of
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
@@ -143,10 +145,16 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
+        "motors": _motors(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": {message_name(int(number)): int(count) for number, count in zip(*sent, strict=True)}
         | frames.counts,
     }
+
+
+def _motors(messages: Messages) -> int:
+    stated = messages.get("PARAM_VALUE", param_id=FRAME.encode())
+    return 0 if stated is None else motors_of(float(stated.fields["param_value"][-1]))
 
 
 def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]:

@@ -16,7 +16,7 @@ from identify.diagnose import search
 from identify.diagnose.accepted import known_beside, likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
-from identify.diagnose.result import Finding
+from identify.diagnose.result import Disturbance, Finding
 from identify.diagnose.search import explained_by, remainder_nats
 from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
@@ -345,6 +345,29 @@ def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy_
     assert left is found
     (size,) = found.causes[0].values
     assert size < 2.0 * covariance[0, 0] ** 0.5
+
+
+def test_nothing_is_named_where_the_disturbance_hides_what_thrust_does(heavy_vehicle, monkeypatch):
+    nominal, found = heavy_vehicle
+    drowned, clear = (
+        tuple(Disturbance(dof, 1.0, share, True, True) for dof, share in (("surge", 0.95), ("heave", least)))
+        for least in (0.91, 0.5)
+    )
+    monkeypatch.setattr(module, "disturbance_of", lambda _: clear)
+    assert without_doubtful(found, nominal, HEAVY_LIBRARY)[0].causes
+    monkeypatch.setattr(module, "disturbance_of", lambda _: drowned)
+    left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
+    assert (left.causes, covariance.shape) == ((), (0, 0))
+
+
+def test_a_cause_that_ends_at_a_bound_that_is_a_guess_is_dropped(heavy_vehicle):
+    nominal, found = heavy_vehicle
+    (parameter,) = NET_BUOYANCY.parameters
+    (size,) = found.causes[0].values
+    narrow = replace(NET_BUOYANCY, parameters=(replace(parameter, low=size),))
+    fit = replace(found.fit, causes=(Cause(narrow, np.array([size])),))
+    left, _ = without_doubtful(replace(found, fit=fit), nominal, HEAVY_LIBRARY)
+    assert left.causes == ()
 
 
 def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch):

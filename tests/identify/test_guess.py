@@ -2,6 +2,7 @@
 
 import json
 import struct
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from identify.diagnose.motors import miswired
 from identify.dive import Dive, Signal
 from identify.estimators.axes import build_axes
 from identify.ingest.autopilot_parameters import autopilot_parameters
+from identify.ingest.open import read_dive
 from identify.run.guess import companion_hints, guess
 from tui.cli import main
 
@@ -108,6 +110,23 @@ def test_a_file_that_is_written_has_the_reversed_thruster_turned(tmp_path):
     turned = FILE.vehicle.configurations["standard"].thrusters
     assert thrusters[2].direction == tuple(-value for value in turned[2].direction)
     assert json.loads((tmp_path / "j.json").read_text())["reversed"] == [3]
+
+
+@pytest.mark.parametrize(
+    ("frame", "refused"),
+    [(1.0, ""), (2.0, "drives 8 motors .FRAME_CONFIG., and vehicle 'bluerov2' has 6"), (7.0, "")],
+)
+def test_a_log_of_another_frame_is_refused_with_the_number_of_its_motors(tmp_path, frame, refused):
+    log = tlog(tmp_path / "a.tlog", PLAIN | {"FRAME_CONFIG": frame})
+    own = Encoder(1, 1)
+    pulses = [1500, 1600, 1500, 1500, 1500, 1500, 1500, 1500]
+    with log.open("ab") as file:
+        for n in range(20):
+            stamp = struct.pack(">Q", 1_790_000_001_000_000 + 100_000 * n)
+            file.write(stamp + own.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
+            file.write(stamp + own.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, 0)))
+    with pytest.raises(LogError, match=refused) if refused else nullcontext():
+        read_dive(log, vehicle=FILE)
 
 
 def test_settings_with_which_a_companion_takes_no_sticks_are_named():
