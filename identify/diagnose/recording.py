@@ -23,6 +23,7 @@ from identify.diagnose.gap import PUSHED
 from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
+from identify.effects.course import Course
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvable
 from identify.estimators.timing import coarse_delay_s
@@ -59,6 +60,9 @@ AGREE = 0.5
 
 MANY = 0.005
 """Share of spikes from which the verdict mentions them."""
+
+LEAST_PUSHING = 0.25
+"""Share of a dive in which some thruster pushes, below which a crew is told so."""
 
 NORMAL = 0.6745
 """Median magnitude of a standard normal variable."""
@@ -196,7 +200,20 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
     ]
     loud_axes = loud(nominal.joint, nominal.theta, nominal.built.pushed)
     loudest = (*(axis.doubt.sentence for axis in loud_axes if axis.inflated), *loud_note(loud_axes))
-    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *loudest, *nominal.built.notes, *dive.notes)))
+    notes = (*doubted, *idle_note(nominal.course), *_wild(nominal), *loudest)
+    return tuple(dict.fromkeys((*notes, *nominal.built.notes, *dive.notes)))
+
+
+def idle_note(course: Course) -> tuple[str, ...]:
+    """A note that the thrusters rested for most of the dive: that part tells nothing of what thrust does."""
+    pushing_s = course.step_s * float(np.count_nonzero(np.any(course.asked_n != 0.0, axis=1)))
+    long_s = course.step_s * len(course.asked_n)
+    if pushing_s > LEAST_PUSHING * long_s:
+        return ()
+    return (
+        f"The thrusters pushed for {pushing_s:.0f} s of {long_s:.0f} s alone; the rest tells nothing of what thrust "
+        "does: drive the vehicle for most of a dive.",
+    )
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:

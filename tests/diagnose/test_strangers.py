@@ -10,7 +10,7 @@ from fakes.planted import diagnosed, planted_nominal
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.mounting import mounting_hints
-from identify.diagnose.recording import mass_hints, without_spikes, without_still_velocity
+from identify.diagnose.recording import idle_note, mass_hints, without_spikes, without_still_velocity
 from identify.dive import Dive, Signal
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
@@ -44,6 +44,16 @@ def test_the_file_of_the_vehicle_itself_gives_no_hint(case, nominal):
     shape = case.file.vehicle.configurations[case.configuration]
     assert mass_hints(nominal, [0.02] * 6, shape) == ()
     assert nominal.mirrored == nominal.swapped == ()
+
+
+def test_a_dive_in_which_the_thrusters_mostly_rested_says_how_long_they_pushed(nominal):
+    asked_n = np.zeros_like(nominal.course.asked_n)
+    step_s, pushed = nominal.course.step_s, len(asked_n) // 5
+    asked_n[:pushed, 0] = 5.0
+    (note,) = idle_note(replace(nominal.course, asked_n=asked_n))
+    assert f"pushed for {step_s * pushed:.0f} s of {step_s * len(asked_n):.0f} s alone" in note
+    asked_n[: 2 * pushed, 1] = -5.0
+    assert idle_note(replace(nominal.course, asked_n=asked_n)) == ()
 
 
 @pytest.mark.parametrize(
