@@ -111,6 +111,24 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Reckoned:
+    """Pulses that stand between samples `step_s` apart.
+
+    error_us (k,): rms by which the reckoning misses a sample of each output, from the samples before and behind it;
+    share: the same variance over that of no reckoning.
+    """
+
+    step_s: float
+    error_us: tuple[float, ...]
+    share: float
+
+    @property
+    def unknown_s(self) -> float:
+        """Interval of samples that would leave as much unknown of when the pulses change."""
+        return self.share * self.step_s
+
+
+@dataclass(frozen=True)
 class Dive:
     """One recording, or several runs of one vehicle on one clock. Body frame FRD, radians, boot time; None for a signal
     that the recording lacks.
@@ -125,8 +143,9 @@ class Dive:
     specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only if the
     recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. thrust_cmd: (n, thrusters) N
     that each thruster is asked for, before its lag, if the recording states them instead of pulses. effort: (n,
-    thrusters) commands from -1 to 1, which are pulses once the vehicle is known. rpm: (n, thrusters), signed. voltage:
-    (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
+    thrusters) commands from -1 to 1, which are pulses once the vehicle is known. sticks: (n, 4) x y z r of the pilot,
+    of 1000. reckoned: how far pulses between slow samples are known. rpm: (n, thrusters), signed. voltage: (n, 1) V.
+    tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
     heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
     motors: number of motors of the frame that an ArduSub states in the recording (FRAME_CONFIG), 0 if it states none.
@@ -151,6 +170,7 @@ class Dive:
     pwm: Signal | None = None
     thrust_cmd: Signal | None = None
     effort: Signal | None = None
+    sticks: Signal | None = None
     rpm: Signal | None = None
     voltage: Signal | None = None
     tau_pid: Signal | None = None
@@ -169,6 +189,7 @@ class Dive:
     thrust_lag_s: float = 0.0
     unix_at_boot_s: float | None = None
     motors: int = 0
+    reckoned: Reckoned | None = None
     opening: str = ""
     notes: tuple[str, ...] = ()
     frozen: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)

@@ -164,7 +164,8 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
             return _sampled(from_pwm, curve, "pwm", notes, rounded, breaks_s)
         likeliest = Signal(from_pwm.time_s, _unrounded(from_pwm, variance, breaks_s))
         history = _history(likeliest, curve, "pwm", notes, breaks_s)
-        return replace(history, hidden=np.sqrt(rounded))
+        hidden = np.sqrt(rounded + _reckoned(dive, vehicle, directory, configuration_name))
+        return replace(history, hidden=hidden, sampled_s=dive.reckoned.unknown_s if dive.reckoned else 0.0)
     told = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
     count = len(vehicle.configurations[configuration_name].thrusters)
     if commanded is None and 0 < told < count:
@@ -280,10 +281,32 @@ def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Arra
     known = np.isfinite(pulses)
     if len(pwm) < 2 or not np.array_equal(pulses[known], np.round(pulses[known])):
         return np.zeros((len(pwm), 6))
-    curve = thrust_curve(vehicle.thrust_curve, directory)
-    sent = np.where(known & (pulses > 0), pulses, curve.neutral_us)
-    slope = 0.5 * (curve.thrust(sent + 1.0) - curve.thrust(sent - 1.0))
+    slope = _slope(pulses, vehicle, directory)
     return np.asarray(slope**2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
+
+
+def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
+    """Power (6,) per 1/s of the force that reckoned pulses miss between their samples; 0 of recorded ones.
+
+    A sample missed from both neighbours by a variance v lies amid two steps of a walk of variance 2 v a step, and one
+    such step hides a twelfth of that, times its length.
+    """
+    if dive.reckoned is None or dive.pwm is None:
+        return np.zeros(6)
+    configuration = vehicle.configurations[name]
+    count = len(configuration.thrusters)
+    slope = _slope(dive.pwm.value[:, :count], vehicle, directory)
+    variance = (slope * np.array(dive.reckoned.error_us[:count])) ** 2 @ (
+        allocation_matrix(configuration) ** 2
+    ).T
+    return np.asarray(variance.mean(axis=0) * dive.reckoned.step_s / 6.0)
+
+
+def _slope(pulses_us: Array, vehicle: Vehicle, directory: Path) -> Array:
+    """Slope (n, k) of the thrust curve at pulses (n, k), N per us; at rest for no pulse or no number."""
+    curve = thrust_curve(vehicle.thrust_curve, directory)
+    sent = np.where(np.isfinite(pulses_us) & (pulses_us > 0), pulses_us, curve.neutral_us)
+    return np.asarray(0.5 * (curve.thrust(sent + 1.0) - curve.thrust(sent - 1.0)))
 
 
 def _unrounded(asked: Signal, variance: Array, breaks_s: Array) -> Array:

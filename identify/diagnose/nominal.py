@@ -277,8 +277,8 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
 
 
 def _without_quick(start: Filters, built: Axes) -> Axes:
-    """The axes without degrees of freedom that settle within a few commands: the recording misses their motion in
-    between."""
+    """The axes without degrees of freedom that settle within a few commands, or swing within a slow sample: the
+    recording misses what moves them in between."""
     quick = {
         problem.axis.dof
         for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
@@ -287,7 +287,16 @@ def _without_quick(start: Filters, built: Axes) -> Axes:
     left = dict.fromkeys(
         quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"
     )
-    kept = tuple(axis for axis in built.axes if axis.dof not in quick)
+    swinging = {
+        problem.axis.dof: problem.axis.sampled_s
+        for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
+        if problem.axis.stiffness * problem.axis.sampled_s**2 > np.exp(start.theta[place][MASS])
+    }
+    left |= {
+        dof: f"it swings too quickly for commands that are known every {sampled_s:.2g} s"
+        for dof, sampled_s in swinging.items()
+    }
+    kept = tuple(axis for axis in built.axes if axis.dof not in left)
     return replace(built, axes=kept, missing=built.missing | left) if kept and left else built
 
 

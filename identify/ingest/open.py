@@ -31,6 +31,7 @@ from identify.ingest.effort import with_pulses
 from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
+from identify.ingest.reckoned import with_reckoned_pulses
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.run_column import runs_of
@@ -107,6 +108,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
         )
     piloted = recorded if vehicle is None else with_pulses(recorded, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
+    possible = with_reckoned_pulses(possible)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
     dive = without_frozen(without_repeated(possible), rest_us)
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))

@@ -211,6 +211,7 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
         "specific_force": force,
         "depth": depth,
         "pwm": _servos(messages.get("SERVO_OUTPUT_RAW", port=0)),
+        "sticks": _columns(messages.get_from_anyone("MANUAL_CONTROL"), ("x", "y", "z", "r")),
         "voltage": _columns(messages.get("SYS_STATUS"), ("voltage_battery",), 1e-3),
     }
 

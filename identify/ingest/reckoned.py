@@ -1,0 +1,134 @@
+"""Thruster pulses between the slow samples of a ground station's log, reckoned by the autopilot's own law.
+
+Such a log has the pulses twice a second, and several times as often what makes them: the pilot's sticks, and the
+attitude, rates and depth that the autopilot answers. But for its integrals, each output is a sum of these with
+constant factors. The factors are those that foretell each sample best from its two neighbours, and so do the sticks'
+delay; by how much they miss it is what remains unknown between two samples.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dive import Array, Dive, Reckoned, Signal
+from identify.ingest.commands import sampled_slowly
+from identify.ingest.rotation import euler_angles
+
+STEP_S: Final = 0.02
+DELAYS_S: Final = np.arange(-0.1, 0.31, 0.02)
+"""Delays of a stick behind its arrival in the log at which it is tried: the link's, there and back."""
+
+LEAST_SAMPLES: Final = 10
+"""Samples for each factor, at least."""
+
+MOST_MISSED: Final = 0.5
+"""Variance of the misses, relative to that of samples halfway between their neighbours, up to which pulses are
+reckoned."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """What the pulses go with: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each output.
+
+    missed_us (k,): rms by which a sample is missed; share: variance of the misses of all outputs, relative to that of
+    samples halfway between their neighbours.
+    """
+
+    delay_s: float
+    factors: Array
+    missed_us: Array
+    share: float
+
+
+def with_reckoned_pulses(dive: Dive) -> Dive:
+    """The dive with pulses every STEP_S in place of slow samples, and a note, if what makes them is recorded."""
+    pwm = dive.pwm
+    if pwm is None or dive.sticks is None or not len(dive.sticks) or not sampled_slowly(pwm):
+        return dive
+    law = law_of(dive, pwm)
+    if law is None or law.share > MOST_MISSED:
+        return dive
+    time_s = np.arange(pwm.time_s[0], pwm.time_s[-1], STEP_S)
+    # A pulse holds until the next, so that the middle of its step is what it stands for.
+    at_s = time_s + 0.5 * STEP_S
+    acting = _acting(dive, pwm, at_s)[:, None]
+    left = pwm.value - _makers(dive, pwm.time_s, law.delay_s) @ law.factors
+    value = np.where(acting, _between(pwm.time_s, left, at_s), _between(pwm.time_s, pwm.value, at_s))
+    value += np.where(acting, _makers(dive, at_s, law.delay_s) @ law.factors, 0.0)
+    low, high = pwm.value.min(axis=0), pwm.value.max(axis=0)
+    note = (
+        f"Thruster commands come at {pwm.rate_hz:.1f} Hz; between them they are reckoned from the sticks and the "
+        f"attitude, which foretell {100 * (1 - law.share):.0f} % of what happens there. The rest is taken for a noise, "
+        "and a delay or a lag of the thrusters can't be judged; record them at 10 Hz or more for that."
+    )
+    return replace(
+        dive,
+        pwm=Signal(time_s, np.clip(value, low, high)),
+        reckoned=Reckoned(1.0 / pwm.rate_hz, tuple(law.missed_us.tolist()), law.share),
+        notes=(*dive.notes, note),
+    )
+
+
+def law_of(dive: Dive, pwm: Signal) -> Law | None:
+    """The law that foretells the samples best from their neighbours; None with too few samples."""
+    beyond = _beyond_neighbours(pwm.value)
+    acting = _armed(dive, pwm.time_s)
+    usable = np.isfinite(beyond).all(axis=1) & acting[:-2] & acting[1:-1] & acting[2:]
+    best: Law | None = None
+    for delay_s in DELAYS_S.tolist():
+        makers = _beyond_neighbours(_makers(dive, pwm.time_s, delay_s))
+        kept = usable & np.isfinite(makers).all(axis=1)
+        freedom = int(kept.sum()) - makers.shape[1]
+        if freedom < LEAST_SAMPLES * makers.shape[1]:
+            return None
+        factors, *_ = np.linalg.lstsq(makers[kept], beyond[kept], rcond=1e-8)
+        missed: Array = ((beyond[kept] - makers[kept] @ factors) ** 2).sum(axis=0) / freedom
+        share = float(missed.sum() / max(float(np.var(beyond[kept], axis=0).sum()), 1e-12))
+        if best is None or share < best.share:
+            best = Law(delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share)
+    return best
+
+
+def _beyond_neighbours(values: Array) -> Array:
+    """Each of the values (n, k) but the ends less the mean of its neighbours, (n - 2, k)."""
+    return np.asarray(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+
+
+def _armed(dive: Dive, time_s: Array) -> NDArray[np.bool_]:
+    """Whether the autopilot's law acts at times (m,): a vehicle that is not armed has its pulses at rest."""
+    if dive.armed is None or not len(dive.armed):
+        return np.ones(len(time_s), np.bool_)
+    return np.asarray(dive.armed.value[_latest(dive.armed.time_s, time_s), 0] > 0)
+
+
+def _acting(dive: Dive, pwm: Signal, time_s: Array) -> NDArray[np.bool_]:
+    """Whether the law acts at the samples before and behind each of the times (m,)."""
+    armed, before = _armed(dive, pwm.time_s), _latest(pwm.time_s, time_s)
+    return np.asarray(armed[before] & armed[np.minimum(before + 1, len(pwm) - 1)])
+
+
+def _latest(of_s: Array, time_s: Array) -> NDArray[np.intp]:
+    """Index (m,) of the last of the times `of_s` that is not later; 0 before the first."""
+    return np.asarray(np.maximum(np.searchsorted(of_s, time_s, side="right") - 1, 0))
+
+
+def _between(of_s: Array, values: Array, time_s: Array) -> Array:
+    """Values (m, k) between those (n, k) at the times `of_s`, of which unknown ones are left out."""
+    known = np.isfinite(values).all(axis=1)
+    return np.column_stack([np.interp(time_s, of_s[known], column) for column in values[known].T])
+
+
+def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
+    """What makes the pulses, (m, p): sticks `delay_s` earlier; angles, rates, depth and velocity where recorded."""
+    sticks = dive.sticks
+    assert sticks is not None
+    columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
+    if dive.attitude is not None:
+        roll, pitch, yaw = euler_angles(dive.attitude.value)
+        columns.append(_between(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]), time_s))
+    for signal in (dive.gyro, dive.depth, dive.velocity):
+        if signal is not None and np.isfinite(signal.value).all(axis=1).any():
+            columns.append(_between(signal.time_s, signal.value, time_s))
+    return np.hstack(columns)

@@ -1,0 +1,109 @@
+"""Pulses between the slow samples of a ground station's log, by the sticks and the attitude that make them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fakes.shared import shared
+
+from bridge.vehicle.config import load_vehicle
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.recording import lacking
+from identify.dive import Dive, Reckoned, Signal
+from identify.effects.effect import QUICK_COMMANDS
+from identify.forces import wrench
+from identify.ingest.open import read_dive
+from identify.ingest.reckoned import STEP_S, with_reckoned_pulses
+
+FILE = load_vehicle("bluerov2")
+LONG_S, OFTEN_S, SELDOM_S = 200.0, 0.05, 0.5
+LINK_S = 0.1
+
+
+def recorded(seed=1, law=1.0, armed_from_s=0.0):
+    """A dive whose pulses go with sticks that arrive LINK_S early, and with the rates of turn; the true pulses
+    at any times come with it."""
+    rng = np.random.default_rng(seed)
+    often_s, seldom_s = np.arange(0.0, LONG_S, OFTEN_S), np.arange(0.0, LONG_S, SELDOM_S)
+    seldom_s = seldom_s + rng.uniform(0.0, OFTEN_S, len(seldom_s))
+    sticks = np.repeat(rng.integers(-500, 500, (len(often_s) // 7 + 1, 4)), 7, axis=0)[: len(often_s)]
+    gyro = np.cumsum(rng.normal(0, 0.05, (len(often_s), 3)), axis=0)
+    by_stick, by_rate = rng.uniform(-0.2, 0.2, (4, 6)), rng.uniform(-20, 20, (3, 6))
+    drift = rng.uniform(-50, 50, 6)
+
+    def pulses(at_s):
+        held = np.searchsorted(often_s, at_s - LINK_S + 1e-9, side="right") - 1
+        rates = np.column_stack([np.interp(at_s, often_s, column) for column in gyro.T])
+        asked = sticks[np.maximum(held, 0)] @ by_stick + rates @ by_rate + np.outer(at_s / LONG_S, drift)
+        other = rng.uniform(-100, 100, asked.shape)
+        return 1500.0 + (at_s >= armed_from_s)[:, None] * (law * asked + (1 - law) * other)
+
+    dive = Dive(
+        "d", FILE.path, "0" * 64,
+        pwm=Signal(seldom_s, pulses(seldom_s)),
+        sticks=Signal(often_s, sticks.astype(np.float64)),
+        gyro=Signal(often_s, gyro),
+        armed=Signal(often_s, (often_s >= armed_from_s).astype(np.float64)[:, None]),
+    )  # fmt: skip
+    return dive, pulses
+
+
+def test_between_the_samples_pulses_follow_the_sticks_and_the_rates():
+    dive, pulses = recorded()
+    reckoned = with_reckoned_pulses(dive)
+    truth = pulses(reckoned.pwm.time_s + 0.5 * STEP_S)
+    assert np.sqrt(np.mean((reckoned.pwm.value - truth) ** 2)) < 0.02 * truth.std()
+    assert reckoned.reckoned.step_s == pytest.approx(SELDOM_S, rel=0.01)
+    assert reckoned.reckoned.share < 0.01
+    assert "Thruster commands come at 2.0 Hz; between them they are reckoned" in reckoned.notes[-1]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"sticks": None}, {"pwm": Signal(np.arange(0.0, 9.0, 0.1), np.full((90, 6), 1600.0))}],
+    ids=["without sticks", "sampled ten times a second"],
+)
+def test_without_sticks_or_need_the_pulses_stay(change):
+    dive = replace(recorded()[0], **change)
+    assert with_reckoned_pulses(dive) is dive
+
+
+def test_pulses_that_do_not_go_with_the_sticks_stay():
+    dive, _ = recorded(law=0.0)
+    assert with_reckoned_pulses(dive) is dive
+
+
+def test_before_it_is_armed_the_sticks_move_no_thruster():
+    dive, _ = recorded(armed_from_s=60.0)
+    reckoned = with_reckoned_pulses(dive).pwm
+    np.testing.assert_allclose(reckoned.value[reckoned.time_s < 59.0], 1500.0)
+    assert np.ptp(reckoned.value[reckoned.time_s > 61.0]) > 100.0
+
+
+def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judged():
+    dive, _ = recorded()
+    (name, shape), *_ = FILE.vehicle.configurations.items()
+    by_law = with_reckoned_pulses(dive)
+    known, loose = (
+        wrench(replace(by_law, reckoned=Reckoned(SELDOM_S, (error_us,) * 6, share)), FILE, name)
+        for error_us, share in ((0.0, 0.0), (20.0, 0.5))
+    )
+    np.testing.assert_allclose(known.hidden, 0.0)
+    assert (loose.hidden[[0, 1, 5]] > 0.1).all()
+    assert (known.sampled_s, loose.sampled_s) == (0.0, 0.5 * SELDOM_S)
+    assert QUICK_COMMANDS in lacking([by_law], shape)
+    assert QUICK_COMMANDS not in lacking([replace(by_law, reckoned=None)], shape)
+
+
+@pytest.mark.soak
+def test_a_firmwares_dive_logged_twice_a_second_tells_the_hulls_drag():
+    """The true drag is the simulated firmware's own."""
+    file = load_vehicle("ardusub_vectored")
+    whole = read_dive(Path(shared("data", "ardusub_sitl", "still.tlog.gz")), None, file)
+    seldom = Signal(whole.pwm.time_s[::25], whole.pwm.value[::25])
+    dive = with_reckoned_pulses(replace(whole, pwm=seldom))
+    found = diagnose(dive, file, "vectored", progress=lambda *_: None)
+    assert (found.verdict, [cause.name for cause in found.findings]) == ("explained", ["quadratic_drag"])
+    for name, true in (("X_uu", 48.285), ("Y_vv", 62.08)):
+        assert found.findings[0].parameters[name].value == pytest.approx(true, rel=0.05)
