@@ -10,6 +10,7 @@ from fakes.firmware import Firmware
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
 
+from bridge.links.memory import memory_pair
 from bridge.onboard.ring import Bounds, ring_in
 from bridge.sensors.samples import DvlSample
 from bridge.vehicle.config import Device, Sensors
@@ -58,6 +59,25 @@ def test_each_delta_is_the_velocity_times_the_time_between_two_readings(fake):
         last.position_delta, np.array((0.4, -0.1, 0.05)) * last.time_delta_usec * 1e-6, rtol=1e-5
     )
     assert last.confidence == 100
+
+
+def test_the_companions_own_odometry_goes_to_other_links_and_never_to_the_autopilot(fake):
+    """ArduSub takes ODOMETRY in these frames for a velocity north and east, and bends its heading to it."""
+    ground, far = memory_pair()
+    aboard, pilot, reached = Aboard(fake, file=WITH_DVL, more_links=(far,)), Pilot(fake), set()
+    hear = fake.hear
+
+    def listen(number, frame, now_s):
+        reached.add((number, frame.message_id))
+        hear(number, frame, now_s)
+
+    fake.hear = listen
+    fake.run(3.0, aboard, pilot, Dvl(fake, aboard))
+    numbers = {number for _, number in reached}
+    assert dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA in numbers
+    assert dialect.MAVLINK_MSG_ID_ODOMETRY not in numbers
+    heard = b"".join(iter(lambda: ground.read(0.0), b""))
+    assert dialect.MAVLINK_MSG_ID_ODOMETRY in {frame.message_id for frame in Framer().feed(heard)}
 
 
 def test_a_loss_of_the_bottom_is_not_bridged(fake):
@@ -128,5 +148,26 @@ def test_with_the_dvl_alone_the_firmware_knows_how_fast_it_is(tmp_path):
         autopilot.run(6.0, aboard, pilot, dvl)
         said = pilot.of("LOCAL_POSITION_NED")[-1]
         assert math.hypot(said.vx, said.vy) == pytest.approx(math.hypot(*autopilot.body.state[7:9]), abs=0.05)
+    finally:
+        autopilot.close()
+
+
+def test_turned_in_a_current_the_firmware_knows_its_heading(tmp_path):
+    autopilot = Firmware(tmp_path / "sitl", planted={"current_e": 0.5})
+    try:
+        aboard, pilot = Aboard(autopilot, file=WITH_DVL), Pilot(autopilot)
+        dvl = Dvl(autopilot, aboard)
+        assert autopilot.until(lambda: aboard.companion.rates.settled, 20.0, aboard, pilot, dvl)
+        ready(autopilot, aboard, pilot, dvl)
+        autopilot.set_mode(MANUAL)
+        arm(autopilot, aboard, pilot, dvl)
+        pilot.sticks["r"] = 300
+        autopilot.run(3.0, aboard, pilot, dvl)
+        pilot.sticks["r"] = 0
+        autopilot.run(12.0, aboard, pilot, dvl)
+        w, x, y, z = autopilot.body.state[3:7]
+        true = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        said = aboard.companion.heard.attitude[2]
+        assert math.remainder(said - true, 2 * math.pi) == pytest.approx(0.0, abs=0.03)
     finally:
         autopilot.close()
