@@ -18,6 +18,7 @@ from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs
 from identify.ingest.frames import Frames, load_frames, message_name
+from identify.ingest.low_pass import CORNERS, before_low_pass
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
 
@@ -33,7 +34,8 @@ CONTRACT_VERSION = 1
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
 DOWNWARD = 25
 ARMED = 128
-AUTOPILOTS = (3, 12, 0)  # ArduPilot, PX4, generic
+ARDUPILOT = 3
+AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9
 MILLI_G = GRAVITY_M_S2 * 1e-3
@@ -198,13 +200,22 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
     depth = _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
     if depth is None:
         depth = _columns(messages.get("VFR_HUD"), ("alt",), -1.0)
-    return {
+    signals = {
         "gyro": gyro,
         "specific_force": force,
         "depth": depth,
         "pwm": _servos(messages.get("SERVO_OUTPUT_RAW", port=0)),
         "voltage": _columns(messages.get("SYS_STATUS"), ("voltage_battery",), 1e-3),
     }
+    if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None:
+        return signals
+    return before_low_pass(signals, _corners_hz(messages))
+
+
+def _corners_hz(messages: Messages) -> dict[str, float]:
+    """Corner frequencies by parameter, as the run last states them."""
+    stated = ((name, messages.get("PARAM_VALUE", param_id=name.encode())) for name in CORNERS.values())
+    return {name: float(batch.fields["param_value"][-1]) for name, batch in stated if batch is not None}
 
 
 def _columns(batch: Batch | None, names: tuple[str, ...], scale: float = 1.0) -> Signal | None:
