@@ -184,7 +184,7 @@ class Plant:
         self._matrix = allocation_matrix(configuration)
         self._configuration, self._truth = configuration, truth
         self._commands: deque[tuple[float, tuple[float, ...]]] = deque()
-        self._pwm_us = (NEUTRAL_US,) * self._matrix.shape[1]
+        self._pwm_us: tuple[float, ...] = (NEUTRAL_US,) * self._matrix.shape[1]
         self._sea: Sea | None = None
         self._be(truth.later())  # refused at the start, not in the middle of a dive
         self._be(truth)

@@ -205,7 +205,7 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
         "specific_force": force,
         "depth": depth,
         "pwm": _servos(messages.get("SERVO_OUTPUT_RAW", port=0)),
-        "voltage": _columns(messages.get("SYS_STATUS"), ("voltage_battery",), 1e-3),
+        "voltage": _supply_voltage(messages.get("SYS_STATUS")),
     }
     if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None:
         return signals
@@ -303,6 +303,14 @@ def _pack_voltage(batch: Batch | None) -> Signal | None:
     cells[cells == 65535] = 0.0
     pack_v = cells.sum(axis=1, keepdims=True) * 1e-3
     return _where(batch.time_s, pack_v, pack_v[:, 0] > 0)
+
+
+def _supply_voltage(batch: Batch | None) -> Signal | None:
+    """The autopilot's own reading, in V: 0 and 65535 mV are none."""
+    if batch is None:
+        return None
+    millivolts = batch.columns("voltage_battery")
+    return _where(batch.time_s, millivolts * 1e-3, (millivolts[:, 0] > 0) & (millivolts[:, 0] < 65535))
 
 
 def _armed(messages: Messages) -> Signal | None:
