@@ -150,24 +150,3 @@ def test_with_the_dvl_alone_the_firmware_knows_how_fast_it_is(tmp_path):
         assert math.hypot(said.vx, said.vy) == pytest.approx(math.hypot(*autopilot.body.state[7:9]), abs=0.05)
     finally:
         autopilot.close()
-
-
-def test_turned_in_a_current_the_firmware_knows_its_heading(tmp_path):
-    autopilot = Firmware(tmp_path / "sitl", planted={"current_e": 0.5})
-    try:
-        aboard, pilot = Aboard(autopilot, file=WITH_DVL), Pilot(autopilot)
-        dvl = Dvl(autopilot, aboard)
-        assert autopilot.until(lambda: aboard.companion.rates.settled, 20.0, aboard, pilot, dvl)
-        ready(autopilot, aboard, pilot, dvl)
-        autopilot.set_mode(MANUAL)
-        arm(autopilot, aboard, pilot, dvl)
-        pilot.sticks["r"] = 300
-        autopilot.run(3.0, aboard, pilot, dvl)
-        pilot.sticks["r"] = 0
-        autopilot.run(12.0, aboard, pilot, dvl)
-        w, x, y, z = autopilot.body.state[3:7]
-        true = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        said = aboard.companion.heard.attitude[2]
-        assert math.remainder(said - true, 2 * math.pi) == pytest.approx(0.0, abs=0.03)
-    finally:
-        autopilot.close()
