@@ -18,6 +18,8 @@ KINDS: Final = {
     "RCOU": (3, "QHHHH", "TimeUS,C1,C2,C3,C4"),
     "PARM": (4, "QNf", "TimeUS,Name,Value"),
 }
+LATE_S: Final = 2**0.5 / (2 * np.pi * 20.0)
+"""Delay of ArduPilot's low-pass filter of the gyro at its usual corner, 20 Hz."""
 SIZES: Final = {"Q": 8, "c": 2, "C": 2, "B": 1, "f": 4, "H": 2, "N": 16, "n": 4, "Z": 64}
 
 
@@ -75,19 +77,23 @@ def logged(
     noise_rad_s: float = 0.002,
     parameters: dict[str, float] | None = None,
 ) -> Path:
-    """A `.BIN` of boot seconds from `start_s` on, dated by a clock of its own: rates of turn and commands at 25 Hz."""
+    """A `.BIN` of boot seconds from `start_s` on, dated by a clock of its own: rates of turn and commands at 25 Hz.
+
+    The rates come out of the autopilot's filter, whose corner is among its parameters.
+    """
+    parameters = {"INS_GYRO_FILTER": 20.0} | (parameters or {})
     data, rng = b"", np.random.default_rng(9)
     for name, (kind, letters, columns) in KINDS.items():
         length = 3 + sum(SIZES[letter] for letter in letters)
         head = struct.pack("<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode())
         data += MAGIC + b"\x80" + head
-    for name, value in (parameters or {}).items():
+    for name, value in parameters.items():
         data += MAGIC + b"\x04" + struct.pack("<Q16sf", 1, name.encode(), value)
     for k in range(round(25 * seconds)):
         boot_s = start_s + k / 25
         us = round(clock(boot_s) * 1e6)
         x, y, z = (float(n) for n in rng.normal(0.0, noise_rad_s, 3))
-        z += float(turning.rate_rad_s(boot_s))
+        z += float(turning.rate_rad_s(boot_s - LATE_S))
         data += MAGIC + b"\x02" + struct.pack("<QB6f", us, 0, x, y, z, 0.0, 0.0, -9.81)
         data += MAGIC + b"\x03" + struct.pack("<Q4H", us, int(turning.pwm_us(boot_s)), 1500, 1500, 1500)
     path.write_bytes(data)

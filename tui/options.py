@@ -1,7 +1,6 @@
 """Options of the verbs: those that several verbs share, and the two shapes of the others, a value and a switch."""
 
 import argparse
-import math
 from typing import Any, ClassVar
 
 from bridge.command_line import above_zero, seconds, seed, size
@@ -39,23 +38,6 @@ class FolderTarget(str):
 
 class NewFolder(str):
     """A folder that a verb makes, and that must not be there."""
-
-
-FASTEST_CURRENT_M_S = 5.0
-
-
-def current(text: str) -> tuple[float, float]:
-    """Parse M/S:DEGREES: a speed and the direction towards which the water flows."""
-    parts = text.split(":")
-    try:
-        speed_m_s, towards_deg = (float(part) for part in parts)
-    except ValueError:
-        speed_m_s, towards_deg = math.nan, math.nan
-    if not (0.0 <= speed_m_s <= FASTEST_CURRENT_M_S and math.isfinite(towards_deg)):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is no current: give M/S:DEGREES, at most {FASTEST_CURRENT_M_S:g} m/s, such as 0.3:90"
-        )
-    return speed_m_s, towards_deg
 
 
 def speed(text: str) -> float:

@@ -18,7 +18,6 @@ from tui.options import (
     Options,
     ParameterTarget,
     Target,
-    current,
     hub_port,
     speed,
 )
@@ -125,19 +124,13 @@ def _simulate(options: Options) -> None:
     options.value(
         "--onset",
         ("S", "NAME=VALUE"),
-        "effects that set in S seconds into the dive: T2_gain=0.5, X_uu=40 and others of the truth file, current_n=0.1 "
-        "and current_e (m/s), tether=2 (N/m, from where it is then)",
+        "effects that set in S seconds into the dive: T2_gain=0.5, X_uu=40, delay=0.15 (s) and others of the truth "
+        "file, current_n=0.1 and current_e (m/s), wave_height=0.3 (m) and wave_period (s), tether=2 (N/m, from where "
+        "it is then)",
         nargs="+",
     )
     options.links("also stream there")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
-    options.value(
-        "--current",
-        "M/S:DEGREES",
-        "of ardusub: the water's speed, and towards where from north",
-        type=current,
-        default=(0.0, 0.0),
-    )
     options.seconds("end idle or ardusub after so long")
     options.json("what was dived")
 

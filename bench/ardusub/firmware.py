@@ -30,8 +30,10 @@ SETTINGS: Final[Mapping[str, float]] = {
     "EK3_SRC1_POSZ": 1, "EK3_SRC1_VELZ": 0, "EK3_SRC1_YAW": 1, "GPS_TYPE": 0, "SIM_GPS_DISABLE": 1,
     "SIM_BARO_RND": 0.002, "SIM_BAR2_RND": 0.002, "SERVO1_FUNCTION": 33, "SERVO2_FUNCTION": 34, "SERVO3_FUNCTION": 35,
     "SERVO4_FUNCTION": 36, "SERVO5_FUNCTION": 37, "SERVO6_FUNCTION": 38, "LOG_DISARMED": 0, "MOT_FV_CPLNG_K": 0,
+    "COMPASS_AUTODEC": 0, "COMPASS_DEC": 0.2025,
 }  # fmt: skip
-"""A BlueROV2 with a DVL and no GPS, ready to arm at once."""
+"""A BlueROV2 with a DVL and no GPS, ready to arm at once. Without a GPS it does not know where it is, so the crew gives
+the declination there, rad."""
 
 
 def binary() -> Path | None:

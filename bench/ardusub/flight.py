@@ -97,7 +97,6 @@ def fly(
     mission: Mission,
     truth: Truth,
     *,
-    current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     settings: Mapping[str, float] = SETTINGS,
     seed: int = 1,
 ) -> Flown:
@@ -107,7 +106,7 @@ def fly(
     """
     file = companion_file(vehicle_with_dvl())
     configuration = next(iter(file.vehicle.configurations))
-    body = json_body(file, configuration, truth, seed=seed, depth_m=DEPTH_M, current_m_s=current_m_s)
+    body = json_body(file, configuration, truth, seed=seed, depth_m=DEPTH_M)
     firmware = Firmware(path, folder, body, settings)
     try:
         clock = firmware.clock

@@ -1,14 +1,16 @@
 """`python -m bench ardusub`: dives of the real firmware with the companion, identified and diagnosed, into
 docs/ardusub.md.
 
-The figures of a dive are kept in runs/, so that a run that was stopped goes on; a dive of other code is flown again.
+The figures of a case are kept in runs/, so that a run that was stopped goes on; a dive of other code is flown again.
+`python -m bench.ardusub CASE ...` measures some of the cases into runs/ alone.
 """
 
 import json
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +21,8 @@ from bench.stamp import ROOT, stamp
 from bridge import exit_codes
 from bridge.errors import FitError
 from bridge.simulator.missions import load_mission
-from bridge.simulator.truth import Truth, load_truth
+from bridge.simulator.onset import EAST, TETHER
+from bridge.simulator.truth import DELAY, Truth, load_truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import load_vehicle
 
@@ -31,19 +34,20 @@ PUSHED: Final = (0, 1, 2, 5)
 
 @dataclass(frozen=True)
 class Case:
-    """A dive: its mission in this folder, the `gain` of thruster 2, and the water's velocity, north east down."""
+    """Dives of one kind: their mission in this folder, and what is planted, by the names of `simulator/truth`."""
 
     words: str
     mission: str = "mission.yaml"
-    gain: float = 1.0
-    current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    planted: Mapping[str, float] = field(default_factory=dict)
 
 
 PLAIN: Final = "plain"
 CASES: Final = {
     PLAIN: Case("nothing planted"),
-    "half": Case("thruster 2 at half its thrust", gain=0.5),
-    "current": Case("a current of 0.3 m/s towards east", "turned.yaml", current_m_s=(0.0, 0.3, 0.0)),
+    "half": Case("thruster 2 at half its thrust", planted={"T2_gain": 0.5}),
+    "delay": Case("thrust 0.15 s late", planted={DELAY: 0.15}),
+    "current": Case("a current of 0.3 m/s towards east", "turned.yaml", {EAST: 0.3}),
+    "tether": Case("a tether of 2 N/m", planted={TETHER: 2.0}),
 }
 
 
@@ -68,23 +72,33 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     kept = runs / f"{name}-{stamp(*SOURCES)}.json"
     if kept.exists():
         return dict(json.loads(kept.read_text(encoding="utf-8")))
-    case, folder = CASES[name], runs / name
-    shutil.rmtree(folder, ignore_errors=True)
-    truth = truth_of(case)
-    flown = fly(path, folder, load_mission(MISSIONS / case.mission), truth, current_m_s=case.current_m_s)
-    answer = told("identify" if name == PLAIN else "diagnose", flown.recording, folder)
-    figures = identified(answer, truth) if name == PLAIN else diagnosed(answer)
+    truth = truth_of(CASES[name])
+    if name == PLAIN:
+        folder = runs / name
+        figures = identified(told("identify", flown(path, folder, name), folder), truth)
+    else:
+        first, after = runs / name, runs / f"{name}-after"
+        model = first / "accepted.param"
+        figures = diagnosed(told("diagnose", flown(path, first, name), first, "--accept", str(model)))
+        accepted = ("--accepted", str(model), "--despite-doubts")
+        figures["after"] = diagnosed(told("diagnose", flown(path, after, name, 2), after, *accepted))
     kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     return figures
 
 
+def flown(path: Path, folder: Path, name: str, seed: int = 1) -> Path:
+    """The recording of a case's dive in `folder`, which is made anew; another `seed` is another sea."""
+    shutil.rmtree(folder, ignore_errors=True)
+    case = CASES[name]
+    return fly(path, folder, load_mission(MISSIONS / case.mission), truth_of(case), seed=seed).recording
+
+
 def truth_of(case: Case) -> Truth:
     """The BlueROV2 of configs, in a stationary sea, with what a case plants."""
-    truth = load_truth(load_vehicle(VEHICLE), "standard")
-    return truth if case.gain == 1.0 else replace(truth, effects={**truth.effects, "T2_gain": case.gain})
+    return replace(load_truth(load_vehicle(VEHICLE), "standard"), onset=dict(case.planted))
 
 
-def told(verb: str, recording: Path, folder: Path) -> dict[str, Any]:
+def told(verb: str, recording: Path, folder: Path, *options: str) -> dict[str, Any]:
     """What `seatrial identify` or `diagnose` answers to a recording, as its JSON."""
     bundled = load_vehicle(VEHICLE).path.read_text(encoding="utf-8")
     file, out = folder / "bluerov2.yaml", folder / f"{verb}.json"
@@ -101,6 +115,7 @@ def told(verb: str, recording: Path, folder: Path) -> dict[str, Any]:
         "--vehicle",
         str(file),
         *method,
+        *options,
         "--json",
         str(out),
     ]
@@ -163,10 +178,14 @@ def table(results: dict[str, dict[str, Any]]) -> str:
             inside = "" if low <= true <= high else ", outside"
             off = f"{100 * (value / true - 1):+.1f} %{inside}"
             lines.append(f"| {words} | {true:.3g} {unit} | {value:.3g} ({low:.3g} to {high:.3g}) | {off} |")
-    lines += ["", "| planted in the body | verdict | named |", "|---|---|---|"]
+    lines += ["", "| planted in the body | named | the next dive, with that accepted |", "|---|---|---|"]
     lines += [
-        f"| {CASES[name].words} | {figures['verdict']} | {', '.join(figures['causes']) or 'nothing'} |"
+        f"| {CASES[name].words} | {_answered(figures)} | {_answered(figures['after'])} |"
         for name, figures in results.items()
         if name != PLAIN
     ]
     return "\n".join(lines)
+
+
+def _answered(figures: Mapping[str, Any]) -> str:
+    return f"{figures['verdict']}: {', '.join(figures['causes']) or 'nothing'}"

@@ -21,6 +21,8 @@ PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
 WARNS_ALONE: Final = 1
 DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 """Settings with which ArduSub takes VISION_POSITION_DELTA for velocity (measured, 4.5.7)."""
+RECORDED: Final = ("INS_GYRO_FILTER", "INS_ACCEL_FILTER")
+"""Read for the recording alone: how late the autopilot's rates of turn and accelerations are."""
 
 
 def direction_name(number: int) -> str:
@@ -39,6 +41,7 @@ class Settings:
             PILOT_FAILSAFE,
             *(direction_name(number) for number in range(1, thrusters + 1)),
             *(DVL if has_dvl else ()),
+            *RECORDED,
         ]
         self.values: dict[str, float] = {}
         self._asked, self._due_s = 0, -math.inf

@@ -121,6 +121,7 @@ class Bridge:
         self._ring, self._files = ring, files
         self._companion = companion
         self._overheard: list[bytes] = []
+        self._withheld: list[bytes] = []
         # The ring's stamps run on the boot clock: setting the date in mid-dive can't turn them back.
         self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
         self._encoder = Encoder(parameters.system, parameters.component)
@@ -302,7 +303,8 @@ class Bridge:
         except FrameError:
             self.counts["unfit"] += 1
             return
-        self._queue.append(self._encoder.frame(number, payload))
+        withheld = self._companion is not None and number == dialect.MAVLINK_MSG_ID_ODOMETRY
+        (self._withheld if withheld else self._queue).append(self._encoder.frame(number, payload))
 
     def _beat(self, now_s: float) -> None:
         if self._companion is None or self._companion.beats(now_s):
@@ -427,10 +429,16 @@ class Bridge:
     def _flush(self) -> None:
         queue, self._queue = self._queue, []
         overheard, self._overheard = self._overheard, []
+        withheld, self._withheld = self._withheld, []
         if self._ring is not None:
             now_s = self._clock.boot_s()
-            self._ring.put(round((self._unix_at_boot_s + now_s) * 1e6), now_s, [*overheard, *queue])
+            self._ring.put(
+                round((self._unix_at_boot_s + now_s) * 1e6), now_s, [*overheard, *withheld, *queue]
+            )
         self._sides.write_all(queue)
+        if self._companion is not None and self._companion.link >= 0:
+            # ArduSub fuses an ODOMETRY in these frames as a velocity north and east, and bends its heading to it.
+            self._sides.write_all(withheld, but=self._companion.link)
         self._send_files()
         self._sides.end_step()
 

@@ -67,11 +67,12 @@ class Sides:
         for data in _batches(frames):
             self._write(self._sides[number], data)
 
-    def write_all(self, frames: Sequence[bytes]) -> None:
-        """Send frames on every link."""
+    def write_all(self, frames: Sequence[bytes], but: int = -1) -> None:
+        """Send frames on every link, `but` for the one of that number."""
         for data in _batches(frames):
-            for side in self._sides:
-                self._write(side, data)
+            for number, side in enumerate(self._sides):
+                if number != but:
+                    self._write(side, data)
 
     def end_step(self) -> None:
         """Report the failed links that worked again for a whole step."""

@@ -9,7 +9,6 @@ import json
 import math
 import socket
 import struct
-from collections import deque
 from collections.abc import Callable
 from threading import Event
 from typing import Final
@@ -38,30 +37,20 @@ _ORIGIN: Final = np.zeros(3)
 class JsonBody:
     """Answers ArduSub's packets with the motion of `plant`, which must take `STEP_HZ` steps a second.
 
-    `current_m_s`: velocity of the water, north east down. The plant moves in the water and the water over the ground:
-    for a steady current that is exact. `delay_s`: dead time between a pulse and its thrust. `first_output`: the
-    output, from 1, that drives the first thruster; the others follow.
+    `first_output`: the output, from 1, that drives the first thruster; the others follow.
     """
 
-    def __init__(
-        self,
-        plant: Plant,
-        thrusters: int,
-        *,
-        current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        delay_s: float = 0.0,
-        first_output: int = 1,
-    ) -> None:
+    def __init__(self, plant: Plant, thrusters: int, *, first_output: int = 1) -> None:
         self._plant = plant
-        self._current = np.array(current_m_s)
         self._outputs = slice(first_output - 1, first_output - 1 + thrusters)
-        neutral = (NEUTRAL_US,) * thrusters
-        self._under_way = deque([neutral] * round(delay_s * STEP_HZ))
         self._count = -1
         self._begun_s = 0.0
         self._answer = b""
-        self.state: Array = plant.state
+
+    @property
+    def state(self) -> Array:
         """North east down (m), attitude w x y z, velocity over the ground in body axes and rates of turn."""
+        return self._plant.state
 
     @property
     def time_s(self) -> float:
@@ -86,18 +75,14 @@ class JsonBody:
         return self._answer
 
     def _advance(self, pwm: list[int]) -> bytes:
-        driven = pwm[self._outputs]
-        self._under_way.append(tuple(float(us) if us >= _LOWEST_US else NEUTRAL_US for us in driven))
-        stretch = self._plant.advance(self._under_way.popleft(), 1 / STEP_HZ)
+        driven = tuple(float(us) if us >= _LOWEST_US else NEUTRAL_US for us in pwm[self._outputs])
+        stretch = self._plant.advance(driven, 1 / STEP_HZ)
         state, nu_dot = stretch.state[-1], stretch.nu_dot[-1]
         motion = Motion(
             stretch.time_s[-1:], state[None, :3], state[None, 3:7], state[None, 7:10], state[None, 10:],
             nu_dot[None, :3], nu_dot[None, 3:],
         )  # fmt: skip
         rotation = _to_earth(state[3:7])
-        position = state[:3] + self._current * self._plant.time_s
-        velocity = rotation @ state[7:10] + self._current
-        self.state = np.concatenate([position, state[3:7], rotation.T @ velocity, state[10:]])
         text = json.dumps(
             {
                 "timestamp": round(self._plant.time_s - self._begun_s, 6),
@@ -105,9 +90,9 @@ class JsonBody:
                     "gyro": state[10:].tolist(),
                     "accel_body": motion.specific_force_at(_ORIGIN, GRAVITY_M_S2)[0].tolist(),
                 },
-                "position": position.tolist(),
+                "position": state[:3].tolist(),
                 "attitude": _euler(rotation),
-                "velocity": velocity.tolist(),
+                "velocity": (rotation @ state[7:10]).tolist(),
             },
             separators=(",", ":"),
         )
@@ -121,7 +106,6 @@ def json_body(
     *,
     seed: int = 0,
     depth_m: float = 0.0,
-    current_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     first_output: int = 1,
 ) -> JsonBody:
     """The body of a vehicle file at rest; its thrust curve's lag and dead time count. Raises ConfigError."""
@@ -134,14 +118,9 @@ def json_body(
         np.random.default_rng(seed),
         depth_m=depth_m,
         rate_hz=STEP_HZ,
-    )
-    return JsonBody(
-        plant,
-        len(shape.thrusters),
-        current_m_s=current_m_s,
         delay_s=curve.delay_s,
-        first_output=first_output,
     )
+    return JsonBody(plant, len(shape.thrusters), first_output=first_output)
 
 
 def serve(body: JsonBody, port: int, stop: Event, each: Callable[[], None] = lambda: None) -> None:

@@ -5,6 +5,7 @@ position (m), attitude w x y z (body to NED), body velocity u v w p q r.
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +14,10 @@ from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
 from bridge.simulator.onset import Sea
-from bridge.simulator.truth import Truth
+from bridge.simulator.truth import DELAY, Truth
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration
-from bridge.vehicle.thrusters import Curve, allocation_matrix
+from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
 
 Array = NDArray[np.float64]
 RATE_HZ = 200.0
@@ -157,7 +158,10 @@ def advance(
 
 
 class Plant:
-    """A vehicle in the water, from time 0 on; `rng` draws the disturbance, which is stationary from the start."""
+    """A vehicle in the water, from time 0 on; `rng` draws the disturbance, which is stationary from the start.
+
+    `delay_s`: dead time between a command and its thrust, to the length of an advance.
+    """
 
     def __init__(
         self,
@@ -170,13 +174,17 @@ class Plant:
         depth_m: float = 0.0,
         heading_rad: float = 0.0,
         rate_hz: float = RATE_HZ,
+        delay_s: float = 0.0,
     ) -> None:
         self._curve = curve
+        self._dead_s = delay_s
         self._lag_s = lag_s
         self._rng = rng
         self._rate_hz = rate_hz
         self._matrix = allocation_matrix(configuration)
         self._configuration, self._truth = configuration, truth
+        self._commands: deque[tuple[float, tuple[float, ...]]] = deque()
+        self._pwm_us: tuple[float, ...] = (NEUTRAL_US,) * self._matrix.shape[1]
         self._sea: Sea | None = None
         self._be(truth.later())  # refused at the start, not in the middle of a dive
         self._be(truth)
@@ -205,6 +213,7 @@ class Plant:
             )
         self._mass, self._damping = np.array(truth.mass), np.array(truth.damping)
         self._quadratic, self._losses = np.array(truth.quadratic), planted.losses
+        self._delay_s = self._dead_s + truth.effects.get(DELAY, 0.0)
 
     def _set_in(self) -> None:
         """Begin the effects of the truth's onset."""
@@ -235,7 +244,7 @@ class Plant:
             raise ValueError(f"{duration_s} s is no whole number of physics steps at {self._rate_hz} Hz")
         if self._truth.onset and self._sea is None and self.time_s >= self._truth.onset_s:
             self._set_in()
-        target = self._curve.thrust(pwm_us)
+        target = self._curve.thrust(self._arrived(pwm_us))
         if self._losses is not None:
             self._turn(self._losses.turned(target), duration_s)
             target = self._losses.given(target)
@@ -244,7 +253,7 @@ class Plant:
             self._state,
             self._thrust,
             self._disturbance,
-            self._calm if self._sea is None else self._sea.push(self._state),
+            self._calm if self._sea is None else self._sea.push(self._state, self.time_s),
             target,
             self._matrix,
             self._kick * self._rng.standard_normal((count, 6)),
@@ -264,6 +273,13 @@ class Plant:
         self._steps_done += count
         turned = self._thrust if self._losses is None else self._turned
         return Stretch(time_s, states, rates, self._thrust.copy(), turned.copy())
+
+    def _arrived(self, pwm_us: tuple[float, ...]) -> tuple[float, ...]:
+        """The commands that have reached the thrusters."""
+        self._commands.append((self.time_s + self._delay_s, pwm_us))
+        while self._commands and self._commands[0][0] <= self.time_s + 1e-9:
+            self._pwm_us = self._commands.popleft()[1]
+        return self._pwm_us
 
     def _turn(self, target: Array, duration_s: float) -> None:
         """Let the shafts follow with the same lag as the thrust."""

@@ -7,14 +7,16 @@ from dataclasses import dataclass, field, replace
 
 from bridge import schema
 from bridge.errors import ConfigError
-from bridge.simulator.onset import OF_THE_SEA
+from bridge.simulator.onset import EAST, NORTH, OF_THE_SEA, PERIOD
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.effect_coefficients import ASTERN, LEAST, QUADRATIC, START
 from bridge.vehicle.references import Six
 
 DISTURBANCE_N_PER_KG = 0.35 / 72.0
-PLANTED = (*QUADRATIC, ASTERN, START, LEAST)
+DELAY = "delay"
+"""Dead time between a command and its thrust beyond the vehicle file's, s."""
+PLANTED = (*QUADRATIC, ASTERN, START, LEAST, DELAY)
 GAIN = re.compile(r"T\d+_gain")
 
 
@@ -86,8 +88,8 @@ def _check(part: str, effects: Mapping[str, float], known: tuple[str, ...]) -> N
     for name, value in effects.items():
         if name not in known and not GAIN.fullmatch(name):
             raise ValueError(f"{part}: '{name}' can't be simulated; known: {', '.join(known)}, T1_gain ...")
-        low = -math.inf if name in OF_THE_SEA else 0.0
-        if not (low <= value < math.inf and math.isfinite(value)):
+        low = -math.inf if name in (NORTH, EAST) else 0.0
+        if not (low <= value < math.inf and math.isfinite(value)) or (name == PERIOD and value <= 0.0):
             raise ValueError(f"{part}: {name} is {value}, outside its bounds")
 
 

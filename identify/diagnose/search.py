@@ -1,7 +1,7 @@
 """Forward selection of causes: add one, swap, prune, as long as held-out evidence grows."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,9 @@ from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.rhythms import seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
+from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
+from identify.effects.environment import STEADY_CURRENT
 from identify.side_by_side import both, side_by_side
 
 Array = NDArray[np.float64]
@@ -181,22 +183,41 @@ def _with_usual_values(
 
 
 def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing]) -> tuple[Weighing, Fitted]:
-    """Start the search with no cause, or with a late thrust that the dating of an autopilot's velocity found.
-
-    The late thrust is kept if the filters are likelier with it: a large delay is out of reach of columns for small
-    delays.
-    """
+    """Start the search with no cause, or with one that is out of its reach and makes the filters likelier."""
     weighing = at(nominal, ())
+    best = weighing, weighing.fitted(())
+    for cause in (*_late_thrust(nominal, weighing.library), *_drift(nominal.course, weighing.library)):
+        now = refitted(nominal, [cause.act(nominal.course)])
+        if now.log_posterior > best[0].now.log_posterior:
+            near = at(now, (cause,))
+            settled, fit = _settled(nominal, near, near.fitted((cause,)), at)
+            if fit.causes and settled.now.log_posterior > best[0].now.log_posterior + LEAST_GAIN:
+                best = settled, fit
+    return best
+
+
+def _late_thrust(nominal: Nominal, effects: Sequence[Effect]) -> Iterator[Cause]:
+    """The late thrust that the dating of an autopilot's velocity found: columns of small delays don't reach it."""
     delay_s, lag_s = nominal.late_thrust_s
     timing, later_s = ("lag", lag_s) if lag_s > 0 else ("delay", delay_s)
-    effect = next((candidate for candidate in weighing.library if candidate.timing == timing), None)
+    effect = next((candidate for candidate in effects if candidate.timing == timing), None)
     if effect is not None and later_s > LATE_S:
-        late = Cause(effect, effect.none() + later_s)
-        near = at(refitted(nominal, [late.act(nominal.course)]), (late,))
-        settled, fit = _settled(nominal, near, near.fitted((late,)), at)
-        if fit.causes and settled.now.log_posterior > nominal.log_posterior + LEAST_GAIN:
-            return settled, fit
-    return weighing, weighing.fitted(())
+        yield Cause(effect, effect.none() + later_s)
+
+
+def _drift(course: Course, effects: Sequence[Effect]) -> Iterator[Cause]:
+    """A current as fast as the vehicle is on average.
+
+    A vehicle that drifts along needs hardly any thrust: fitted over ground, its drag is next to none, and with no drag
+    no current makes a difference.
+    """
+    effect = next(
+        (candidate for candidate in effects if candidate.model_part == STEADY_CURRENT.model_part), None
+    )
+    ground, _ = course.over_ground
+    mean = np.array([(way * ground[:, :3]).sum(axis=1)[course.recorded].mean() for way in course.world[:2]])
+    if effect is not None and float(np.linalg.norm(mean)) > effect.parameters[0].start:
+        yield Cause(effect, mean)
 
 
 def without_shadows_of_companions(weighing: Weighing, fit: Fitted) -> Fitted:

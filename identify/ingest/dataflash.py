@@ -20,6 +20,7 @@ from identify.checks.impossible import tame
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs
+from identify.ingest.low_pass import before_low_pass
 
 MAGIC = b"\xa3\x95"
 FMT, FMT_BYTES = 0x80, 89
@@ -63,14 +64,14 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     states them. Raises LogError.
     """
     log, skipped = _opened(path)
-    signals = _signals(log)
+    parameters = _parameters(log)
+    signals = before_low_pass(_signals(log), parameters)
     if not signals:
         raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and log.table("VISO") is None
-    stated = _parameters(log)
-    motors = motors_of(stated.get(FRAME, math.nan))
+    motors = motors_of(parameters.get(FRAME, math.nan))
     fields = {
         **signals,
         "velocity_is_filtered": filtered,
@@ -78,7 +79,7 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
         "counts": counts,
         "notes": notes,
     }
-    return fields, stated
+    return fields, parameters
 
 
 def dataflash_parameters(path: Path) -> dict[str, float]:

@@ -20,6 +20,7 @@ from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs
 from identify.ingest.frames import Frames, load_frames, message_name
+from identify.ingest.low_pass import CORNERS, before_low_pass
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
 
@@ -35,7 +36,8 @@ CONTRACT_VERSION = 1
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
 DOWNWARD = 25
 ARMED = 128
-AUTOPILOTS = (3, 12, 0)  # ArduPilot, PX4, generic
+ARDUPILOT = 3
+AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9
 MILLI_G = GRAVITY_M_S2 * 1e-3
@@ -206,14 +208,23 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
     depth = _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
     if depth is None:
         depth = _columns(messages.get("VFR_HUD"), ("alt",), -1.0)
-    return {
+    signals = {
         "gyro": gyro,
         "specific_force": force,
         "depth": depth,
         "pwm": _servos(messages.get("SERVO_OUTPUT_RAW", port=0)),
         "sticks": _columns(messages.get_from_anyone("MANUAL_CONTROL"), ("x", "y", "z", "r")),
-        "voltage": _columns(messages.get("SYS_STATUS"), ("voltage_battery",), 1e-3),
+        "voltage": _supply_voltage(messages.get("SYS_STATUS")),
     }
+    if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None:
+        return signals
+    return before_low_pass(signals, _corners_hz(messages))
+
+
+def _corners_hz(messages: Messages) -> dict[str, float]:
+    """Corner frequencies by parameter, as the run last states them."""
+    stated = ((name, messages.get("PARAM_VALUE", param_id=name.encode())) for name in CORNERS.values())
+    return {name: float(batch.fields["param_value"][-1]) for name, batch in stated if batch is not None}
 
 
 def _columns(batch: Batch | None, names: tuple[str, ...], scale: float = 1.0) -> Signal | None:
@@ -301,6 +312,14 @@ def _pack_voltage(batch: Batch | None) -> Signal | None:
     cells[cells == 65535] = 0.0
     pack_v = cells.sum(axis=1, keepdims=True) * 1e-3
     return _where(batch.time_s, pack_v, pack_v[:, 0] > 0)
+
+
+def _supply_voltage(batch: Batch | None) -> Signal | None:
+    """The autopilot's own reading, in V: 0 and 65535 mV are none."""
+    if batch is None:
+        return None
+    millivolts = batch.columns("voltage_battery")
+    return _where(batch.time_s, millivolts * 1e-3, (millivolts[:, 0] > 0) & (millivolts[:, 0] < 65535))
 
 
 def _armed(messages: Messages) -> Signal | None:

@@ -10,6 +10,7 @@ from fakes.firmware import Firmware
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
 
+from bridge.links.memory import memory_pair
 from bridge.onboard.ring import Bounds, ring_in
 from bridge.sensors.samples import DvlSample
 from bridge.vehicle.config import Device, Sensors
@@ -58,6 +59,25 @@ def test_each_delta_is_the_velocity_times_the_time_between_two_readings(fake):
         last.position_delta, np.array((0.4, -0.1, 0.05)) * last.time_delta_usec * 1e-6, rtol=1e-5
     )
     assert last.confidence == 100
+
+
+def test_the_companions_own_odometry_goes_to_other_links_and_never_to_the_autopilot(fake):
+    """ArduSub takes ODOMETRY in these frames for a velocity north and east, and bends its heading to it."""
+    ground, far = memory_pair()
+    aboard, pilot, reached = Aboard(fake, file=WITH_DVL, more_links=(far,)), Pilot(fake), set()
+    hear = fake.hear
+
+    def listen(number, frame, now_s):
+        reached.add((number, frame.message_id))
+        hear(number, frame, now_s)
+
+    fake.hear = listen
+    fake.run(3.0, aboard, pilot, Dvl(fake, aboard))
+    numbers = {number for _, number in reached}
+    assert dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA in numbers
+    assert dialect.MAVLINK_MSG_ID_ODOMETRY not in numbers
+    heard = b"".join(iter(lambda: ground.read(0.0), b""))
+    assert dialect.MAVLINK_MSG_ID_ODOMETRY in {frame.message_id for frame in Framer().feed(heard)}
 
 
 def test_a_loss_of_the_bottom_is_not_bridged(fake):

@@ -20,7 +20,18 @@ def test_mass_and_drag_are_identified_within_5_percent_and_inside_their_interval
             assert low <= true <= high
 
 
-def test_a_thruster_at_half_is_named(tmp_path):
-    figures = measured(binary(), tmp_path, "half")
-    assert figures["verdict"] == "explained"
-    assert any(cause.startswith("weak_thruster") for cause in figures["causes"])
+@pytest.mark.parametrize(
+    ("case", "cause"),
+    [
+        ("half", "weak_thruster"),
+        ("delay", "command_delay"),
+        ("current", "steady_current"),
+        ("tether", "tether"),
+    ],
+)
+def test_what_is_planted_is_named(tmp_path, case, cause):
+    figures = measured(binary(), tmp_path, case)
+    sys.stderr.write(f"\n{figures}\n")
+    assert any(named.startswith(cause) for named in figures["causes"])
+    if case == "half":
+        assert figures["after"] == {"verdict": "no_gap", "causes": []}

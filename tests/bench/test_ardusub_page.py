@@ -6,12 +6,13 @@ AXIS = {"mass": [17.0, 16.83, 16.6, 17.1], "drag": [0.33, 0.304, 0.29, 0.32], "s
 
 
 def test_the_table_says_how_far_off_each_value_is_and_which_interval_misses_the_truth():
-    text = table(
-        {"plain": {"surge": AXIS}, "half": {"verdict": "explained", "causes": ["weak_thruster (gain 0.53)"]}}
-    )
+    half = {"verdict": "explained", "causes": ["weak_thruster (gain 0.53)"]}
+    text = table({"plain": {"surge": AXIS}, "half": half | {"after": {"verdict": "no_gap", "causes": []}}})
     assert "| mass in surge | 17 kg | 16.8 (16.6 to 17.1) | -1.0 % |" in text
     assert "| drag in surge at 0.063 m/s | 0.33 N | 0.304 (0.29 to 0.32) | -7.9 %, outside |" in text
-    assert "| thruster 2 at half its thrust | explained | weak_thruster (gain 0.53) |" in text
+    assert (
+        "| thruster 2 at half its thrust | explained: weak_thruster (gain 0.53) | no_gap: nothing |" in text
+    )
 
 
 def test_without_the_firmware_the_table_stays_and_the_reason_is_said(tmp_path, monkeypatch):

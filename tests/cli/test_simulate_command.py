@@ -254,36 +254,28 @@ def test_under_ardusub_the_autopilot_keeps_link_parameters_mode_and_time(capsys,
     assert f"{more[0]}: ArduSub flies this vehicle" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("current", ["fast", "0.3", "9:90", "0.3:nan", "-1:0"])
-def test_a_current_is_a_speed_and_a_direction(capsys, current):
-    line = ["simulate", "--vehicle", "bluerov2", "--mission", "ardusub", f"--current={current}"]
-    assert cli.main(line) == exit_codes.BAD_INPUT
-    assert "is no current: give M/S:DEGREES" in capsys.readouterr().err
-
-
 def test_the_body_under_ardusub_answers_at_its_port(capsys, monkeypatch):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     monkeypatch.setattr("tui.commands.simulate.PORT", port)
-    packet = struct.pack("<HHI16H", 18458, 400, 1, *(1500,) * 16)
 
     def ask():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
             autopilot.settimeout(0.2)
-            for _ in range(100):
+            for number in range(100):
+                packet = struct.pack("<HHI16H", 18458, 400, number, *(1500,) * 16)
                 autopilot.sendto(packet, ("127.0.0.1", port))
                 with suppress(OSError):
                     answers.append(json.loads(autopilot.recv(4096)))
-                    return
 
     answers = []
     asking = threading.Thread(target=ask)
     asking.start()
-    code = cli.main(
-        ["simulate", "--vehicle", "bluerov2", "--mission", "ardusub", "--current", "0.3:90", "--seconds", "3"]
-    )
+    line = ["simulate", "--vehicle", "bluerov2", "--mission", "ardusub", "--seconds", "3"]
+    code = cli.main([*line, "--onset", "0.1", "current_e=2"])
     asking.join()
     assert code == 0
-    assert answers[0]["velocity"][1] == pytest.approx(0.3, abs=0.01)
+    east = [answer["velocity"][1] for answer in answers]
+    assert abs(east[20]) < 0.02 < 0.1 < east[-1] < 2.0
     assert f"waits for ArduSub at port {port}" in capsys.readouterr().err

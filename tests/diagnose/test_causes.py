@@ -407,3 +407,18 @@ def fitted(effect, values, std):
 )  # fmt: skip
 def test_a_part_that_may_be_nothing_or_enormous_is_not_told_beside_others(effect, values, std, told):
     assert set(parameters_of(fitted(effect, values, std), 0)) == told
+
+
+@pytest.mark.parametrize(("east_m_s", "begins"), [(0.3, True), (0.01, False)])
+def test_the_search_begins_with_the_current_along_which_a_vehicle_drifts_on_every_heading(
+    course, east_m_s, begins
+):
+    heading = np.linspace(0.0, 4.0, len(course.time_s))
+    nu = np.zeros_like(course.nu)
+    nu[:, 0], nu[:, 1] = east_m_s * np.sin(heading), east_m_s * np.cos(heading)
+    euler = np.column_stack([0 * heading, 0 * heading, heading])
+    drifting = replace(course, nu=nu, euler=euler, water=None)
+    causes = list(search._drift(drifting, (QUADRATIC_DRAG, STEADY_CURRENT)))
+    assert [cause.effect.name for cause in causes] == ["steady_current"] * begins
+    for cause in causes:
+        np.testing.assert_allclose(cause.values, (0.0, 0.3), atol=1e-9)

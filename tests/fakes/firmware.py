@@ -5,6 +5,7 @@ It has the words of the fake, `fakes.ardusub.Ardusub`: two links, `run`, `until`
 
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -31,13 +32,13 @@ class Firmware:
 
     is_firmware = True
 
-    def __init__(self, folder, vehicle="bluerov2", settings=None, current_m_s=(0.0, 0.0, 0.0), depth_m=5.0):
+    def __init__(self, folder, vehicle="bluerov2", settings=None, planted=None, depth_m=5.0):
         path = binary()
         folder.mkdir()
         file = load_vehicle(vehicle)
         configuration = next(iter(file.vehicle.configurations))
-        truth = load_truth(file, configuration).calm()
-        self.body = json_body(file, configuration, truth, depth_m=depth_m, current_m_s=current_m_s)
+        truth = replace(load_truth(file, configuration).calm(), onset=planted or {})
+        self.body = json_body(file, configuration, truth, depth_m=depth_m)
         number = free_instance()
         self.stop = threading.Event()
         self.physics = threading.Thread(

@@ -50,7 +50,7 @@ def test_a_current_pushes_a_turning_body_by_the_inertia_of_its_added_mass_too():
     state = np.array([0, 0, 5.0, 1, 0, 0, 0, 0.2, 0.0, 0, 0, 0, 0.5])
     sea = Sea({"current_n": 0.2}, MASS, RIGID, np.zeros(6), np.zeros(6))
     # At rest in the water that carries it, a body that turns keeps its place in it: nothing pushes its added mass.
-    push = sea.push(state)
+    push = sea.push(state, 0.0)
     added = MASS - RIGID
     assert push[0] == pytest.approx(0.0)
     assert push[1] == pytest.approx(-added[1] * 0.5 * 0.2 + added[0] * 0.2 * 0.5)
@@ -64,9 +64,27 @@ def test_a_tether_pulls_back_to_where_it_snagged():
     assert body.state[0] - snagged_m == pytest.approx(20.0 / 4.0, rel=1e-2)
 
 
+def test_waves_carry_a_float_along_their_orbit_and_reach_no_deeper_than_they_are_long():
+    """A body of the water's own density and no drag that rests in it moves as the water does: Airy's orbit."""
+    sea = Sea({"wave_height": 0.4, "wave_period": 4.0}, MASS, RIGID, np.zeros(6), np.zeros(6))
+    rate = 2 * np.pi / 4.0
+    state = np.array([0, 0, 2.0, 1, 0, 0, 0, 0.0, 0, 0, 0, 0, 0])
+    fast = 0.2 * rate * np.exp(-(rate**2) / 9.80665 * 2.0)
+    for time_s in (0.0, 1.0, 2.5):
+        water, _ = sea.water(state, time_s)
+        np.testing.assert_allclose(water, [fast * np.cos(rate * time_s), 0, fast * np.sin(rate * time_s)])
+        after, _ = sea.water(state, time_s + 1e-6)
+        _, speeding = sea.water(state, time_s)
+        np.testing.assert_allclose((after - water) / 1e-6, speeding, atol=1e-5)
+        np.testing.assert_allclose(sea.push(state, time_s)[:3] / MASS[:3], speeding, atol=0.05)
+    state[2] = 40.0
+    assert np.abs(sea.push(state, 1.0)).max() < 0.01
+
+
 @pytest.mark.parametrize(
     ("onset", "words"),
     [
+        ({"wave_period": 0.0}, "wave_period"),
         ({"tide": 1.0}, "'tide' can't be simulated"),
         ({"X_uu": -1.0}, "X_uu"),
         ({"current_n": float("nan")}, "nan"),

@@ -221,10 +221,9 @@ def under_ardusub(arguments: argparse.Namespace, file: VehicleFile, configuratio
     if arguments.accepted:
         truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
         show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
-    speed_m_s, towards_deg = arguments.current
-    towards = math.radians(towards_deg)
-    current = (speed_m_s * math.cos(towards), speed_m_s * math.sin(towards), 0.0)
-    body = json_body(file, configuration, truth, seed=arguments.seed, current_m_s=current)
+    if arguments.onset:
+        truth = with_onset(truth, arguments.onset)
+    body = json_body(file, configuration, truth, seed=arguments.seed)
 
     def work(stop: threading.Event) -> None:
         show.say(

@@ -1,0 +1,24 @@
+"""`python -m bench.ardusub CASE ...`: measure some cases into runs/, for `python -m bench ardusub` to write down."""
+
+import argparse
+
+from bench.ardusub.firmware import WHY_NOT, binary
+from bench.ardusub.page import CASES, measured
+from bench.stamp import ROOT
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m bench.ardusub", description=__doc__)
+    parser.add_argument("cases", nargs="+", choices=CASES)
+    arguments = parser.parse_args()
+    path = binary()
+    if path is None:
+        parser.error(WHY_NOT)
+    folder = ROOT / "runs" / "ardusub"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in arguments.cases:
+        measured(path, folder, name)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""ArduPilot's rates of turn and accelerations are dated before its low-pass filters."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+from autopilot_log import LATE_S, UNIX_S, Turning, logged
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from bridge.wire.framing import Encoder
+from identify.ingest.low_pass import delay_s
+from identify.ingest.open import read_dive
+
+
+def butterworth(corner_hz, rate_rad_s):
+    """Delay of a Butterworth filter of second order at a rate: the fall of its phase."""
+
+    def phase(rate):
+        s = 1j * rate / (2 * math.pi * corner_hz)
+        return np.angle(1.0 / (s * s + math.sqrt(2) * s + 1.0))
+
+    return -(phase(rate_rad_s * 1.001) - phase(rate_rad_s * 0.999)) / (0.002 * rate_rad_s)
+
+
+def test_the_delay_is_that_of_a_butterworth_filter_for_all_that_a_vehicle_does():
+    assert delay_s(20.0) == pytest.approx(butterworth(20.0, 2 * math.pi * 1.0), rel=0.01)
+    assert delay_s(0.0) == 0.0
+
+
+@pytest.mark.parametrize(("stated", "late_s"), [(20.0, LATE_S), (10.0, 2 * LATE_S), (0.0, 0.0)])
+def test_a_dataflash_log_is_dated_by_the_corner_it_states(tmp_path, stated, late_s):
+    logged(
+        tmp_path / "1.BIN",
+        Turning(),
+        lambda boot_s: boot_s,
+        seconds=20.0,
+        parameters={"INS_GYRO_FILTER": stated},
+    )
+    dive = read_dive(tmp_path / "1.BIN")
+    assert dive.pwm.time_s[0] - dive.gyro.time_s[0] == pytest.approx(late_s, abs=1e-6)
+
+
+@pytest.mark.parametrize(("autopilot", "late_s"), [(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 2 * LATE_S), (12, 0.0)])
+def test_a_tlog_is_dated_by_what_the_autopilot_itself_says_and_only_ardupilots(tmp_path, autopilot, late_s):
+    """A companion of the same system may state a parameter of that name for itself."""
+    own, companion, data = Encoder(1, 1), Encoder(1, 191), b""
+    for k in range(400):
+        messages = [
+            mav.MAVLink_attitude_message(20 * k, 0.0, 0.0, 0.0, 0.0, 0.0, math.sin(k)),
+            mav.MAVLink_servo_output_raw_message(20_000 * k, 0, *[1500 + k % 7] * 8),
+        ]
+        if k % 50 == 0:
+            messages += [
+                mav.MAVLink_heartbeat_message(12, autopilot, 128, 0, 4, 3),
+                mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 10.0, 9, 1356, 7),
+            ]
+        frames = [own.encode(message) for message in messages]
+        if k == 60:
+            frames.append(
+                companion.encode(mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 80.0, 9, 3, 1))
+            )
+        data += b"".join(struct.pack(">Q", round((UNIX_S + k / 50) * 1e6)) + frame for frame in frames)
+    (tmp_path / "t.tlog").write_bytes(data)
+    dive = read_dive(tmp_path / "t.tlog")
+    np.testing.assert_allclose(dive.attitude.time_s - dive.gyro.time_s, late_s, atol=1e-6)
