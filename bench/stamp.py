@@ -44,6 +44,7 @@ MISSIONS = (
 )
 LEARNT = (
     "bench/reproduce/paper.py",
+    "bridge/ardusub/frames.py",
     "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
     "bridge/wire/whole.py",
@@ -56,6 +57,7 @@ LEARNT = (
 BASELINES = (
     "bench/baselines",
     "bench/reproduce/paper.py",
+    "bridge/ardusub/frames.py",
     "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
     "bridge/wire/whole.py",

@@ -51,13 +51,12 @@ class Sensors:
 @dataclass(frozen=True)
 class Flown:
     """A dive: `ticks` as the kernel filled them, the noise (n, 8) of the autopilot's readings, and the sea's wrench
-    (n, 6) and the pilot's sticks (n, 4) at the ticks: surge, sway, sink and turn, shares of full."""
+    (n, 6) at the ticks."""
 
     site: FieldSite
     ticks: kernel.Ticks
     noise: Array
     sea: Array
-    sticks: Array
 
 
 def draw_sea(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, autopilot: Autopilot) -> Sea:
@@ -131,4 +130,4 @@ def fly(
         site.body(), site.hull, site.prop, autopilot, fresh(site.depth_m, heading), water, supply, sticks.asked,
         sticks.leg, site.pilot.leash_m, noise, LAG_S, start, ticks,
     )  # fmt: skip
-    return Flown(site, ticks, noise, drawn[:: kernel.EACH][:count], sticks.asked[:, :4])
+    return Flown(site, ticks, noise, drawn[:: kernel.EACH][:count])

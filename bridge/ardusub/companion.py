@@ -15,12 +15,13 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.dvl import VisionDeltas
+from bridge.ardusub.frames import FRAME
 from bridge.ardusub.handover import Handover, Holder
 from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
 from bridge.ardusub.law import StickLaw
 from bridge.ardusub.mixing import Mixer
 from bridge.ardusub.rates import Rates
-from bridge.ardusub.settings import FRAME, Settings, directions
+from bridge.ardusub.settings import Settings, directions
 from bridge.errors import ConfigError
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer

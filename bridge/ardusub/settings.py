@@ -10,12 +10,12 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.ardusub.frames import FRAME
 from bridge.ardusub.mixing import FRAMES
 
 AGAIN_S: Final = 0.6
 UNKNOWN_AFTER: Final = 5
 
-FRAME: Final = "FRAME_CONFIG"
 FAILSAFE: Final = "FS_GCS_ENABLE"
 PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
 WARNS_ALONE: Final = 1

@@ -4,22 +4,15 @@ FRAME_CONFIG names the frame, SERVOn_FUNCTION the motor of output n (33 is motor
 round (ArduSub 4.5: Parameters.cpp, libraries/SRV_Channel, libraries/AP_Motors/AP_Motors6DOF.cpp).
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from bridge.ardusub.settings import FRAME, direction_name
+from bridge.ardusub.frames import FRAME, FRAMES
+from bridge.ardusub.settings import direction_name
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
 
-FRAMES: Final = (
-    "bluerov1", "vectored", "vectored_6dof", "vectored_6dof_90deg", "simplerov_3", "simplerov_4", "simplerov_5",
-    "custom",
-)  # fmt: skip
-"""Names of the frames by FRAME_CONFIG."""
-FRAME_MOTORS: Final = (6, 6, 8, 8, 3, 4, 5, 0)
-"""Number of motors of each of FRAMES; 0 for any."""
 FILES: Final[Mapping[str, str]] = {"vectored": "bluerov2", "vectored_6dof": "bluerov2_heavy"}
 """The vehicle file of a frame."""
 FIRST_MOTOR: Final = 33
@@ -55,12 +48,6 @@ class Wiring:
             for x, y, z in (thruster.direction,)
         )
         return replace(shape, thrusters=turned)
-
-
-def motors_of(frame_config: float) -> int:
-    """Number of motors of the frame that FRAME_CONFIG states; 0 if any number may be wired to it, or it is unknown."""
-    number = int(frame_config) if math.isfinite(frame_config) else -1
-    return FRAME_MOTORS[number] if 0 <= number < len(FRAME_MOTORS) else 0
 
 
 def wiring(values: Mapping[str, float], thrusters: Mapping[str, int]) -> Wiring:

@@ -164,10 +164,11 @@ def with_delay(
 def coarse_delay_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
     """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls."""
     profile = _profile(forces, built, joint, theta)
-    undelayed = log_posterior(joint, theta)
+    undelayed = log_posterior(profile.at(0.0), theta)
     if profile.top(DELAYS_S[1], COARSELY, undelayed) < undelayed:
         return 0.0
-    for by_s in DELAYS_S:
+    profile.top(0.0, COARSELY)
+    for by_s in DELAYS_S[1:]:
         if profile.top(by_s, COARSELY) < profile.tops[profile.best]:
             break
     return profile.best

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.ardusub.settings import FRAME
-from bridge.ardusub.wiring import motors_of
+from bridge.ardusub.frames import FRAME, motors_of
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame

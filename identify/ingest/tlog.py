@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.ardusub.settings import FRAME
-from bridge.ardusub.wiring import motors_of
+from bridge.ardusub.frames import FRAME, motors_of
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from bridge import exit_codes
-from bridge.ardusub.wiring import FRAMES
+from bridge.ardusub.frames import FRAMES
 from identify.run.guess import Guess, guess
 from identify.words import listed
 from tui import show
