@@ -335,7 +335,10 @@ def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis,
 
 BOTH_DRAGS = {"FF1_M_U": 100.0, "FF1_D_U": 40.0, "FF1_X_UU": 60.0}
 LINEAR, SQUARED = {"FF1_D_U": 70.0}, {"FF1_X_UU": 90.0}
-STAYS = "drag is made up for already: {} would stay in force beside it, and was not fitted with it; send {} too, 0 for none"
+STAYS = (
+    "drag is made up for already: {} would stay in force beside it, and was not fitted with it; send {} too, 0 for "
+    "none"
+)
 
 
 @pytest.mark.parametrize(
