@@ -38,16 +38,6 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(_cause_line(finding) for finding in diagnosis.findings)
 
 
-def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The feed-forward's gain by each cause that it can compensate."""
-    return tuple(
-        f"{capital(name_of(finding))}: the feed-forward alone would track to {mm_s(finding.feedforward.after_m_s)} "
-        f"instead of {mm_s(finding.feedforward.before_m_s)} (typical velocity error)."
-        for finding in diagnosis.findings
-        if finding.feedforward is not None
-    )
-
-
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """The next dive or sensor; empty without ambiguity."""
     return () if diagnosis.next is None else _next(diagnosis.next)
@@ -477,19 +467,20 @@ def _may_explain(findings: Sequence[Finding], what: str) -> str:
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Drift over the whole dive, and shrink on held-out pieces and on the check dive.
-
-    With causes, each degree of freedom has a line, before the pooled line.
+    """Drift over the whole dive, and how much of it closes on held-out pieces and on the check dive; on the check dive,
+    or else on held-out pieces, by degree of freedom first.
     """
     fitted = _whole_dive(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
-    shrinks = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return (*whole, *(line for where, each in shrinks if each is not None for line in _shrunk(where, each)))
-
-
-def _shrunk(where: str, shrink: Shrink) -> tuple[str, ...]:
-    by_axis = (f"{where}, {axis.dof}: {_axis_words(axis)}." for axis in shrink.by_axis)
-    return (*by_axis, f"{where}{', all together' if shrink.by_axis else ''}: {_shrink(shrink)}.")
+    shrinks = [
+        (where, each)
+        for where, each in (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
+        if each is not None
+    ]
+    by_axis = [
+        f"{where}, {axis.dof}: {_axis_words(axis)}." for where, each in shrinks[-1:] for axis in each.by_axis
+    ]
+    return (*whole, *by_axis, *(f"{where}, all together: {_shrink(each)}." for where, each in shrinks))
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:

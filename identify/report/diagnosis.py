@@ -39,10 +39,8 @@ NOTHING_RETURNS = (
     "out over what the vehicle did: fly the same again to see whether it lasts."
 )
 BY_FORCE = (
-    "This is where force is missing, not where the model drifts: a force counts as much in a degree of freedom where "
-    "it makes little drift. Squares of what is missing beyond what masses and dampings take up, over those of the "
-    "disturbance in that degree of freedom (of a spoilt reading, over its sensor's noise; of what no candidate "
-    "explains, the drift over 1 s too)."
+    "This is where force is missing, over what disturbs that degree of freedom: it counts as much where it makes "
+    "little drift."
 )
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "

@@ -313,7 +313,6 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
         *_where(diagnosis),
         *wording.disturbance_line(diagnosis.gap.disturbance),
         *wording.shrink_lines(diagnosis),
-        *wording.gain_lines(diagnosis),
         *wording.next_lines(diagnosis),
         *diagnosis.notes,
     )
