@@ -12,7 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check
-from tui.app.drawing import Line, Lines, Role, Span, apart, bar, cut, number, width, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
@@ -31,9 +31,9 @@ SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
 """Shade of a cell by its least share of the missing force, squared; below the last share it is blank."""
 SHADE_CELLS, WIDEST_CELLS = 4, 15
 LISTED_CELLS: Final = 20
-FORCE: Final = "   missing force"
+FORCE: Final = "     missing"
 NAME_CELLS: Final = 7
-DRIFT_CELLS: Final = 52
+DRIFT_CELLS: Final = 48
 """Cells of a drift in numbers."""
 BAR_CELLS: Final = 16
 MOST_TRIED: Final = 6
@@ -150,8 +150,12 @@ def verdict_lines(answer: Answer, cells: int) -> Lines:
     text, role = MARKS.get(answer.verdict, (answer.verdict, "plain"))
     words = answer.words
     about = f"{words.dive}, checked on {words.check}" if words.check else words.dive
-    head = apart(((f" {text} ", role),), ((cut(about, cells - len(text) - 3), "quiet"),), cells)
-    return (head, *wrapped(words.verdict, "strong", cells))
+    mark: Span = (f" {text} ", role)
+    fits = len(mark[0]) + len(about) < cells
+    head = (
+        (apart((mark,), ((about, "quiet"),), cells),) if fits else ((mark,), *wrapped(about, "quiet", cells))
+    )
+    return (*head, *wrapped(words.verdict, "strong", cells))
 
 
 def where(answer: Answer, cells: int) -> Lines:
@@ -178,7 +182,7 @@ def where(answer: Answer, cells: int) -> Lines:
         for phase, room in zip(PHASES, widths, strict=True):
             line = (*line, *_cell(answer.shares.get((dof, phase), 0.0), room))
         force = number(answer.force_n.get(dof, math.nan), 2)
-        line = (*line, (f"{force:>12}", "plain"), (f" {'N' if dof in DOFS[:3] else 'N m'}", "quiet"))
+        line = (*line, (f"{force:>8}", "plain"), (f" {'N' if dof in DOFS[:3] else 'N m'}", "quiet"))
         lines.append(line)
     for sentence in answer.words.disturbance:
         lines += wrapped(sentence, "quiet", cells)
@@ -277,7 +281,12 @@ def how_far(answer: Answer, cells: int) -> Lines:
     most = max((axis.before / axis.floor for axis in every), default=1.0)
     for what, shrink in answer.shrinks.items():
         closed = f"closes {_share(shrink)} of what is beyond noise" if math.isfinite(shrink.value) else ""
-        lines += _named(("", "plain"), (what, "strong"), ((closed, "strong"),), cells)
+        fits = len(what) + len(closed) < cells
+        lines += (
+            (apart(((what, "strong"),), ((closed, "strong"),), cells),)
+            if fits
+            else (*wrapped(what, "strong", cells), *wrapped(closed, "strong", cells, "  "))
+        )
         drawn = answer.verdict != "no_gap" and cells > DRIFT_CELLS
         lines += [_axis(axis, most, cells - DRIFT_CELLS if drawn else 0) for axis in shrink.by_axis]
     return tuple(lines)
@@ -301,7 +310,7 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
         (f"  {axis.dof:<{NAME_CELLS}}{before:>8} →", "plain"),
         (f"{after:>7}", "strong"),
         (f" {unit:<4}", "quiet"),
-        (f"  noise{floor:>7} {unit:<6}", "quiet"),
+        (f"  noise{floor:>7}  ", "quiet"),
         ("█" * stays, "accent"),
         ("░" * (whole - stays), "faded"),
     )
