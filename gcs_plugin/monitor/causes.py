@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcs_plugin.monitor.forces import DRAGGED, names_of
+from gcs_plugin.monitor.losses import Loss
 from gcs_plugin.monitor.model import Model
 from gcs_plugin.monitor.predictor import CORRELATED_S, Drift
 
@@ -62,6 +63,18 @@ def likeliest(
     best = max(fits)[0]
     odds = [math.exp(evidence - best) for evidence, _, _ in fits]
     causes = [Cause(label, odd / sum(odds), words) for odd, (_, label, words) in zip(odds, fits, strict=True)]
+    return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
+
+
+def likeliest_thruster(loss: Loss) -> tuple[Cause, ...]:
+    """The thrusters that lack thrust, the likeliest first."""
+    odds = np.exp(loss.evidence - loss.evidence.max())
+    causes = (
+        Cause(f"weak_thruster of thruster {number}", odd, f"thruster {number} gives {100 * lost:.0f} % less")
+        for number, (odd, lost) in enumerate(
+            zip((odds / odds.sum()).tolist(), loss.share.tolist(), strict=True), 1
+        )
+    )
     return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
 
 

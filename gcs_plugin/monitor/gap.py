@@ -6,7 +6,7 @@ and it exceeds ALARM by chance once in some hundred thousand half minutes. The a
 HOLDS_S, which is half a minute after a large departure began. A second counts for no more than MOST: a kick of a few
 seconds is no departure that stays.
 
-A thruster's loss that stays below the floor raises the alarm as well (`slow`), later.
+A thruster's loss that stays below the floor raises the alarm as well (`losses`), later.
 
 The floor is that of the dive itself: drift of its first minute and of all later seconds on which no doubt falls, with
 the upper bound of its uncertainty, and a share of the drift that thrust makes: twice the 3 % to which an
@@ -20,10 +20,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gcs_plugin.monitor.causes import Cause, likeliest
+from gcs_plugin.monitor.causes import Cause, likeliest, likeliest_thruster
+from gcs_plugin.monitor.losses import LossWatch
 from gcs_plugin.monitor.model import Model
-from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, Drift
-from gcs_plugin.monitor.slow import SlowWatch
+from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, SECOND, Drift
 
 Array = NDArray[np.float64]
 
@@ -40,10 +40,20 @@ ALARM: Final = 6.0
 DOUBT: Final = 2.5
 OVER: Final = 3.0
 MOST: Final = 16.0
-SLOW_ALARM: Final = 4.0
-"""Standard errors; in five hours of sea and noise the surest loss of eight thrusters was of 3.7."""
+LOSS_ALARM, QUICK_ALARM = 4.0, 4.5
+"""Standard errors, of a loss in the drift and in the quick answers; in hours of sea and noise the surest loss of eight
+thrusters was of 3.7."""
 
-SLOW_OVER: Final = 2.5
+LOSS_OVER: Final = 2.5
+SLOW_S, QUICK_S = (60, 120), (20, 40, 80)
+"""Windows in which a loss is looked for in the drift, and in the quick answers."""
+
+MOST_FLOORS: Final = 3.0
+"""Of the drift of a second: a kick is no loss."""
+
+LEAST_RATE_RAD_S: Final = 1e-5
+"""Of a gyro without noise."""
+
 LEAST_EXPLAINED, LEAST_EXPLAINED_SLOWLY = 0.5, 0.05
 """Of the mean square; a cause that explains less isn't named. Noise is most of a departure below the floor."""
 
@@ -84,10 +94,14 @@ class GapMonitor:
         self._square, self._weight, self._seconds = np.zeros(6), 0.0, 0
         self._recent: deque[tuple[Drift, Array]] = deque(maxlen=STAYS_S)
         self._departed: deque[Drift] = deque(maxlen=FITTED_S)
-        self._undoubted: deque[Array] = deque()
+        self._undoubted: deque[Drift] = deque()
         self._first: list[Drift] = []
-        self._slow = SlowWatch(len(model.configuration.thrusters))
-        self._is_slow, self._before = False, np.zeros(6)
+        count = len(model.configuration.thrusters)
+        self._slow, self._quick = LossWatch(count, SLOW_S, CORRELATED_S), LossWatch(count, QUICK_S)
+        self._quick_square = np.zeros(2)
+        # Which of them raised the alarm, where no departure above the floor did, and the mean drift until then.
+        self._raised_by: LossWatch | None = None
+        self._before = np.zeros(6)
         self._high_s = self._low_s = 0
         self._since: int | None = None
         self.gap = Gap(learns_s=float(LEARNT_S))
@@ -97,18 +111,18 @@ class GapMonitor:
         self._seconds += 1
         square = drift.drift**2
         if self._seconds <= LEARNT_S:
-            self._learn(square)
+            self._learn(drift)
             self._first.append(drift)
             self.gap = Gap(learns_s=float(LEARNT_S - self._seconds))
             return
         while self._first:
-            self._look_slowly(self._first.pop(0))
-        self._look_slowly(drift)
+            self._look_for_losses(self._first.pop(0))
+        self._look_for_losses(drift)
         floor = self._floor(drift)
         self._recent.append((drift, np.minimum(square / floor**2, MOST)))
         size = np.mean([size for _, size in self._recent], axis=0)[self._dofs]
         if self._since is None:
-            self._undoubted.append(square)
+            self._undoubted.append(drift)
             if size.max() > DOUBT:
                 self._undoubted.clear()
             elif len(self._undoubted) > STAYS_S:
@@ -121,33 +135,44 @@ class GapMonitor:
     def _judge(self, drift: Drift, size: Array) -> None:
         """Begin or end the alarm, and keep the drifts that it is about."""
         self._departed.append(drift)
-        loss = self._slow.loss
-        if self._high_s >= HOLDS_S and (self._since is None or self._is_slow):
+        if self._high_s >= HOLDS_S and (self._since is None or self._raised_by is not None):
             # The windows of these seconds lie behind the onset, which half a minute's mean shows late.
-            self._begin(HOLDS_S + OVER_S, np.zeros(6), is_slow=False)
-        elif self._since is None and loss is not None and loss.z > SLOW_ALARM:
-            self._begin(loss.seconds, loss.before, is_slow=True)
-        is_low = size.max() < OVER and (loss is None or loss.z < SLOW_OVER)
+            self._begin(HOLDS_S + OVER_S, None)
+        elif self._since is None:
+            watch = self._slow if self._slow.z > LOSS_ALARM else self._quick
+            if watch.loss is not None and watch.z > (LOSS_ALARM if watch is self._slow else QUICK_ALARM):
+                self._begin(watch.loss.seconds, watch)
+        is_low = size.max() < OVER and not self._may_lack
         self._low_s = self._low_s + 1 if is_low else 0
         if self._low_s >= CLEARS_S:
             self._since = None
 
-    def _begin(self, seconds: int, before: Array, *, is_slow: bool) -> None:
-        """Raise the alarm: the last `seconds` are those of a departure, from a mean drift (6,) before."""
+    def _begin(self, seconds: int, by: LossWatch | None) -> None:
+        """Raise the alarm: the last `seconds` are those of a departure, which `by` watched if it is below the floor."""
         self._since = self._seconds if self._since is None else self._since
-        self._is_slow, self._before = is_slow, before
+        self._raised_by = by
+        self._before = np.zeros(6) if by is None or by.loss is None else by.loss.before
         for _ in range(len(self._departed) - seconds):
             self._departed.popleft()
 
-    def _look_slowly(self, drift: Drift) -> None:
-        loss = self._slow.loss
-        sound = self._since is None and (loss is None or loss.z < SLOW_OVER)
-        count = len(self._model.configuration.thrusters)
-        self._slow.add(drift.drift, self._floor(drift, margin=0.0), drift.causes[:count], learns=sound)
+    @property
+    def _may_lack(self) -> bool:
+        return max(self._slow.z, self._quick.z) >= LOSS_OVER
 
-    def _learn(self, square: Array) -> None:
+    def _look_for_losses(self, drift: Drift) -> None:
+        learns = self._since is None and not self._may_lack
+        floor = self._floor(drift, margin=0.0)
+        columns = np.nan_to_num(drift.causes[: len(self._model.configuration.thrusters)] / floor)
+        score = columns @ np.clip(np.nan_to_num(drift.drift) / floor, -MOST_FLOORS, MOST_FLOORS)
+        self._slow.add(score, (columns**2).sum(axis=1), drift.drift, learns=learns)
+        variance = self._quick_square / self._weight / SECOND + LEAST_RATE_RAD_S**2
+        quick = (drift.quick.score / variance).sum(axis=1), (drift.quick.known / variance).sum(axis=1)
+        self._quick.add(*quick, drift.drift, learns=learns)
+
+    def _learn(self, drift: Drift) -> None:
         keep = 1.0 - 1.0 / FORGOTTEN_S
-        self._square = keep * self._square + np.nan_to_num(square)
+        self._square = keep * self._square + np.nan_to_num(drift.drift**2)
+        self._quick_square = keep * self._quick_square + drift.quick.square
         self._weight = keep * self._weight + 1.0
 
     def _floor(self, drift: Drift, margin: float = 1.5) -> Array:
@@ -167,8 +192,14 @@ class GapMonitor:
         )
         if self._since is None:
             return Gap(axes)
+        return Gap(axes, since_s=float(self._seconds - self._since), causes=self._causes())
+
+    def _causes(self) -> tuple[Cause, ...]:
+        """The likeliest causes of the departure that the alarm is about."""
+        if self._raised_by is self._quick:
+            loss = self._quick.loss
+            return self.gap.causes if loss is None else likeliest_thruster(loss)
         departed = [replace(drift, drift=drift.drift - self._before) for drift in self._departed]
         floors = np.array([self._floor(drift) for drift in departed])
-        least = LEAST_EXPLAINED_SLOWLY if self._is_slow else LEAST_EXPLAINED
-        causes = likeliest(self._model, departed, floors, least)
-        return Gap(axes, since_s=float(self._seconds - self._since), causes=causes)
+        least = LEAST_EXPLAINED if self._raised_by is None else LEAST_EXPLAINED_SLOWLY
+        return likeliest(self._model, departed, floors, least)

@@ -33,6 +33,12 @@ SECOND: Final = 20
 """Steps of a second: the rate of commands."""
 
 STEP_S: Final = 1.0 / SECOND
+TILTING: Final = slice(3, 5)
+QUICK: Final = 0.5
+"""Share of a step's departure of the rates of roll and pitch that its running mean takes up: a tenth of a second. Sea
+and trim are slower; what is left is the gyro's noise, white, and what a weak thruster fails to answer of what the
+controller does about the noise of its sensors."""
+
 SELF_COMPENSATED: Final = frozenset(coefficient.name for coefficient in QUADRATICS)
 
 
@@ -50,6 +56,19 @@ class Second:
 
 
 @dataclass(frozen=True)
+class Quick:
+    """Sums over a second of the quick part of the departure of roll's and pitch's rates, and of that which each
+    thruster's loss makes.
+
+    square (2,): of the departure; known (k, 2): of a thruster's; score (k, 2): of both multiplied; rad²/s².
+    """
+
+    square: Array
+    known: Array
+    score: Array
+
+
+@dataclass(frozen=True)
 class Drift:
     """Drift (6,) over OVER_S seconds to now, m/s and rad/s; NaN in axes without a model.
 
@@ -62,6 +81,7 @@ class Drift:
     driven: Array
     causes: Array
     place: Array
+    quick: Quick
 
 
 class Predictor:
@@ -84,6 +104,7 @@ class Predictor:
         """Begin anew."""
         count = len(self._names) + 2
         self._z = np.zeros((count, 6))
+        self._slow = np.zeros((self.thrusters + 1, 2))
         self._thrust: Array | None = None
         self._position = np.zeros(2)
         self._past: deque[tuple[Array, Array]] = deque(maxlen=OVER_S)
@@ -109,11 +130,15 @@ class Predictor:
         driving[:, 0] = nu[1:] - left * nu[:-1] - worth * (balance + model.mass * rate * middle)
         driving[:, 1] = worth * (thrust @ model.matrix.T)
         total = np.zeros_like(self._z)
-        z = self._z
+        z, slow = self._z, self._slow
+        rates = [0, *range(2, 2 + self.thrusters)]
+        quick = np.empty((SECOND, *slow.shape))
         for k in range(SECOND):
             z = left[k] * z + driving[k]
             total += z
-        self._z = z
+            quick[k] = z[rates, TILTING] - slow
+            slow = slow + QUICK * quick[k]
+        self._z, self._slow = z, slow
         mean, fade = total / SECOND, np.prod(left, axis=0)
         before = self._past[0] if len(self._past) == OVER_S else None
         self._past.append((mean, fade))
@@ -122,7 +147,9 @@ class Predictor:
         over = np.prod([each for _, each in self._past], axis=0)
         drift = mean - over * before[0]
         drift[:, [dof for dof in range(6) if dof not in model.dofs]] = np.nan
-        return Drift(drift[0], drift[1], drift[2:], self._position)
+        departed, lost = quick[:, 0], quick[:, 1:]
+        sums = Quick((departed**2).sum(axis=0), (lost**2).sum(axis=0), (lost * departed[:, None]).sum(axis=0))
+        return Drift(drift[0], drift[1], drift[2:], self._position, sums)
 
     def _thrusts(self, second: Second) -> Array:
         """Thrust (n, k) of each thruster over each step, N, with lag, delay and accepted losses."""

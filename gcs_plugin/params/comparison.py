@@ -135,9 +135,9 @@ MOST_PERCENT = 999.0
 class Compared:
     """Line of a plan, as `params diff --json` writes it; SI units, None for what is not known.
 
-    `low95` and `high95` are the target's 95 % interval, `change` is target minus present value in halves of it;
-    `accepted` is the value last accepted, at `accepted_at`; `doubted` says why the coefficient is doubted, "" if it is
-    not.
+    `low95` and `high95` are the target's 95 % interval, `change` is target minus present value in halves of it, None
+    where the vehicle has none; `accepted` is the value last accepted, at `accepted_at`; `doubted` says why the
+    coefficient is doubted, "" if it is not.
     """
 
     name: str
@@ -226,7 +226,7 @@ def _compared(
         None if interval is None else interval.high95,
         None if last is None else last.value,
         None if last is None else last.time,
-        None if row.present is None or half <= 0.0 else (row.target - row.present) / half,
+        (row.target - row.present) / half if row.present and half > 0.0 else None,
         row.verdict.value,
         row.reason,
         doubted.get(coefficient.name, "") if coefficient else "",

@@ -2,14 +2,14 @@
 
 A value is checked against its 95 % interval, the rigid body, the range possible for the vehicle, and the value accepted
 last; an upload must not leave half a model of an axis, raise the feed-forward's mode, nor make up for a weak thruster
-that the vehicle makes up for by itself.
+that the vehicle makes up for by itself, nor for drag that another coefficient in force makes up for.
 """
 
 from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS, MASSES, QUADRATICS, Coefficient
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.effect_coefficients import gain_name
 from bridge.vehicle.feedforward import AXES
 from bridge.vehicle.foretold import TWICE, Credit
@@ -34,6 +34,11 @@ NO_GAINS: Final[Mapping[str, float]] = MappingProxyType({})
 _OTHER: Final = {a: b for _, mass, damping in AXES for a, b in ((mass, damping), (damping, mass))}
 """Mass to damping and damping to mass of each axis: the model of an axis needs both."""
 
+_OTHER_DRAG: Final = {
+    a.name: b for pair in zip(DAMPINGS, QUADRATICS, strict=True) for a, b in (pair, pair[::-1])
+}
+"""Linear to quadratic damping of each axis, and back."""
+
 
 def implausible(
     plan: Plan,
@@ -51,7 +56,8 @@ def implausible(
     its accepted gain. All come from the vehicle file, if it gives them. `credits`: of the file's sidecar. An effect of
     0 is a withdrawal and is not checked; a mass or damping of 0 is checked like any value. A value that would leave an
     axis of the feed-forward with half a model, given the values on the vehicle, is objected to, and so are a mode that
-    gives the feed-forward more authority, which no file raises in passing, and a gain that would act twice.
+    gives the feed-forward more authority, which no file raises in passing, a gain that would act twice, and a fitted
+    damping of one kind beside one of the other kind that the fit did not have.
     """
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     objections = {}
@@ -69,6 +75,7 @@ def implausible(
             half_a_model(row.name, row.target, values),
             _against_raising(row),
             _against_twice(row, credits, gains, plan.present),
+            _against_drag_twice(row, plan) if interval is not None else "",
         )
         if reason := next(filter(None, reasons), ""):
             objections[row.name] = reason
@@ -101,6 +108,23 @@ def _against_twice(
                 f"{100 * own * row.target:.0f} %, and it gives {100 * credit.true:.0f} %"
             )
     return ""
+
+
+def _against_drag_twice(row: Row, plan: Plan) -> str:
+    """Why a fitted linear (quadratic) damping would act beside a quadratic (linear) one of the same axis that the
+    vehicle holds and the file doesn't name, "" if it would not: each makes up for the axis's whole drag."""
+    part = part_of_set(row.name)
+    pair = None if part is None else _OTHER_DRAG.get(part[1].name)
+    if part is None or pair is None:
+        return ""
+    other = pair.parameter_id(part[0])
+    held = plan.present.get(other, 0.0)
+    if held == 0.0 or any(each.name == other for each in plan.rows):
+        return ""
+    return (
+        f"drag is made up for already: {other} {value_text(held)} would stay in force beside it, and was not fitted "
+        f"with it; send {other} too, 0 for none"
+    )
 
 
 def other_half(name: str) -> str:

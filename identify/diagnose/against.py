@@ -304,12 +304,12 @@ def _verdict(comparison: Against) -> str:
     elif comparison.verdict == "no_gap":
         sentence = (
             f"Your simulator lacks nothing that this dive shows: its {wording.DRIFT_S:g} s drift is "
-            f"{significant(gap.before, 2)} floors, where noise alone would give 1."
+            f"{_level(comparison)}, {wording.NO_MORE}."
         )
     else:
         sentence = (
             "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
-            f"{wording.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
+            f"{wording.DRIFT_S:g} s drift is {_level(comparison)}"
             f"{_drift_clause(comparison)}: give longer recordings of both, with the same manoeuvres."
         )
     if comparison.vehicle.verdict in ("partly", "unknown"):
@@ -487,10 +487,9 @@ def _number_words(differences: Sequence[Difference]) -> list[str]:
 
 
 def _drift_clause(comparison: Against) -> str:
-    after = [drift.total for drift in comparison.vehicle.gap.after if drift.horizon_s == wording.DRIFT_S]
-    if not after:
-        return ""
-    return (
-        f"; with the vehicle's numbers its {wording.DRIFT_S:g} s drift goes from "
-        f"{significant(comparison.vehicle.gap.before, 2)} to {significant(after[0], 2)} floors"
-    )
+    moved = wording.changes(wording.of_dive(comparison.vehicle.gap))
+    return f"; with the vehicle's numbers its {wording.DRIFT_S:g} s drift {moved}" if moved else ""
+
+
+def _level(comparison: Against) -> str:
+    return wording.level(wording.of_dive(comparison.vehicle.gap))

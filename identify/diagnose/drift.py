@@ -61,9 +61,14 @@ class Drift:
     floor: Array
 
     @property
+    def rms(self) -> Array:
+        """Rms (6,) over windows, m/s and rad/s."""
+        return np.asarray(np.sqrt(np.mean(self.off**2, axis=0)))
+
+    @property
     def by_axis(self) -> Array:
         """Rms (6,) over windows, in floors."""
-        return np.asarray(np.sqrt(np.mean(self.off**2, axis=0)) / self.floor)
+        return self.rms / self.floor
 
     @property
     def total(self) -> float:

@@ -1,7 +1,7 @@
 """The types of a diagnosis: verdict, gap, causes, shrink, next dive."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -342,13 +342,13 @@ def _check(shrink: Shrink | None) -> dict[str, Any] | None:
         "after": _number(shrink.after),
         "floor": _number(shrink.floor),
         "value": _number(shrink.value),
-        "by_axis": by_axis(shrink),
+        "by_axis": by_axis(shrink.by_axis),
     }
 
 
-def by_axis(shrink: Shrink) -> dict[str, dict[str, float | None]]:
+def by_axis(axes: Sequence[AxisShrink]) -> dict[str, dict[str, float | None]]:
     """The shrink of each degree of freedom; drifts in m/s or rad/s."""
-    return {axis.dof: _axis(axis) for axis in shrink.by_axis}
+    return {axis.dof: _axis(axis) for axis in axes}
 
 
 def _axis(axis_shrink: AxisShrink) -> dict[str, float | None]:

@@ -95,9 +95,9 @@ class Windows:
         again = (
             _by_axis(sums, counts, rng.integers(len(pieces), size=len(pieces))) for _ in range(RESAMPLED)
         )
-        drawn = np.array([value for axes in again if np.isfinite(value := _value(*_totals(axes, closes)))])
+        drawn = np.array([value for axes in again if np.isfinite(value := closed(*_totals(axes, closes)))])
         before, after, floor = _totals(all_axes, closes)
-        value = _value(before, after, floor)
+        value = closed(before, after, floor)
         if np.isnan(value) or len(drawn) < SURE * RESAMPLED:
             return Shrink(before, after, np.nan, np.nan, np.nan, floor)
         if _overstated(after, floor):
@@ -111,10 +111,9 @@ def overstated_note(shrink: Shrink) -> tuple[str, ...]:
     if not _overstated(shrink.after, shrink.floor):
         return ()
     return (
-        f"With the causes in, the model drifts by {shrink.after:.2f} floors on pieces held out: what this dive's "
-        "filters take for noise, as of velocities that were smoothed on board, overstates the floor, and what the gap "
-        "shrinks "
-        "by counts as 100 % at most, with no interval.",
+        f"With the causes in, the model drifts {shrink.after:.2f} times as far as noise makes it on pieces held out: "
+        "what this dive's filters take for noise, as of velocities that were smoothed on board, is overstated, and "
+        "what the causes close counts as 100 % at most, with no interval.",
     )
 
 
@@ -157,13 +156,13 @@ def by_axis(drift: Windows, flown: Prediction) -> tuple[AxisShrink, ...]:
     out = []
     for dof in np.flatnonzero(np.isfinite(flown.floor)).tolist():
         before, after = rms[:, dof].tolist()
-        floor, value = float(flown.floor[dof]), _value(before, after, float(noise[dof]))
+        floor, value = float(flown.floor[dof]), closed(before, after, float(noise[dof]))
         nrmse = [float(squares[dof]) for squares in errors]
         out.append(AxisShrink(DOFS[dof], before * floor, after * floor, floor, value, *nrmse))
     return tuple(out)
 
 
-def _value(before: float, after: float, floor: float) -> float:
+def closed(before: float, after: float, floor: float = 1.0) -> float:
     """Share of the closable gap that closes; NaN without a gap.
 
     No model drifts by less than noise, so a drift below the floor is chance, or an overstated floor.
@@ -488,11 +487,9 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
 def _shrinks_beside(foretold: Shrink, measured: Shrink) -> str:
     if not math.isfinite(measured.value):
         return (
-            f"with the causes its 5 s drift is {significant(measured.after, 2)} floors, without them "
-            f"{significant(measured.before, 2)}"
+            f"with the causes its 5 s drift is {significant(measured.after / measured.floor, 2)} times what noise "
+            f"makes it, without them {significant(measured.before / measured.floor, 2)} times"
         )
     share = fixed(100 * measured.value, 0)
     closes = f"{share} % does" if measured.value >= LEAST_SAID else "none does"
-    return (
-        f"{fixed(100 * foretold.value, 0)} % of what can be closed was foretold to close there, and {closes}"
-    )
+    return f"{fixed(100 * foretold.value, 0)} % of the drift beyond noise was foretold to close there, and {closes}"

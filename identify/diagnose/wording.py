@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.drift import Drift
 from identify.diagnose.gap import LEAST_SPEED_M_S
 from identify.diagnose.result import (
     Character,
@@ -17,7 +18,7 @@ from identify.diagnose.result import (
     Share,
     Value,
 )
-from identify.diagnose.shrink import CHANCE, LEAST_GAP, contradiction_clause
+from identify.diagnose.shrink import CHANCE, closed, contradiction_clause
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
@@ -35,16 +36,6 @@ SINCE = "since it was accepted"
 def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A line per cause: name, probability, description, parameters and ambiguity."""
     return tuple(_cause_line(finding) for finding in diagnosis.findings)
-
-
-def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The feed-forward's gain by each cause that it can compensate."""
-    return tuple(
-        f"{capital(name_of(finding))}: the feed-forward alone would track to {mm_s(finding.feedforward.after_m_s)} "
-        f"instead of {mm_s(finding.feedforward.before_m_s)} (typical velocity error)."
-        for finding in diagnosis.findings
-        if finding.feedforward is not None
-    )
 
 
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -174,30 +165,60 @@ def rate(value: float, dof: str) -> str:
     return f"{significant(scaled, 2)} {'°/s' if dof in TURNING else 'mm/s'}"
 
 
-def r_squared(nrmse: float) -> str:
-    """R², 1 less the square of the error over the spread."""
-    return fixed(1.0 - nrmse**2, 3)
+def closes(share: float) -> str:
+    """`closes 86 %`: the share of a drift beyond noise that goes with the causes."""
+    return f"closes {percent(share)}"
 
 
 def _axis_words(axis: AxisShrink) -> str:
-    closes = f", {percent(axis.value)} of what can be closed" if math.isfinite(axis.value) else ""
-    drift = (
-        f"the {DRIFT_S:g} s drift goes from {rate(axis.before, axis.dof)} to {rate(axis.after, axis.dof)} "
-        f"(noise alone {rate(axis.floor, axis.dof)}){closes}"
-    )
-    if not math.isfinite(axis.nrmse_after):
-        return drift
+    gone = f"; {closes(axis.value)} of what is beyond noise" if math.isfinite(axis.value) else ""
     return (
-        f"{drift}; NRMSE {fixed(axis.nrmse_before, 2)} to {fixed(axis.nrmse_after, 2)} (R² "
-        f"{r_squared(axis.nrmse_before)} to {r_squared(axis.nrmse_after)}), plain least squares "
-        f"{fixed(axis.nrmse_baseline, 2)}"
+        f"the {DRIFT_S:g} s drift goes from {rate(axis.before, axis.dof)} to {rate(axis.after, axis.dof)} "
+        f"(noise alone {rate(axis.floor, axis.dof)}){gone}"
     )
 
 
-def changes(shrink: Shrink) -> str:
+def of_dive(gap: Gap) -> tuple[AxisShrink, ...]:
+    """The drift of the whole dive by fitted degree of freedom, with the causes and without; both alike where the causes
+    were not simulated."""
+    before = _at_horizon(gap.drifts)
+    if before is None or not len(before.off):
+        return ()
+    after = _at_horizon(gap.after) or before
+    return tuple(
+        AxisShrink(
+            DOFS[dof],
+            float(before.rms[dof]),
+            float(after.rms[dof]),
+            float(before.floor[dof]),
+            closed(float(before.by_axis[dof]), float(after.by_axis[dof])),
+            *(math.nan,) * 3,
+        )
+        for dof in range(len(DOFS))
+        if math.isfinite(before.floor[dof])
+    )
+
+
+def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
+    return next((drift for drift in drifts if drift.horizon_s == DRIFT_S), None)
+
+
+def level(axes: Sequence[AxisShrink], *, before: bool = True) -> str:
+    """`16 mm/s in surge (noise alone 9.0 mm/s)`, before the causes or with them, of the degrees of freedom that drift
+    furthest in floors."""
+    drifts = [(axis, axis.before if before else axis.after) for axis in axes]
+    drifts.sort(key=lambda item: -item[1] / item[0].floor)
+    named = (
+        f"{rate(drift, axis.dof)} in {axis.dof} (noise alone {rate(axis.floor, axis.dof)})"
+        for axis, drift in drifts[:NAMED]
+    )
+    return listed(list(named)) or "unknown"
+
+
+def changes(axes: Sequence[AxisShrink]) -> str:
     """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 °/s in yaw`, of the degrees of freedom that change most
     in floors; "" if none changes."""
-    moved = [axis for axis in shrink.by_axis if math.isfinite(axis.value) and axis.before != axis.after]
+    moved = [axis for axis in axes if math.isfinite(axis.value) and axis.before != axis.after]
     moved.sort(key=lambda axis: -abs(axis.before - axis.after) / axis.floor)
     if not moved:
         return ""
@@ -254,6 +275,15 @@ MOST_OF_IT = 0.75
 MOST_OF_THAT = 0.5
 """Share of a degree of freedom's gap in one phase, for `most of that`."""
 
+ALL = 0.95
+"""Share of the gap from which it is all of it."""
+
+LEAST_NAMED = 0.02
+"""Share of the gap below which a part of it is not named."""
+
+LITTLE = 0.1
+"""Share of a missing force's power below which it hardly goes with a variable."""
+
 STANDS_OUT = 0.4
 """Share of the gap from which a degree of freedom and a phase are named together."""
 
@@ -266,10 +296,9 @@ PHASES: dict[Phase, str] = {
     "reversing": "reversing",
 }
 
-BY_CHANCE = f"1 ({1 - CHANCE:g} to {1 + CHANCE:g} by chance)"
-"""Drift by noise alone, in floors."""
+NO_MORE = "no more than noise makes it by chance"
 
-NO_SHRINK = "there is too little gap to shrink"
+NO_SHRINK = "there is too little drift beyond noise to close"
 
 VARIABLES = {"yaw_rate": "yaw rate", "thrust_sign": "the sign of the thrust"}
 
@@ -286,57 +315,52 @@ PARITIES = {
 }
 
 
-def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
-    """The largest parts of the squared gap, `71 % surge, steady`, at most `most`."""
+def where_line(diagnosis: Diagnosis, most: int = 3) -> str:
+    """Where the largest parts of the missing force lie, `surge, steady; yaw, turning`, at most `most`."""
     largest = sorted(diagnosis.gap.where, key=lambda each: -each.share)[:most]
-    return tuple(
-        f"{percent(item.share)} {item.dof}, {PHASES[item.phase]}" for item in largest if item.share >= 0.005
-    )
+    return "; ".join(f"{item.dof}, {PHASES[item.phase]}" for item in largest if item.share >= LEAST_NAMED)
 
 
 def gap_sentence(gap: Gap, whole: str = "it") -> str:
-    """Location of the gap: by drift, its measure, if the drift lies in another degree of freedom than the force."""
-    by_force = where_sentence(gap, whole)
-    if not drifts_elsewhere(gap):
-        return by_force
-    by_drift = where_sentence(replace(gap, where=gap.drifted, slices=()), whole)
-    return f"by drift {by_drift} (by force {where_sentence(replace(gap, slices=()), whole)})"
+    """Location of the gap, and the degree of freedom that drifts furthest if it is another one."""
+    elsewhere = drifts_elsewhere(gap)
+    return where_sentence(gap, whole) + (f", while most of the drift is in {elsewhere}" if elsewhere else "")
 
 
 def where_sentence(gap: Gap, whole: str = "it") -> str:
-    """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` names the total."""
+    """`most of it lies in surge, steady, mostly above 0.3 m/s`; `whole` names the total."""
     if not gap.where:
         return "no degree of freedom was compared"
     first = max(gap.where, key=lambda each: each.share)
     if first.share >= STANDS_OUT:
-        return f"{percent(first.share)} of {whole} is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
+        lies = f"{_most(first.share)} of {whole} lies in {first.dof}"
+        return f"{lies}, {PHASES[first.phase]}{_above(gap, first.dof)}"
     by_dof = shares_by_dof(gap.where)
     dof = max(by_dof, key=lambda name: by_dof[name])
     of_dof = [item for item in gap.where if item.dof == dof]
     largest = max(of_dof, key=lambda each: each.share)
     part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
-    return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
+    lies = f"{_most(by_dof[dof])} of {whole} lies in {dof}"
+    return f"{lies}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
 
 
-def drifts_elsewhere(gap: Gap) -> bool:
-    """Whether the largest drift is in another degree of freedom than the largest missing force; never for drift within
-    noise."""
+def _most(share: float) -> str:
+    return "all" if share >= ALL else "most" if share > MOST_OF_THAT else "the largest part"
+
+
+def drifts_elsewhere(gap: Gap) -> str:
+    """The degree of freedom that drifts furthest if it is another than that of the largest missing force, else "";
+    never for drift within noise."""
     by_force, by_drift = shares_by_dof(gap.where), shares_by_dof(gap.drifted)
     if not by_force or not by_drift or gap.before <= 1.0 + CHANCE:
-        return False
-    return max(by_force, key=lambda dof: by_force[dof]) != max(by_drift, key=lambda dof: by_drift[dof])
-
-
-def where_note(gap: Gap) -> str:
-    """A note on drift in another degree of freedom than force; "" if both agree."""
-    if not drifts_elsewhere(gap):
         return ""
-    by_drift = shares_by_dof(gap.drifted)
-    dof = max(by_drift, key=lambda name: by_drift[name])
-    return (
-        f"By drift it is another: {percent(by_drift[dof])} of what the squared {DRIFT_S:g} s drift is beyond noise, in "
-        f"floors, is in {dof}. Shares are of the missing force, over the disturbance there."
-    )
+    furthest = max(by_drift, key=lambda dof: by_drift[dof])
+    return "" if furthest == max(by_force, key=lambda dof: by_force[dof]) else furthest
+
+
+def strength(share: float) -> str:
+    """How closely a missing force goes with a variable, by the share of its power that does."""
+    return "closely" if share >= STANDS_OUT else "in part" if share >= LITTLE else "hardly"
 
 
 def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
@@ -369,10 +393,10 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 def _verdict(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     if diagnosis.verdict == "no_gap":
-        drift = f"the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give {BY_CHANCE}"
+        drift = f"the model's {DRIFT_S:g} s drift is {level(of_dive(gap))}"
         if gap.before > 1.0 + CHANCE:
             return f"Nothing that lasts: {drift}, but neither a candidate nor any force that returns explains it."
-        return f"No gap: {drift}, and no candidate explains any of it."
+        return f"No gap: {drift}, {NO_MORE}, and no candidate explains any of it."
     likely, possible = sorted_by_likelihood(diagnosis.findings)
     if diagnosis.verdict == "unknown" and diagnosis.character is None and swallowing(gap.disturbance):
         return swallowed_sentence(gap.disturbance)
@@ -403,15 +427,18 @@ def _verdict(diagnosis: Diagnosis) -> str:
         if possible:
             causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
     causes += contradiction_clause(diagnosis.heldout, diagnosis.check)
-    shrink = _drift_clause(diagnosis, "them" if len(diagnosis.findings) > 1 else "it", no_gap)
+    drift = _drift_clause(diagnosis, "them" if len(diagnosis.findings) > 1 else "it", no_gap)
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
-    return f"{capital(causes)}: {where}{shrink}.{_rest(diagnosis) if partly else ''}"
+    said = f"{drift}. {capital(where)}" if drift else where
+    return f"{capital(causes)}: {said}.{_rest(diagnosis) if partly else ''}"
 
 
 def _rest(diagnosis: Diagnosis) -> str:
     """Sentence on the part of the gap that the accepted causes leave."""
     left = diagnosis.gap.unexplained
-    share = f", {percent_sure(left)} of what can be closed on pieces held out" if math.isfinite(left) else ""
+    share = (
+        f", {percent_sure(left)} of the drift beyond noise on pieces held out" if math.isfinite(left) else ""
+    )
     return f" Something is left that no candidate explains{share}: {_unexplained(diagnosis, 'that')}."
 
 
@@ -440,20 +467,20 @@ def _may_explain(findings: Sequence[Finding], what: str) -> str:
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Drift over the whole dive, and shrink on held-out pieces and on the check dive.
-
-    With causes, each degree of freedom has a line, before the pooled line.
+    """Drift over the whole dive, and how much of it closes on held-out pieces and on the check dive; on the check dive,
+    or else on held-out pieces, by degree of freedom first.
     """
     fitted = _whole_dive(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
-    shrinks = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return (*whole, *(line for where, each in shrinks if each is not None for line in _shrunk(where, each)))
-
-
-def _shrunk(where: str, shrink: Shrink) -> tuple[str, ...]:
-    pooled = ", all together" if shrink.by_axis else ""
-    by_axis = (f"{where}, {axis.dof}: {_axis_words(axis)}." for axis in shrink.by_axis)
-    return (*by_axis, f"{where}{pooled}: {_shrink(shrink)}.")
+    shrinks = [
+        (where, each)
+        for where, each in (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
+        if each is not None
+    ]
+    by_axis = [
+        f"{where}, {axis.dof}: {_axis_words(axis)}." for where, each in shrinks[-1:] for axis in each.by_axis
+    ]
+    return (*whole, *by_axis, *(f"{where}, all together: {_shrink(each)}." for where, each in shrinks))
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -490,20 +517,19 @@ def _character_clause(character: Character) -> str:
 
 
 def _shrink(shrink: Shrink) -> str:
-    falls = f"the {DRIFT_S:g} s drift goes from {_floors(shrink.before)} to {_floors(shrink.after)}"
     if not math.isfinite(shrink.value):
-        return f"{falls}; {NO_SHRINK}"
+        return NO_SHRINK
     interval = percents(shrink.low95, shrink.high95)
     interval_words = f" (95 %: {interval})" if interval else ""
-    return f"{falls}, {percent(shrink.value)}{interval_words} of what can be closed"
+    return f"the model with the causes {closes(shrink.value)}{interval_words} of the {DRIFT_S:g} s drift beyond noise"
 
 
 def _whole_dive(diagnosis: Diagnosis) -> str:
     """Clause on the drift of the gap over the whole dive, before and after; "" without causes."""
-    after = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
-    if not after or not diagnosis.findings:
+    if not diagnosis.findings or _at_horizon(diagnosis.gap.after) is None:
         return ""
-    return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
+    moved = changes(of_dive(diagnosis.gap))
+    return f"the {DRIFT_S:g} s drift {moved}" if moved else ""
 
 
 def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
@@ -512,10 +538,11 @@ def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
         return diagnosis.check, " on the check dive"
     if diagnosis.heldout is not None:
         return diagnosis.heldout, " on pieces held out"
-    before = diagnosis.gap.before
-    at = [drift.total for drift in diagnosis.gap.after if drift.horizon_s == DRIFT_S]
-    closed = before - at[0] if at and before - 1.0 > LEAST_GAP else math.nan
-    return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
+    before, after = diagnosis.gap.before, _at_horizon(diagnosis.gap.after)
+    if after is None:
+        return None
+    share = closed(before, after.total)
+    return Shrink(before, after.total, share, math.nan, math.nan, by_axis=of_dive(diagnosis.gap)), ""
 
 
 def _opens_no_gap(diagnosis: Diagnosis) -> bool:
@@ -531,40 +558,23 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     drifts = _drifts(diagnosis)
     if drifts is None:
         return ""
-    (before, after), where = (drifts[0].before, drifts[0].after), drifts[1]
-    numbers = significant(before, 2), significant(after, 2)
+    shrink, where = drifts
+    within = f", {NO_MORE}" if shrink.before <= 1.0 + CHANCE else ""
+    drift = f"the model's {DRIFT_S:g} s drift"
     if all(cause.cause.effect.place == "log" for cause in diagnosis.findings):
         return (
-            f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
-            f"drift is {_floors(after)}{where}{_within_noise(before)}"
+            f"it shows in what is recorded, not in the motion: with {causes} or without, {drift} is "
+            f"{level(shrink.by_axis, before=False)}{where}{within}"
         )
-    if numbers[0] == numbers[1]:
-        drift = f"{_floors(after)}{where}{_within_noise(before)}"
-        return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
-    if no_gap:
-        drift = f"{numbers[0]} floors, with {causes} {_floors(after)}{where}{_within_noise(before)}"
-        return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
-    goes = "falls" if after < before else "goes"
-    change = f"from {numbers[0]} to {_floors(after)}"
-    if by_axis := changes(drifts[0]):
-        closed = drifts[0].value
-        pooled = f" (all together {change})"
-        if math.isfinite(closed):
-            pooled = f" ({percent(closed)} of what can be closed)"
-        return (
-            f"; with {causes} the model's {DRIFT_S:g} s drift {by_axis}{pooled}{where}{_within_noise(before)}"
-        )
-    return f"; with {causes} the model's {DRIFT_S:g} s drift {goes} {change}{where}{_within_noise(before)}"
-
-
-def _within_noise(before: float) -> str:
-    """Clause on drift within noise."""
-    return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
+    if significant(shrink.before, 2) == significant(shrink.after, 2):
+        return f"with {causes} or without, {drift} is {level(shrink.by_axis, before=False)}{where}{within}"
+    moved = changes(shrink.by_axis)
+    if not moved:
+        without, mended = level(shrink.by_axis), level(shrink.by_axis, before=False)
+        return f"without {causes} {drift} is {without}, with {causes} {mended}{where}{within}"
+    gone = f", which {closes(shrink.value)} of what is beyond noise" if math.isfinite(shrink.value) else ""
+    return f"with {causes} {drift} {moved}{where}{'' if no_gap else gone}{within}"
 
 
 def _all(findings: Sequence[Finding]) -> str:
     return listed([name_of(cause) for cause in findings])
-
-
-def _floors(value: float) -> str:
-    return f"{significant(value, 2)} floors"

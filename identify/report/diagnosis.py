@@ -25,12 +25,10 @@ from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table
 from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
-FLOOR = (
-    "Drift of all degrees of freedom together is told in floors: 1 floor is what sensor noise and stationary "
-    "disturbance alone would give on this very "
-    f"dive, on average over their chances: a dive without any gap comes to {1 - CHANCE:g} to {1 + CHANCE:g}. About 1 "
-    "is as good as a model gets; what is below it is chance, most of all in a single degree of freedom or over a few "
-    "windows."
+NOISE = (
+    "Noise alone: the drift that sensor noise and a stationary disturbance would make on this very dive, on average "
+    f"over their chances. {fixed(1 - CHANCE, 1)} to {fixed(1 + CHANCE, 1)} times as much is as good as a model gets; "
+    "what is below it is chance, most of all in a single degree of freedom or over a few windows."
 )
 NOWHERE = (
     "There is no gap, so it lies nowhere: the model drifts no further than noise drives it, and nothing that could be "
@@ -40,11 +38,9 @@ NOTHING_RETURNS = (
     "The model drifts further than noise drives it, but no force that returns is missing, so there is nothing to share "
     "out over what the vehicle did: fly the same again to see whether it lasts."
 )
-SHARED_OUT = (
-    "What is shared out is force, not drift: the squares of what is missing beyond what masses and dampings take up, "
-    "over those of the disturbance in that degree of freedom (of a spoilt reading, over its sensor's noise; of what no "
-    "candidate explains, the drift over 1 s too). A force counts as much in a degree of freedom where it makes little "
-    "drift."
+BY_FORCE = (
+    "This is where force is missing, over what disturbs that degree of freedom: it counts as much where it makes "
+    "little drift."
 )
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
@@ -63,11 +59,11 @@ DISTURBED = (
     "may leave to it; where a depth or a heading is only held, thrust answers the disturbance and is as large."
 )
 BY_AXIS = (
-    "Each degree of freedom by itself: the 5 s drift (root mean square) without and with the causes, what noise alone "
-    "would give, and the part of what can be closed that is closed. NRMSE: error of the velocity simulated over 5 s "
-    "windows, over the standard deviation of the measured one, without → with the causes; R² = 1 − NRMSE². Least "
-    "squares: the NRMSE of a plain baseline, of linear and quadratic drag, trim and a delay, with neither the library "
-    "nor a noise model."
+    "The 5 s drift (root mean square) of each degree of freedom without and with the causes, and what noise alone "
+    "would make it. Closes: (before − after) / (before − noise), how much of what is beyond noise goes with the "
+    "causes. NRMSE: error of the velocity simulated over 5 s windows, over the standard deviation of the measured one, "
+    "without → with the causes. Least squares: the NRMSE of a plain baseline, of linear and quadratic drag, trim and a "
+    "delay, with neither the library nor a noise model."
 )
 
 
@@ -83,8 +79,8 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
 
 
 def subtitle(d: Diagnosis) -> str:
-    """Configuration of the diagnosis, and meaning of its unit (the floor)."""
-    return f"Configuration {d.configuration}, computed in {seconds(d.seconds)}. {FLOOR}"
+    """Configuration of the diagnosis."""
+    return f"Configuration {d.configuration}, computed in {seconds(d.seconds)}."
 
 
 def sections(d: Diagnosis) -> tuple[Section, ...]:
@@ -107,7 +103,7 @@ def sections(d: Diagnosis) -> tuple[Section, ...]:
 
 def unbroken(sentence: str) -> str:
     """The sentence with non-breaking spaces between numbers and their units."""
-    return re.sub(r"(?<=\d) (?=%|floors|mm/s|m/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", sentence)
+    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", sentence)
 
 
 def _where(d: Diagnosis) -> Section:
@@ -115,11 +111,12 @@ def _where(d: Diagnosis) -> Section:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     if d.verdict == "no_gap":
         return Section("1. Where it lies", NOTHING_RETURNS if d.gap.before > 1.0 + CHANCE else NOWHERE)
-    largest = "; ".join(wording.where_lines(d))
+    largest = wording.where_line(d)
+    elsewhere = wording.drifts_elsewhere(d.gap)
     parts = (
-        f"The largest parts of the squared gap: {largest}." if largest else "",
-        wording.where_note(d.gap),
-        SHARED_OUT,
+        f"Where most force is missing, the largest part first: {largest}." if largest else "",
+        f"Most of the drift is in {elsewhere}." if elsewhere else "",
+        BY_FORCE,
     )
     text = " ".join(filter(None, parts))
     return Section("1. Where it lies", text, (), (figures.where_map(d.gap), *figures.slices(d.gap)))
@@ -133,16 +130,16 @@ def _depends(d: Diagnosis) -> Section | None:
             wording.variable(dependence.variable),
             dependence.dof,
             dependence.parity or MISSING,
-            wording.percent(dependence.strength),
+            wording.strength(dependence.strength),
         )
         for dependence in d.gap.depends_on
     )
     caption = (
-        "What the missing force goes with, whatever its cause, and how much of what can be foretold goes with it. Odd: "
-        "it turns its sign with that; even: it keeps it."
+        "What the missing force goes with, whatever its cause, and how closely. Odd: it turns its sign with that; "
+        "even: it keeps it."
     )
     return Section(
-        "1.2 What it goes with", "", (Table(("Goes with", "In", "Sign", "Strength"), rows, caption),)
+        "1.2 What it goes with", "", (Table(("Goes with", "In", "Sign", "How closely"), rows, caption),)
     )
 
 
@@ -156,20 +153,19 @@ def _by_dof(d: Diagnosis) -> Section:
     for i in present:
         force = d.gap.force.get(DOFS[i], math.nan)
         missing = f"{significant(force, 2)} {'N' if i < 3 else 'N m'}" if math.isfinite(force) else MISSING
-        shared = () if no_gap else (wording.percent(shares.get(DOFS[i], 0.0)), missing)
+        shared = () if no_gap else (missing,)
         drifts = (_before_after(d, k, i) for k in range(len(d.gap.drifts)))
         rows.append((DOFS[i], *shared, *_disturbed(d.gap, i), *drifts))
     columns = (
         "Degree of freedom",
-        *(() if no_gap else ("Share", "Missing")),
+        *(() if no_gap else ("Missing",)),
         *(("Disturbance",) if d.gap.disturbance else ()),
         *horizons,
     )
     caption = (
         "Drift of the simulated velocity."
         if no_gap
-        else "Share of the squared gap, of force as above; missing force or moment, root mean square; drift of the "
-        "simulated velocity without → with the causes."
+        else "Missing force or moment, root mean square; drift of the simulated velocity without → with the causes."
     )
     table = Table(columns, tuple(rows), f"{caption}{DISTURBED if d.gap.disturbance else ''}")
     time = figures.over_time(d)
@@ -193,7 +189,7 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
     drifts = (d.gap.drifts[k], *(d.gap.after[k : k + 1] if d.verdict != "no_gap" else ()))
     if not np.isfinite(drifts[0].floor[dof]):
         return MISSING
-    return " → ".join(wording.rate(float(figures.rms(drift, dof)), DOFS[dof]) for drift in drifts)
+    return " → ".join(wording.rate(float(drift.rms[dof]), DOFS[dof]) for drift in drifts)
 
 
 def _what(d: Diagnosis) -> Section:
@@ -248,24 +244,13 @@ def _by_other_tests(d: Diagnosis) -> str:
 def _how_far(d: Diagnosis) -> Section:
     shrinks = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
     by_axis = [
-        Table(AXIS_COLUMNS, _axis_rows(shrink), f"{capital(where)}. {BY_AXIS}")
+        Table(AXIS_COLUMNS, _axis_rows(shrink), f"{capital(where)}. {BY_AXIS} {NOISE}")
         for where, shrink in (("the check dive", d.check), ("pieces held out", d.heldout))
         if shrink is not None and shrink.by_axis
     ][:1]
     rows = tuple((where, *_shrunk(shrink)) for where, shrink in shrinks if shrink is not None)
-    after = [shrink.total for shrink in d.gap.after if shrink.horizon_s == wording.DRIFT_S]
-    if after and d.findings:
-        rows = (
-            ("fitted: the whole dive", significant(d.gap.before), significant(after[0]), MISSING, MISSING),
-            *rows,
-        )
-    caption = (
-        f"All together: {wording.DRIFT_S:g} s drift, root mean square over degrees of freedom, in floors. Shrink: "
-        "(before − after) / (before − floor), the part of what can be closed that the causes close. The floor of such "
-        "a dive is near 1."
-    )
-    columns = ("Where", "Before, floors", "After, floors", "Shrink", "95 % interval")
-    tables = [*by_axis, *([Table(columns, rows, caption)] if rows else [])]
+    caption = f"All together: how much of the {wording.DRIFT_S:g} s drift beyond noise the causes close."
+    tables = [*by_axis, *([Table(("Where", "Closes", "95 % interval"), rows, caption)] if rows else [])]
     gains = tuple(_gained(shrink) for shrink in d.findings)
     if gains:
         caption = (
@@ -282,9 +267,8 @@ AXIS_COLUMNS = (
     "Before",
     "After",
     "Noise alone",
-    "Shrink",
+    "Closes",
     "NRMSE",
-    "R²",
     "Least squares",
 )
 
@@ -296,7 +280,6 @@ def _axis_rows(shrink: Shrink) -> tuple[tuple[str, ...], ...]:
             *(wording.rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
             wording.percent(axis.value) if math.isfinite(axis.value) else MISSING,
             f"{fixed(axis.nrmse_before, 2)} → {fixed(axis.nrmse_after, 2)}",
-            f"{wording.r_squared(axis.nrmse_before)} → {wording.r_squared(axis.nrmse_after)}",
             fixed(axis.nrmse_baseline, 2),
         )
         for axis in shrink.by_axis
@@ -316,7 +299,7 @@ def _over_time(d: Diagnosis) -> Section | None:
 def _shrunk(shrink: Shrink) -> tuple[str, ...]:
     interval = wording.percents(shrink.low95, shrink.high95) or MISSING
     value = wording.percent(shrink.value) if math.isfinite(shrink.value) else MISSING
-    return significant(shrink.before), significant(shrink.after), value, interval
+    return value, interval
 
 
 def _gained(finding: Finding) -> tuple[str, ...]:

@@ -46,7 +46,7 @@ STYLE_OF = {NOISE: 0, BEFORE: 1, AFTER: 2}
 
 
 def where_map(gap: Gap) -> Figure:
-    """Shares of the squared gap by phase and degree of freedom."""
+    """Where force is missing, by phase and degree of freedom."""
     dofs = [dof for dof in DOFS if any(place.dof == dof for place in gap.where)]
     shares = np.zeros((len(wording.PHASES), len(dofs)))
     phases = list(wording.PHASES)
@@ -54,8 +54,8 @@ def where_map(gap: Gap) -> Figure:
         shares[phases.index(place.phase), dofs.index(place.dof)] += place.share
     return Figure(
         "where the gap lies",
-        "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the "
-        "stronger the colour, the larger. The last row and column are sums.",
+        "Where force is missing, by what the vehicle was doing and by degree of freedom: the stronger the colour, the "
+        "more of it.",
         stack([heatmap([wording.PHASES[phase] for phase in phases], dofs, shares)]),
     )
 
@@ -76,16 +76,13 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
         decimals = _decimals(own_slices)
         # A variable that changes by less than the shown digits is constant over the dive.
         if total > 0 and len(own_slices) > 1 and not _still(own_slices, decimals):
-            rows = [
-                Bar(_range(each, decimals), each.share / total, wording.percent(each.share / total))
-                for each in own_slices
-            ]
+            rows = [Bar(_range(each, decimals), each.share / total, "") for each in own_slices]
             parts.append(bars(rows, f"{dof}, {title}"))
     if not parts:
         return None
     return Figure(
         f"gap in {dof} sliced",
-        f"The gap in {dof}, sliced: each set of bars is the whole of it, 100 %.",
+        f"What is missing in {dof}, sliced: each set of bars is the whole of it.",
         side_by_side(parts),
     )
 
@@ -183,11 +180,11 @@ def growth(gap: Gap) -> Figure:
 
 
 def _growth_panel(gap: Gap, dof: int) -> Panel:
-    unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
+    unit, scale = _unit_of(dof)
     at = np.array([drift.horizon_s for drift in gap.drifts])
     curves = {
-        BEFORE: np.array([rms(drift, dof) for drift in gap.drifts]),
-        AFTER: np.array([rms(drift, dof) for drift in gap.after]),
+        BEFORE: np.array([drift.rms[dof] for drift in gap.drifts]),
+        AFTER: np.array([drift.rms[dof] for drift in gap.after]),
         NOISE: np.array([drift.floor[dof] for drift in gap.drifts]),
     }
     lines = [Line(at[: len(y)], scale * y, label, STYLE_OF[label]) for label, y in curves.items() if len(y)]
@@ -202,30 +199,33 @@ def _growth_panel(gap: Gap, dof: int) -> Panel:
     return Panel(draw)
 
 
-def rms(drift: Drift, dof: int) -> float:
-    """Root mean square drift of a degree of freedom, m/s or rad/s."""
-    return math.sqrt(np.mean(drift.off[:, dof] ** 2))
-
-
 def over_time(diagnosis: Diagnosis) -> Figure | None:
-    """The 5 s drift over the dive, in floors, before and after; None if it was not computed."""
-    before = _at_horizon(diagnosis.gap.drifts)
+    """The 5 s drift over the dive by degree of freedom, before and after; None if it was not computed."""
+    before, after = _at_horizon(diagnosis.gap.drifts), _at_horizon(diagnosis.gap.after)
     if before is None or not len(before.starts_s):
         return None
-    start_s = float(before.starts_s[0])
-    lines = [_binned(before, BEFORE, start_s)]
-    after = _at_horizon(diagnosis.gap.after)
-    if after is not None:
-        lines.append(_binned(after, AFTER, start_s))
-    end_s = float(before.starts_s[-1]) - start_s
-    lines.append(Line(np.array([0.0, end_s]), np.ones(2), NOISE, STYLE_OF[NOISE]))
-    panel = lines_panel("5 s drift, floors", "time, s", lines, (0.0, end_s), (0.0,))
+    ways = [(before, BEFORE), *([(after, AFTER)] if after is not None else [])]
     return Figure(
         "drift over the dive",
-        "The 5 s drift along the dive, all degrees of freedom together, in floors; a floor is what noise alone would "
-        "give.",
-        stack([panel]),
+        "The 5 s drift along the dive by degree of freedom, with the plain model (before), with the causes in it "
+        "(after), and what noise alone would give (floor).",
+        side_by_side([_over_time(ways, dof) for dof in np.flatnonzero(np.isfinite(before.floor)).tolist()]),
     )
+
+
+def _over_time(ways: Sequence[tuple[Drift, str]], dof: int) -> Panel:
+    unit, scale = _unit_of(dof)
+    before, _ = ways[0]
+    start_s, end_s = float(before.starts_s[0]), float(before.starts_s[-1])
+    lines = [_binned(drift, dof, scale, label, start_s) for drift, label in ways]
+    floor = np.full(2, scale * before.floor[dof])
+    lines.append(Line(np.array([0.0, end_s - start_s]), floor, NOISE, STYLE_OF[NOISE]))
+    return lines_panel(f"{DOFS[dof]}, {unit}", "time, s", lines, (0.0, end_s - start_s), (0.0,))
+
+
+def _unit_of(dof: int) -> tuple[str, float]:
+    """The unit of a drift, and how many of it are 1 m/s or rad/s."""
+    return ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
 
 
 def velocities(prediction: Prediction) -> Traces:
@@ -251,12 +251,11 @@ def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
     return next((drift for drift in drifts if drift.horizon_s == wording.DRIFT_S), None)
 
 
-def _binned(drift: Drift, label: str, start_s: float) -> Line:
-    """Rms over the fitted axes, and over each of at most BINS stretches of the dive."""
-    known = np.isfinite(drift.floor)
-    square = ((drift.off[:, known] / drift.floor[known]) ** 2).mean(axis=1)
+def _binned(drift: Drift, dof: int, scale: float, label: str, start_s: float) -> Line:
+    """Rms over each of at most BINS stretches of the dive."""
+    square = drift.off[:, dof] ** 2
     parts = np.array_split(np.arange(len(square)), min(BINS, len(square)))
-    value = _over(parts, lambda part: math.sqrt(square[part].mean()))
+    value = scale * _over(parts, lambda part: math.sqrt(square[part].mean()))
     time_s = _over(parts, lambda part: drift.starts_s[part].mean() - start_s)
     return Line(time_s, value, label, STYLE_OF[label])
 

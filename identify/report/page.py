@@ -203,7 +203,7 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 <body>
 <header>
 <h1>{safe(report.title)}</h1>
-{_lead("subtitle", report.subtitle)}{_lead("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
+{_lead("verdict", report.verdict)}{_lead("subtitle", report.subtitle)}<nav aria-label="Parts"><ul>{links}</ul></nav>
 </header>
 <main>
 {body}

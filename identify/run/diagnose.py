@@ -182,6 +182,7 @@ def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
         "configuration": diagnosis.configuration,
         "verdict": wording.verdict_sentence(diagnosis),
         "after": after[0] if after else None,
+        "by_axis": by_axis(wording.of_dive(diagnosis.gap)),
         "causes": [_cause(item) for item in diagnosis.findings],
         "tried": [
             {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
@@ -193,7 +194,7 @@ def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
         else {
             "before": diagnosis.heldout.before,
             "after": diagnosis.heldout.after,
-            "by_axis": by_axis(diagnosis.heldout),
+            "by_axis": by_axis(diagnosis.heldout.by_axis),
         },
         "disturbance": wording.disturbance_line(diagnosis.gap.disturbance),
         "character": wording.character_lines(diagnosis),

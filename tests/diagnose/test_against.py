@@ -74,8 +74,8 @@ def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
     assert [each.name for each in one.lacks] == ["quadratic_drag"]
     assert one.differences == one.spare == ()
     assert verdict_sentence(one) == (
-        "Your simulator must gain quadratic drag: 100 % of the gap is in surge, steady; with the vehicle's numbers its "
-        "5 s drift goes from 4.0 to 1.1 floors."
+        "Your simulator must gain quadratic drag: all of the gap lies in surge, steady; with the vehicle's numbers its "
+        "5 s drift falls from 40 mm/s to 11 mm/s in surge and from 40 mm/s to 11 mm/s in sway."
     )
 
 
@@ -217,7 +217,7 @@ def test_where_thrust_pushes_against_the_motion_nothing_is_told_of_thrust():
 def test_what_no_candidate_explains_is_never_told_as_nothing():
     one = compared(replace(diagnosis(before=1.3), verdict="unknown"), diagnosis())
     assert verdict_sentence(one) == (
-        "Your simulator lacks something that no candidate explains: 100 % of the gap is in surge, steady."
+        "Your simulator lacks something that no candidate explains: all of the gap lies in surge, steady."
     )
 
 
@@ -281,8 +281,9 @@ def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as
     assert plain(one)["verdict"] == "ambiguous"
     assert verdict_sentence(one) == (
         "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its 5 s "
-        "drift is 1.3 floors, where noise alone would give 1; with the vehicle's numbers its 5 s drift goes from 1.3 "
-        "to 1.1 floors: give longer recordings of both, with the same manoeuvres."
+        "drift is 13 mm/s in surge (noise alone 10 mm/s) and 13 mm/s in sway (noise alone 10 mm/s); with the vehicle's "
+        "numbers its 5 s drift falls from 13 mm/s to 11 mm/s in surge and from 13 mm/s to 11 mm/s in sway: give longer "
+        "recordings of both, with the same manoeuvres."
     )
 
 

@@ -51,7 +51,7 @@ def test_what_drifts_by_less_than_noise_has_shrunk_whole_and_by_no_more():
     assert np.isnan(shrink.low95)
     assert np.isnan(shrink.high95)
     assert windows(3.0, 0.9).shrink(np.random.default_rng(0)).high95 == pytest.approx(1.0)
-    assert "0.50 floors" in overstated_note(shrink)[0]
+    assert "0.50 times as far as noise" in overstated_note(shrink)[0]
     assert overstated_note(windows(3.0, 0.9).shrink(np.random.default_rng(0))) == ()
 
 

@@ -269,7 +269,7 @@ HEAVE = {"FF1_M_W": 90.0, "FF1_D_W": 40.0}
         ("FF1_D_U", 4.0, {"half": 1.96 * 8.9}, ""),
         ("FF1_D_R", 0.1, {"half": 1.96 * 0.7}, ""),
         ("FF1_D_R", 0.1, {"half": 1.96 * 0.9}, UNKNOWN.format(0.9)),
-        ("FF1_X_UU", 12.0, {"half": 90.0}, ""),
+        ("FF1_X_UU", 12.0, {"half": 90.0, "present": {"FF1_M_U": 24.5, "FF1_X_UU": 0.0}}, ""),
         # an interval of another value
         ("FF1_M_U", 119.5, {"half": 10.0, "centre": 100.0}, ""),
         ("FF1_M_U", 130.5, {"half": 10.0, "centre": 100.0},
@@ -331,6 +331,35 @@ def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis,
     assert judged({damping: 0.0}, both) == {damping: f"0 is not set: {off}"}
     assert judged({mass: 0.0}, both) == {mass: f"0 is not set: {off}"}
     assert judged({mass: 95.0}, {mass: 90.0, damping: 0.0}) == {mass: f"without {damping} {off}"}
+
+
+BOTH_DRAGS = {"FF1_M_U": 100.0, "FF1_D_U": 40.0, "FF1_X_UU": 60.0}
+LINEAR, SQUARED = {"FF1_D_U": 70.0}, {"FF1_X_UU": 90.0}
+STAYS = (
+    "drag is made up for already: {} would stay in force beside it, and was not fitted with it; send {} too, 0 for "
+    "none"
+)
+
+
+@pytest.mark.parametrize(
+    ("targets", "present", "against"),
+    [
+        (LINEAR, BOTH_DRAGS, {"FF1_D_U": STAYS.format("FF1_X_UU 60", "FF1_X_UU")}),
+        (SQUARED, BOTH_DRAGS, {"FF1_X_UU": STAYS.format("FF1_D_U 40", "FF1_D_U")}),
+        (SQUARED, BOTH_DRAGS | {"FF1_X_UU": 0.0}, {"FF1_X_UU": STAYS.format("FF1_D_U 40", "FF1_D_U")}),
+        (LINEAR | {"FF1_X_UU": 0.0}, BOTH_DRAGS, {}),
+        (LINEAR | {"FF1_X_UU": 60.0}, BOTH_DRAGS, {}),
+        (LINEAR, BOTH_DRAGS | {"FF1_X_UU": 0.0}, {}),
+        (LINEAR, BOTH_DRAGS | {"FF1_X_UU": 0.0, "FF1_Y_VV": 80.0}, {}),
+        (LINEAR, {"FF1_M_U": 100.0, "FF1_D_U": 40.0}, {}),
+    ],
+)
+def test_a_fitted_drag_that_would_act_beside_the_axis_s_other_drag_is_made_up_for_twice(
+    targets, present, against
+):
+    fitted = {name: Interval(name, "", value - 1, value + 1) for name, value in targets.items()}
+    assert implausible(make_plan(targets, present), fitted, {}, {}, {}) == against
+    assert implausible(make_plan(targets, present), {}, {}, {}, {}) == {}, "typed by hand, or rolled back"
 
 
 def test_a_mass_beside_quadratic_damping_alone_is_a_whole_model():

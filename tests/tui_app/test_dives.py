@@ -287,3 +287,13 @@ def test_a_dive_that_is_recorded_shows_what_it_holds_so_far_or_that_it_holds_not
     lines = details_of(DECK, recorded=True, underway="is being recorded, nothing heard yet")
     assert "is being recorded, nothing heard yet" in lines
     assert not [line for line in lines if "so far" in line or "could tell" in line or "can't" in line]
+
+
+def test_a_recording_that_begins_while_dives_is_open_is_listed_at_once(tmp_path):
+    verbs, recorded = FakeVerbs(), []
+
+    def begin(_):
+        recorded.append(tmp_path / "2026-11-21T0552Z-next")
+
+    at = desk(verbs, recorded=lambda: recorded[0] if recorded else None)
+    played(at, "2", lambda _: len(verbs.words) == 1, begin, lambda _: len(verbs.words) == 2)

@@ -4,13 +4,13 @@ import fcntl
 import os
 import pty
 import select
-import statistics
 import struct
 import subprocess
 import sys
 import termios
 import time
 
+import numpy as np
 import pytest
 from figures import keep
 from replayed_vehicle import ReplayedVehicle, free_port, record
@@ -22,7 +22,11 @@ HZ = 200
 
 MOST_BYTES_A_S = 20 * 1024
 GOAL_S = 0.1
+"""For 95 of 100 keys that bring another screen."""
+
+FIRST_SCREEN_GOAL_S = 1.5
 ROWS, COLUMNS = 24, 80
+FIRST = b"NO LINK"
 HELP, WATCH, IDENTIFY = b"Everywhere", b"THRUSTERS", b"holds no dive yet"
 
 
@@ -74,7 +78,7 @@ def terminal(tmp_path):
     command = [sys.executable, "-m", "tui", "tui", "--link", f"udpin:127.0.0.1:{port}", "--unrecorded"]
     terminal = Terminal(command, alone(tmp_path) | {"TERM": "xterm-256color"})
     try:
-        terminal.until(b"NO LINK")
+        terminal.first_screen_s = terminal.until(FIRST)
         vehicle.start()
         terminal.until(b"FF both")
         yield terminal
@@ -98,11 +102,14 @@ def test_bytes_and_answers_of_a_minute(terminal):
         escapes_s.append(terminal.answer_s(b"\x1b", WATCH))
         answers_s.append(terminal.answer_s(b"3", IDENTIFY))
         answers_s.append(terminal.answer_s(b"1", WATCH))
-    answer_ms, escape_ms = (1000 * statistics.median(took_s) for took_s in (answers_s, escapes_s))
+    half_ms, most_ms = (1000 * float(np.quantile(answers_s, share)) for share in (0.5, 0.95))
+    escape_ms = 1000 * float(np.median(escapes_s))
     keep(
         "terminal_load",
-        f"{bytes_a_s / 1024:.1f} KiB/s at 80 by 24; {len(answers_s)} keys that bring another screen answered after "
-        f"{answer_ms:.0f} ms (median), {sum(took_s <= GOAL_S for took_s in answers_s)} of them within 100 ms, "
-        f"the last after {1000 * max(answers_s):.0f} ms; escape, which "
-        f"is told from the begin of another key by 100 ms of waiting, after {escape_ms:.0f} ms",
+        f"{bytes_a_s / 1024:.1f} KiB/s at 80 by 24; first screen {terminal.first_screen_s:.1f} s after the start "
+        f"({'met' if terminal.first_screen_s <= FIRST_SCREEN_GOAL_S else 'missed'}); "
+        f"{len(answers_s)} keys that bring another screen answered after {half_ms:.0f} ms (median), "
+        f"95 % of them within {most_ms:.0f} ms ({'met' if most_ms <= 1000 * GOAL_S else 'missed'}), the last after "
+        f"{1000 * max(answers_s):.0f} ms; escape, which is told from the begin of another key by 100 ms of waiting, "
+        f"after {escape_ms:.0f} ms",
     )

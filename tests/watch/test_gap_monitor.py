@@ -1,6 +1,7 @@
 """The live gap: the drift of a model driven by recorded pulses, its floor, the alarm, and what is named for it."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from gcs_plugin.monitor.forces import names_of
 from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
-from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Second
+from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second
 from gcs_plugin.monitor.words import gap_line, worst
 
 RUVIFIST = load_vehicle("ruvifist:survey")
@@ -65,13 +66,14 @@ def test_axes_without_mass_and_damping_are_not_judged():
 
 
 NO_CAUSE = np.zeros((len(names_of(MODEL)), 6))
+UNMOVED = Quick(np.zeros(2), np.zeros((8, 2)), np.zeros((8, 2)))
 
 
 def drifts_of(rng, seconds, size=1.0):
     """Drift of a model without a gap, correlated as in five-second windows, with a floor of 5 mm/s; `size` times it."""
     white = rng.standard_normal((seconds + 4, 6))
     mean = np.stack([white[k : k + seconds] for k in range(5)]).sum(axis=0) / math.sqrt(5.0)
-    return [Drift(5e-3 * size * row, np.zeros(6), NO_CAUSE, np.zeros(2)) for row in mean]
+    return [Drift(5e-3 * size * row, np.zeros(6), NO_CAUSE, np.zeros(2), UNMOVED) for row in mean]
 
 
 def monitor_after(drifts):
@@ -94,7 +96,7 @@ def test_the_floor_is_learnt_in_the_first_minute():
 
 
 def steady(off, seconds):
-    drift = Drift(np.array([off, 0, 0, 0, 0, 0.0]), np.zeros(6), NO_CAUSE, np.zeros(2))
+    drift = Drift(np.array([off, 0, 0, 0, 0, 0.0]), np.zeros(6), NO_CAUSE, np.zeros(2), UNMOVED)
     return [drift] * seconds
 
 
@@ -171,6 +173,34 @@ def test_a_loss_that_was_there_from_the_first_minute_on_is_no_alarm():
     assert first_alarm(monitor, held_drifts(np.random.default_rng(11), 900, share=0.8)) is None
 
 
+def answering(rng, seconds, share=0.0, number=6):
+    """Seconds of a vehicle whose four vertical thrusters dither alike; one of them lacks a share of its thrust."""
+    out = []
+    arms = np.zeros((8, 2))
+    arms[4:] = [[-2.0, 0.6], [2.0, 0.6], [-2.0, -0.6], [2.0, -0.6]]
+    for drift in drifts_of(rng, seconds):
+        lost = rng.standard_normal((SECOND, 1, 1)) * 2e-4 * arms
+        rates = 1e-3 * rng.standard_normal((SECOND, 2)) + share * lost[:, number - 1]
+        score = (lost * rates[:, None]).sum(axis=0)
+        out.append(replace(drift, quick=Quick((rates**2).sum(axis=0), (lost**2).sum(axis=0), score)))
+    return out
+
+
+def test_a_loss_that_shows_only_in_how_rates_answer_dither_is_found_within_a_minute_and_named():
+    rng = np.random.default_rng(13)
+    monitor = monitor_after(answering(rng, 200))
+    assert 10 < first_alarm(monitor, answering(rng, 60, share=0.7)) < 60
+    assert max(axis.drift / axis.floor for axis in monitor.gap.axes) < 1.6
+    assert monitor.gap.causes[0].label == "weak_thruster of thruster 6"
+    assert monitor.gap.causes[0].probability > 0.5
+    assert re.fullmatch(r"thruster 6 gives \d\d % less", monitor.gap.causes[0].words)
+
+
+def test_dither_of_sound_thrusters_and_a_loss_from_the_first_minute_on_are_no_alarm():
+    assert first_alarm(GapMonitor(MODEL), answering(np.random.default_rng(14), 900)) is None
+    assert first_alarm(GapMonitor(MODEL), answering(np.random.default_rng(15), 600, share=0.7)) is None
+
+
 def said(run):
     """What the bridge would send of a dive, with the noise of its sensors."""
     rng = np.random.default_rng(6)
@@ -204,6 +234,8 @@ THERE_AND_BACK = Mission(
         ({"T2_gain": 0.5}, "weak_thruster of thruster 2", "thruster 2 gives 49 % less"),
         ({"current_n": 0.15}, "steady_current", "a current of 0.1"),
         ({"tether": 3.0}, "tether", "a pull of "),
+        # Vertical, while the depth is held.
+        ({"T6_gain": 0.4}, "weak_thruster of thruster 6", "thruster 6 gives "),
     ],
 )
 def test_what_sets_in_during_a_dive_is_found_and_named(onset, label, words):
@@ -216,7 +248,7 @@ def test_what_sets_in_during_a_dive_is_found_and_named(onset, label, words):
         if live.gap is not None and live.gap.since_s is not None:
             break
         before.append(live.gap)
-    assert 105.0 < reading.time_s < 143.0
+    assert 98.0 < reading.time_s < 143.0
     assert live.gap.causes[0].label == label
     assert live.gap.causes[0].words.startswith(words)
     assert before[-1].axes

@@ -295,7 +295,7 @@ def tell_against(console: Console, comparison: Against) -> None:
     for line in (
         *against.difference_lines(comparison),
         *against.further_lines(comparison),
-        *(f"Where: {line}." for line in wording.where_lines(comparison.vehicle)),
+        *_where(comparison.vehicle),
         *wording.shrink_lines(comparison.vehicle),
         *wording.next_lines(comparison.vehicle),
         *comparison.vehicle.notes,
@@ -313,7 +313,6 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
         *_where(diagnosis),
         *wording.disturbance_line(diagnosis.gap.disturbance),
         *wording.shrink_lines(diagnosis),
-        *wording.gain_lines(diagnosis),
         *wording.next_lines(diagnosis),
         *diagnosis.notes,
     )
@@ -321,11 +320,9 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
 
 
 def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Lines on the largest parts of the gap; none when the verdict is "no_gap"."""
-    if diagnosis.verdict == "no_gap":
-        return ()
-    lines = (f"Where: {line}." for line in wording.where_lines(diagnosis))
-    return (*lines, *filter(None, (wording.where_note(diagnosis.gap),)))
+    """A line on the largest parts of the gap; none when the verdict is "no_gap"."""
+    line = "" if diagnosis.verdict == "no_gap" else wording.where_line(diagnosis)
+    return (f"Where the missing force lies, most of it first: {line}.",) if line else ()
 
 
 def before_of(accepted: str, file: VehicleFile, configuration: str, leave: Leave) -> Before:

@@ -12,7 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check
-from tui.app.drawing import Line, Lines, Role, Span, apart, bar, cut, number, width, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
@@ -28,21 +28,20 @@ PHASES: Final = {
     "reversing": "reverses",
 }
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
-"""Shade of a cell by its least share of the gap; below the last share it is blank."""
-SHADE_CELLS: Final = (4, 2, 0)
-"""Cells of a shade, from the widest that fits."""
-SHARE_CELLS, WIDEST_CELLS = 5, 15
-LISTED_CELLS: Final = 27
-FORCE: Final = "   missing force"
+"""Shade of a cell by its least share of the missing force, squared; below the last share it is blank."""
+SHADE_CELLS, WIDEST_CELLS = 4, 15
+LISTED_CELLS: Final = 20
+FORCE: Final = "     missing"
 NAME_CELLS: Final = 7
-FORCE_FROM: Final = 104
+DRIFT_CELLS: Final = 48
+"""Cells of a drift in numbers."""
 BAR_CELLS: Final = 16
 MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
-WITH_ERRORS: Final = 65
-"""Cells from which the drift by degree of freedom has its errors beside it."""
 LEAST_NATS: Final = 1.0
 """A candidate with less gain is not worth showing."""
+OF_DRIFT: Final = ("after", "heldout", "by_axis")
+"""What is told of drifts in numbers."""
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
     "explained": ("● EXPLAINED", "strong"),
@@ -112,8 +111,9 @@ def answer(data: Any) -> Answer | None:
 
 def _answer(data: Mapping[str, Any]) -> Answer:
     gap, worded = data["gap"], data["told"]
-    words = build(Words, {key: worded[key] for key in worded if key not in ("after", "heldout")}, "told")
-    shrinks = {"this dive": _shrink({"before": gap["before"], "after": worded["after"]})}
+    words = build(Words, {key: worded[key] for key in worded if key not in OF_DRIFT}, "told")
+    of_dive = {"before": gap["before"], "after": worded["after"], "by_axis": worded.get("by_axis", {})}
+    shrinks = {"this dive, which was fitted": _shrink(of_dive)}
     if data["shrink"]["heldout"] is not None:
         shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
     if data["shrink"]["check"] is not None:
@@ -150,14 +150,17 @@ def verdict_lines(answer: Answer, cells: int) -> Lines:
     text, role = MARKS.get(answer.verdict, (answer.verdict, "plain"))
     words = answer.words
     about = f"{words.dive}, checked on {words.check}" if words.check else words.dive
-    head = apart(((f" {text} ", role),), ((cut(about, cells - len(text) - 3), "quiet"),), cells)
-    return (head, *wrapped(words.verdict, "strong", cells))
+    mark: Span = (f" {text} ", role)
+    fits = len(mark[0]) + len(about) < cells
+    head = (
+        (apart((mark,), ((about, "quiet"),), cells),) if fits else ((mark,), *wrapped(about, "quiet", cells))
+    )
+    return (*head, *wrapped(words.verdict, "strong", cells))
 
 
 def where(answer: Answer, cells: int) -> Lines:
-    """Map of the gap: degrees of freedom against the vehicle's phases of motion. Each cell is shaded and shows its
-    share of the squared gap in per cent; sums stand below and at the right, and the missing force if it fits. A list
-    of the parts if the map does not fit.
+    """Map of the missing force: degrees of freedom against the vehicle's phases of motion, each cell the darker the
+    more of it, and the missing force beside it. A list of the parts if the map does not fit.
     """
     if answer.verdict == "no_gap":
         none = wrapped("There is no gap, so it lies nowhere.", "plain", cells)
@@ -166,39 +169,21 @@ def where(answer: Answer, cells: int) -> Lines:
             *(line for words in answer.words.disturbance for line in wrapped(words, "quiet", cells)),
         )
     known = [dof for dof in DOFS if dof in answer.force_n or any(name == dof for name, _ in answer.shares)]
-    with_force = cells >= FORCE_FROM
-    room = cells - NAME_CELLS - 1 - (len(FORCE) if with_force else 0)
-    heads = (*PHASES.values(), "all")
-    shade, widths = next(
-        (
-            (shade, widths)
-            for shade in SHADE_CELLS
-            if sum(widths := [max(len(words), SHARE_CELLS + shade) + 1 for words in heads]) <= room
-        ),
-        (0, []),
-    )
-    if not widths:
+    room = cells - NAME_CELLS - 1 - len(FORCE)
+    widths = [max(len(words), SHADE_CELLS) + 1 for words in PHASES.values()]
+    if sum(widths) > room:
         return _parts(answer, cells)
     spare = (room - sum(widths)) // len(widths)
     widths = [max(width, min(width + spare, WIDEST_CELLS)) for width in widths]
-    head = f"{'':<{NAME_CELLS}}" + "".join(
-        f"{words:>{width}}" for words, width in zip(heads, widths, strict=True)
-    )
-    lines: list[Line] = [((head + (FORCE if with_force else ""), "quiet"),)]
+    head = "".join(f"{words:>{width}}" for words, width in zip(PHASES.values(), widths, strict=True))
+    lines: list[Line] = [((f"{'':<{NAME_CELLS}}{head}{FORCE}", "quiet"),)]
     for dof in known:
-        shares = [answer.shares.get((dof, phase), 0.0) for phase in PHASES]
         line: Line = ((f"{dof:<{NAME_CELLS}}", "plain"),)
-        for share, room in zip(shares, widths, strict=False):
-            line = (*line, *_cell(share, shade, room))
-        line = (*line, (f"{_percent(sum(shares)):>{widths[-1]}}", "strong"))
-        if with_force:
-            unit = "N" if dof in DOFS[:3] else "N m"
-            force = number(answer.force_n.get(dof, math.nan), 2)
-            line = (*line, (f"{force:>12}", "plain"), (f" {unit}", "quiet"))
+        for phase, room in zip(PHASES, widths, strict=True):
+            line = (*line, *_cell(answer.shares.get((dof, phase), 0.0), room))
+        force = number(answer.force_n.get(dof, math.nan), 2)
+        line = (*line, (f"{force:>8}", "plain"), (f" {'N' if dof in DOFS[:3] else 'N m'}", "quiet"))
         lines.append(line)
-    sums = [sum(answer.shares.get((dof, phase), 0.0) for dof in known) for phase in PHASES]
-    foot = "".join(f"{_percent(total):>{width}}" for total, width in zip(sums, widths, strict=False))
-    lines.append(((f"{'all':<{NAME_CELLS}}", "quiet"), (foot, "strong")))
     for sentence in answer.words.disturbance:
         lines += wrapped(sentence, "quiet", cells)
     return tuple(lines)
@@ -210,7 +195,6 @@ def _parts(answer: Answer, cells: int) -> Lines:
     lines: list[Line] = [
         (
             (f"{dof:<{NAME_CELLS}}{PHASES[phase]:<11}", "plain"),
-            (f"{_percent(share):>{SHARE_CELLS}}  ", "strong"),
             (bar(share, max(cells - LISTED_CELLS, 0)), "accent"),
         )
         for (dof, phase), share in parts
@@ -221,23 +205,11 @@ def _parts(answer: Answer, cells: int) -> Lines:
     return tuple(lines)
 
 
-def _cell(share: float, shade: int, width: int) -> Line:
-    mark = next((shade for least, shade in SHADES if share >= least), " ")
-    dark = mark in "█▓"
-    number = f"{_percent(share):>{SHARE_CELLS}}"
-    blank = " " * (width - shade - SHARE_CELLS)
-    return (
-        (blank, "plain"),
-        (mark * shade, "accent" if dark else "faded"),
-        (number, "strong" if dark else "plain" if mark != " " else "quiet"),
-    )
-
-
-def _percent(share: float) -> str:
-    """`78 %`, `<1 %`, `·` for none."""
-    if share <= 0:
-        return "·"
-    return f"{100 * share:.0f} %" if share >= 0.005 else "<1 %"
+def _cell(share: float, width: int) -> Line:
+    mark = next((shade for least, shade in SHADES if share >= least), "·")
+    role: Role = "accent" if mark in "█▓" else "faded" if mark != "·" else "quiet"
+    shade = mark * SHADE_CELLS if mark != "·" else mark
+    return ((f"{shade:>{width}}", role),)
 
 
 def which(answer: Answer, cells: int) -> Lines:
@@ -303,66 +275,45 @@ def _evidence(nats: float, most: float, role: Role) -> Line:
 
 
 def how_far(answer: Answer, cells: int) -> Lines:
-    """Bars in noise floors of the drift before, after and by noise alone: the dive, held-out pieces, check dive."""
-    shrinks = answer.shrinks
-    drifts = [drift for shrink in shrinks.values() for drift in (shrink.before, shrink.after, shrink.floor)]
-    most = max(filter(math.isfinite, drifts), default=1.0) if answer.verdict != "no_gap" else math.inf
-    lines: list[Line] = []
-    by_axis = next((what for what, shrink in reversed([*shrinks.items()]) if shrink.by_axis), None)
-    if by_axis is not None:
-        lines += _by_axis(by_axis, shrinks[by_axis].by_axis, cells)
-    lines += wrapped("drift of the model over 5 s, in floors: 1 is what noise alone gives", "quiet", cells)
-    for what, shrink in shrinks.items():
-        lines += _fall(what, shrink, most, cells)
+    """Drift over 5 s by degree of freedom, without and with the causes: the dive, held-out pieces, check dive."""
+    lines: list[Line] = [*wrapped("drift of the model over 5 s, without → with the causes", "quiet", cells)]
+    every = [axis for shrink in answer.shrinks.values() for axis in shrink.by_axis if axis.floor > 0]
+    most = max((axis.before / axis.floor for axis in every), default=1.0)
+    for what, shrink in answer.shrinks.items():
+        closed = f"closes {_share(shrink)} of what is beyond noise" if math.isfinite(shrink.value) else ""
+        fits = len(what) + len(closed) < cells
+        lines += (
+            (apart(((what, "strong"),), ((closed, "strong"),), cells),)
+            if fits
+            else (*wrapped(what, "strong", cells), *wrapped(closed, "strong", cells, "  "))
+        )
+        drawn = answer.verdict != "no_gap" and cells > DRIFT_CELLS
+        lines += [_axis(axis, most, cells - DRIFT_CELLS if drawn else 0) for axis in shrink.by_axis]
     return tuple(lines)
 
 
-def _by_axis(what: str, axes: Sequence[AxisShrink], cells: int) -> Lines:
-    """A row per degree of freedom: drift in its own unit, and errors next to those of a plain fit."""
-    head = f"{'':<{NAME_CELLS}}{'before':>9}{'after':>9}{'noise':>9}"
-    errors = f"      {'NRMSE':>6}{'':>8}{'plain fit':>11}" if cells >= WITH_ERRORS else ""
-    return (
-        *wrapped(f"{what}: drift over 5 s by degree of freedom", "strong", cells),
-        ((head + errors, "quiet"),),
-        *(_axis(axis)[: 4 if errors else 3] for axis in axes),
-        (),
-    )
+def _share(shrink: Shrink) -> str:
+    """`98 % (93 to 100 %)`."""
+    known = math.isfinite(shrink.high95 - shrink.low95)
+    ends = f" ({100 * shrink.low95:.0f} to {100 * shrink.high95:.0f} %)" if known else ""
+    return f"{100 * shrink.value:.0f} %{ends}"
 
 
-def _axis(axis: AxisShrink) -> Line:
+def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
+    """Numbers, and a bar of what stays, solid, and what is closed, shaded; `most` floors fill it."""
     turning = axis.dof not in DOFS[:3]
     scale, unit = (math.degrees(1.0), "°/s") if turning else (1e3, "mm/s")
     before, after, floor = (significant(scale * value, 2) for value in (axis.before, axis.after, axis.floor))
-    errors = f"{number(axis.nrmse_before, 2)} to {number(axis.nrmse_after, 2)}"
+    whole = round(cells * axis.before / axis.floor / most) if axis.floor > 0 else 0
+    stays = min(round(whole * axis.after / axis.before), whole) if axis.before > 0 else 0
     return (
-        (f"{axis.dof:<{NAME_CELLS}}{before:>9}", "plain"),
-        (f"{after:>9}", "accent"),
-        (f"{floor:>9} {unit:<5}", "quiet"),
-        (f"{errors:>14}{number(axis.nrmse_baseline, 2):>11}", "plain"),
+        (f"  {axis.dof:<{NAME_CELLS}}{before:>8} →", "plain"),
+        (f"{after:>7}", "strong"),
+        (f" {unit:<4}", "quiet"),
+        (f"  noise{floor:>7}  ", "quiet"),
+        ("█" * stays, "accent"),
+        ("░" * (whole - stays), "faded"),
     )
-
-
-def _fall(what: str, fall: Shrink, most: float, cells: int) -> Lines:
-    closed = ""
-    if math.isfinite(fall.value):
-        has_interval = math.isfinite(fall.high95 - fall.low95)
-        ends = f" ({100 * fall.low95:.0f} to {100 * fall.high95:.0f} %)" if has_interval else ""
-        closed = f"{100 * fall.value:.0f} %{ends} of what can be closed"
-    rows: list[tuple[str, float, Role]] = [
-        ("before", fall.before, "plain"),
-        ("after", fall.after, "accent"),
-        ("floor", fall.floor, "faded"),
-    ]
-    lines: list[Line] = [apart(((what, "strong"),), ((closed, "plain"),), cells)]
-    for word, value, role in rows:
-        if math.isfinite(value) and math.isfinite(fall.before):
-            drawn = bar(max(value / most, SLIVER), cells - 20) if math.isfinite(most) else ""
-            lines.append(((f"  {word:<7}", "quiet"), (f"{_floors(value):>8}  ", "strong"), (drawn, role)))
-    return tuple(lines)
-
-
-def _floors(value: float) -> str:
-    return number(value, 2 if value < 100 else 0)
 
 
 def what_next(answer: Answer, cells: int) -> Lines:
@@ -383,7 +334,7 @@ class DiagnoseScreen(SectionScreen):
 
     VERB = "diagnose"
     SECTIONS: ClassVar[dict[str, str]] = {
-        "where": "WHERE the gap lies, % of its square",
+        "where": "WHERE force is missing",
         "which": "WHICH causes it has",
         "far": "HOW FAR it shrinks",
         "next": "WHAT TO DIVE NEXT",
@@ -397,8 +348,8 @@ class DiagnoseScreen(SectionScreen):
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
-        ("░ ▒ ▓ █", "0.5, 3, 10, 30 % of the squared gap and more"),
-        ("floors", "drift over what noise alone gives: 1 is no gap, 0.8 to 1.2 is noise"),
+        ("░ ▒ ▓ █", "where force is missing: a trace, a little, much, most of it"),
+        ("noise", "the drift that noise alone would make: no model gets below it"),
         ("nats", "what held-out pieces gain by a cause; its bar is logarithmic"),
     )
 

@@ -98,6 +98,8 @@ class DivesScreen(StationScreen):
         recorded = self.desk.recorded() if view.records else None
         if self._goes_on is not None and not _same(self._goes_on, recorded):
             self._over, self._stale = self._goes_on, True
+        if recorded is not None and not _same(recorded, self._goes_on):
+            self._stale = True
         self._goes_on = recorded
         if self._stale and not self.desk.jobs.runs(VERB):
             self._stale = False

@@ -258,7 +258,7 @@ class ValidateScreen(SectionScreen):
 
     VERB = "validate"
     SECTIONS: ClassVar[dict[str, str]] = {
-        "criteria": "GO OR NO-GO for raising the feed-forward",
+        "criteria": "GO OR NO-GO for the feed-forward",
         "curves": "CURVES",
         "errors": "ERRORS, mean of the absolute, by phase",
     }
