@@ -41,7 +41,7 @@ class Handover:
     """Takes and gives back the sticks of the autopilot of `system`. `ground` is the pilot's system.
 
     `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), `said` collects sentences for
-    the crew, 50 characters each. `value` is SYSID_MYGCS as last read, NaN before.
+    the crew, 50 characters each. `value` is SYSID_MYGCS as last read, NaN before; `starting` until that was acted on.
     """
 
     def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
@@ -51,7 +51,7 @@ class Handover:
         self.said: list[str] = []
         self.value = math.nan
         self._before = self._remembered()
-        self._starting = True
+        self.starting = True
         self._barred = False
         self._due_s = -math.inf
         self._wrote_s = self._read_s = -math.inf
@@ -76,7 +76,7 @@ class Handover:
         if math.isnan(self.value):
             return self._read(now_s)
         if self.holder is Holder.FREE:
-            if self._starting:
+            if self.starting:
                 self._find_left_behind(now_s)
             elif wanted and not self._barred:
                 self._take(now_s)
@@ -120,7 +120,7 @@ class Handover:
 
     def _find_left_behind(self, now_s: float) -> None:
         """At the start alone: later, a 1 is another program's word."""
-        self._starting = False
+        self.starting = False
         if self.value == self._own:
             self.said.append(f"{NAME} was left at {self._own}: putting it back")
             self._begin(Holder.LEAVING, now_s)

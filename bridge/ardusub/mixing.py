@@ -1,4 +1,4 @@
-"""ArduSub's mixer: the pilot's sticks to a wrench in surge, sway and yaw, and a wrench to sticks.
+"""ArduSub's mixer: the pilot's sticks to a wrench in surge, sway and yaw, a wrench to sticks, and heave beside it.
 
 MANUAL_CONTROL's x, y and r times the joystick's gain are the inputs of the mixer, 1 in full; output n is
 1500 + 400 times the sum of its factors times the inputs (libraries/AP_Motors/AP_Motors6DOF.cpp, ArduSub/joystick.cpp
@@ -51,9 +51,13 @@ class Mixer:
         self._unmix = np.linalg.pinv(self._factors)
         limit_n = min(configuration.thruster_limit_n, curve.max_n, -curve.min_n)
         self._pulses = Pulses(curve, LEAST_SHARE * limit_n)
+        # Every vertical thruster of these frames has the factor 1 downwards.
+        self._down = np.array(directions)[~self._driven]
+        self._sinks = allocation_matrix(configuration)[2, ~self._driven]
         effect = self._matrix @ self._factors
         across = np.abs(effect - np.diag(np.diag(effect))).max()
-        if np.diag(effect).min() <= 0 or across > 0.1 * np.diag(effect).min():
+        rises = (self._sinks * self._down).min() <= 0
+        if rises or np.diag(effect).min() <= 0 or across > 0.1 * np.diag(effect).min():
             raise ConfigError(
                 "the thrusters of the vehicle file do not push as ArduSub's frame takes them to: compare their order "
                 "and directions with the frame's, and MOT_n_DIRECTION with the vehicle"
@@ -82,6 +86,11 @@ class Mixer:
                 best, least = inputs, size
             aim = aim + np.clip(error, -most, most)
         return best
+
+    def heave_input(self, force_n: float) -> float:
+        """Input downwards that gives a force in heave, N, downwards."""
+        thrusts = force_n * self._sinks / float(self._sinks @ self._sinks)
+        return float(np.mean((self._pulses(thrusts) - NEUTRAL_US) / SPAN_US * self._down))
 
     def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
         """Wrench (3,) of the pulses of the frame's outputs."""
