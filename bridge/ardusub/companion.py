@@ -109,7 +109,7 @@ class Companion:
             return self._obstacle or "autopilot not known yet"
         if not self.heard.is_there(now_s):
             return "autopilot is silent"
-        return self._obstacle or self.heard.sticks_doubt(now_s) or self.handover.fault
+        return self._obstacle or self.heard.sticks_doubt(now_s) or self.handover.obstacle
 
     def arm(self, wanted: bool) -> bool:
         """Have the autopilot disarmed, or armed in the countdown of a flight; False at any other time."""

@@ -64,6 +64,14 @@ class Handover:
         return self.holder is not Holder.FREE
 
     @property
+    def obstacle(self) -> str:
+        """Why the sticks can't be taken now, "" if they can."""
+        if self.fault or math.isnan(self.value):
+            return self.fault or f"{NAME} is not read yet"
+        foreign = self.holder is Holder.FREE and self.value != self._ground
+        return f"{NAME} is {self.value:g}, the pilot's system {self._ground}" if foreign else ""
+
+    @property
     def is_back(self) -> bool:
         """Whether SYSID_MYGCS was read as the pilot's."""
         return self.holder is Holder.FREE and self.value != self._own and not math.isnan(self.value)
@@ -103,8 +111,8 @@ class Handover:
             self.said.append(f"sticks given back: {NAME} {value:g}")
 
     def _take(self, now_s: float) -> None:
-        if self.value != self._ground:
-            self.fault = f"{NAME} is {self.value:g}, the pilot's system {self._ground}"
+        if self.obstacle:
+            self.fault = self.obstacle
             self.said.append(f"sticks not taken: {NAME} is {self.value:g}")
             self._barred = True
             return

@@ -3,8 +3,8 @@
     IDLE -> COUNTDOWN -> GOING (to its station) -> WAITING -> FLYING a manoeuvre -> GOING back -> WAITING ...
 
 From any of these, once: RETURNING to where it began (finished, a limit reached, the ground silent), or HOLDING where it
-is (the end key, a sensor silent), or IDLE at once (the pilot's sticks moved, disarmed, the thrusters in other hands). A return ends in HOLDING, and
-that by disarming. A flight that ended is over: nothing resumes by itself.
+is (the end key, a sensor silent), or IDLE at once (the pilot's sticks moved, disarmed, the thrusters in other hands). A
+return ends in HOLDING, and that by disarming. A flight that ended is over: nothing resumes by itself.
 """
 
 import math

@@ -88,10 +88,10 @@ _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 class Bridge:
     """Bridge of one vehicle. It takes orders (parameter writes, arming, motor tests) only from `ground`.
 
-    `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
-    refuses FTP requests. Neither waits for the disk. `companion`: an autopilot flies the vehicle, and arms it.
-    `motor_tests` is set by the program that drives the thrusters while no mission runs, `flights` by one that can fly
-    manoeuvres, or the companion's; both stay None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders
+    `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None refuses
+    FTP requests. Neither waits for the disk. `companion`: an autopilot flies the vehicle, and arms it. `motor_tests` is
+    set by the program that drives the thrusters while no mission runs, `flights` by one that can fly manoeuvres, or the
+    companion's; both stay None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders
     from strangers), "too fast" (dropped parameter writes).
     """
 

@@ -97,14 +97,11 @@ def ready(autopilot, aboard, pilot, *acts):
 
 def arm(autopilot, aboard, pilot, *acts):
     """Arm, again where it was too early."""
-
-    def armed():
-        if not aboard.companion.armed:
-            autopilot.arm()
-            autopilot.run(1.5, aboard, pilot, *acts)
-        return aboard.companion.armed
-
-    assert autopilot.until(armed, 30.0, aboard, pilot, *acts)
+    for _ in range(20):
+        autopilot.arm()
+        if autopilot.until(lambda: aboard.companion.armed, 1.5, aboard, pilot, *acts):
+            return
+    raise AssertionError(pilot.texts())
 
 
 def taken(aboard):

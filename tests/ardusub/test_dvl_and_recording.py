@@ -25,10 +25,11 @@ class Dvl:
 
     def __init__(self, autopilot, aboard, velocity=(0.4, -0.1, 0.05)):
         self.autopilot, self.aboard, self.velocity, self.due_s = autopilot, aboard, velocity, 0.0
+        self.alive = True
 
     def __call__(self):
         now_s = self.autopilot.clock.boot_s()
-        if now_s >= self.due_s:
+        if now_s >= self.due_s and self.alive:
             self.due_s = now_s + 0.1
             if self.autopilot.is_firmware:
                 self.velocity = tuple(self.autopilot.body.state[7:10].tolist())
