@@ -21,8 +21,9 @@ from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
 from bridge.ardusub.law import MANUAL, StickLaw
 from bridge.ardusub.mixing import Mixer
 from bridge.ardusub.rates import Rates
-from bridge.ardusub.settings import FRAME, Settings, directions
+from bridge.ardusub.settings import FRAME, Settings
 from bridge.ardusub.steering import TICK_S, Steering
+from bridge.ardusub.wiring import FRAMES, wiring
 from bridge.errors import ConfigError
 from bridge.flight.flight import State
 from bridge.onboard.flights import Flights
@@ -119,9 +120,15 @@ class Companion:
         return True
 
     def in_hand(self, now_s: float) -> bool:
-        """Whether the thrusters obey the companion's sticks alone."""
-        held = self.handover.holder is Holder.HELD and self.heard.mode == MANUAL
-        return held and self.heard.is_there(now_s) and not self.heard.sticks_doubt(now_s)
+        """Whether the thrusters obey the companion's sticks alone; where they do no more, the crew gets the reason."""
+        doubt = "" if self.heard.is_there(now_s) else "the autopilot is silent"
+        doubt = doubt or ("" if self.handover.holder is Holder.HELD else "the sticks are not held")
+        doubt = doubt or ("" if self.heard.mode == MANUAL else f"flight mode {self.heard.mode}")
+        doubt = doubt or self.heard.sticks_doubt(now_s)
+        steers = self.flights.flight.state not in (State.IDLE, State.COUNTDOWN)
+        if doubt and steers:
+            self._texts.append(f"out of hand: {doubt}")
+        return not doubt
 
     def is_due(self, now_s: float) -> bool:
         """Whether a tick of a flight is due; it counts from then on."""
@@ -249,12 +256,16 @@ class Companion:
             return
         vehicle, values = self._file.vehicle, self.settings.values
         shape, folder = vehicle.configurations[self._configuration], self._file.path.parent
+        number, count = int(values[FRAME]), len(shape.thrusters)
         try:
+            read = {name: value for name, value in values.items() if math.isfinite(value)}
+            wired = wiring(read, {FRAMES[number]: count})
             mixer = Mixer(
-                int(values[FRAME]),
-                directions(values, len(shape.thrusters)),
+                number,
+                [-1.0 if motor in wired.reversed else 1.0 for motor in range(1, count + 1)],
                 shape,
                 thrust_curve(vehicle.thrust_curve, folder),
+                wired.motors,
             )
         except ConfigError as error:
             self._thrusters_fault = str(error)
@@ -299,7 +310,7 @@ class Companion:
         if not self.heard.armed:
             return "disarmed"
         if sum(now_s - seen_s <= TWO_PILOTS_S for seen_s in self._pilots.values()) > 1:
-            return "two programs send sticks"
+            return "two programs send sticks: end one"
         return self.heard.sticks_doubt(now_s) or self.handover.fault
 
 

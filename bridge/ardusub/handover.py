@@ -18,9 +18,10 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.ardusub.settings import PILOT
 from bridge.files import read_small, to_disk, whole
 
-NAME: Final = "SYSID_MYGCS"
+NAME: Final = PILOT
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3
 """Between the last write and the read that proves it: an echo on its way must not pass for the answer."""
@@ -41,7 +42,7 @@ class Handover:
     """Takes and gives back the sticks of the autopilot of `system`. `ground` is the pilot's system.
 
     `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), `said` collects sentences for
-    the crew, 50 characters each. `value` is SYSID_MYGCS as last read, NaN before; `starting` until that was acted on.
+    the crew. `value` is SYSID_MYGCS as last read, NaN before; `starting` until that was acted on.
     """
 
     def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
@@ -101,7 +102,9 @@ class Handover:
         if self.holder is Holder.HELD and value != self._own:
             self._barred, self.holder = True, Holder.FREE
             self.fault = f"{NAME} became {value:g}: another program took the sticks"
-            self.said.append(f"sticks lost: {NAME} set to {value:g}")
+            self.said.append(
+                f"sticks lost: {NAME} set to {value:g} by another program: end it, then FF_MODE 0 and on again"
+            )
         elif self.holder is Holder.TAKING and value == self._own and asked:
             self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
             self.said.append("companion holds the sticks")

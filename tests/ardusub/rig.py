@@ -82,7 +82,15 @@ class Pilot:
         return [m for m in self.heard if m.get_type() == kind]
 
     def texts(self):
-        return [m.text for m in self.of("STATUSTEXT")]
+        """What was said, the pieces of a long text joined."""
+        texts, number = [], 0
+        for m in self.of("STATUSTEXT"):
+            if m.id and m.id == number:
+                texts[-1] += m.text
+            else:
+                texts.append(m.text)
+            number = m.id
+        return texts
 
 
 def ready(autopilot, aboard, pilot, *acts):

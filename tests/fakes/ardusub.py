@@ -27,6 +27,7 @@ def parameters():
         "FS_PILOT_TIMEOUT": 3.0, "JS_GAIN_DEFAULT": 0.5, "PSC_ACCZ_FF": 0.0, "PSC_VELXY_FF": 0.0,
         "VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0, "SCR_ENABLE": 0.0,
         **{f"MOT_{n}_DIRECTION": 1.0 for n in range(1, 7)},
+        **{f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 7)},
     }  # fmt: skip
 
 
@@ -142,7 +143,7 @@ class Ardusub:
 
     def obey(self, message, frame, now_s):
         kind = message.get_type()
-        mine = frame.system == self.parameters["SYSID_MYGCS"]
+        mine = frame.system == self.parameters.get("SYSID_MYGCS", 255.0)
         if kind == "HEARTBEAT" and mine:
             self.mygcs_s = now_s
         elif kind == "MANUAL_CONTROL" and mine:
