@@ -27,6 +27,8 @@ TICK_S: Final = 1 / RATE_HZ
 AGAIN_S: Final = 0.3
 MODE_LEAD_S: Final = 2.8
 """An armed vehicle is put into MANUAL so long before the countdown ends: a heartbeat a second tells the mode."""
+MODE_BACK_S: Final = 3.0
+"""The mode that was before is asked for so long: an autopilot may refuse it, and then MANUAL stays."""
 HEAVE: Final = 2
 _ENABLE: Final = float(dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
 
@@ -42,6 +44,7 @@ class Steering:
         self._mixer: Mixer | None = None
         self._before: int | None = None
         self._arms: bool | None = None
+        self._back_until_s = -math.inf
         self._due_s = {"arm": -math.inf, "mode": -math.inf}
 
     def fit(self, autopilot: Autopilot, mixer: Mixer) -> None:
@@ -106,8 +109,9 @@ class Steering:
         if not self.active:
             return self._arming(now_s, heard)
         first, self.flying = self.flying, False
+        self._back_until_s = now_s + MODE_BACK_S if first else self._back_until_s
         messages = self._arming(now_s, heard)
-        gives_back = heard.armed and heard.mode == MANUAL and self._before not in (None, MANUAL)
+        gives_back = heard.mode == MANUAL and self._before not in (None, MANUAL) and now_s < self._back_until_s
         if gives_back and self._arms is None:
             messages += self._mode(now_s, int(self._before or 0))
         elif self._arms is None:
