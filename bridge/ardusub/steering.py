@@ -111,7 +111,9 @@ class Steering:
         first, self.flying = self.flying, False
         self._back_until_s = now_s + MODE_BACK_S if first else self._back_until_s
         messages = self._arming(now_s, heard)
-        gives_back = heard.mode == MANUAL and self._before not in (None, MANUAL) and now_s < self._back_until_s
+        gives_back = (
+            heard.mode == MANUAL and self._before not in (None, MANUAL) and now_s < self._back_until_s
+        )
         if gives_back and self._arms is None:
             messages += self._mode(now_s, int(self._before or 0))
         elif self._arms is None:
