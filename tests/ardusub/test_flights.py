@@ -247,7 +247,7 @@ FAILURES = {
     "link lost": (lose_link, (End.LINK,), BACK_M),
     "DVL silent": (silence_dvl, (End.VELOCITY,), 2.5),
     "battery low": (drain, (End.BATTERY,), BACK_M),
-    "191 restarted": (restart, (), 1.5),
+    "191 restarted": (restart, (), 2.5),
 }
 
 

@@ -15,6 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bench.ardusub import firmware
 from bench.ardusub.firmware import SETTINGS, WHY_NOT
 from bridge.clock import SystemClock
+from bridge.errors import LinkError
 from bridge.simulator.json_plant import json_body
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
@@ -48,8 +49,14 @@ class Firmware:
         self.begin()
 
     def begin(self):
-        self.thread = threading.Thread(target=self.process.fly, args=(self.forever(),), daemon=True)
+        self.thread = threading.Thread(target=self.work_on, daemon=True)
         self.thread.start()
+
+    def work_on(self):
+        try:
+            self.process.fly(self.forever())
+        except LinkError as error:  # the firmware ended
+            self.results.put((None, error))
 
     def forever(self):
         """One piece of work after the other; the body, and with it the firmware, waits for each."""
