@@ -7,7 +7,7 @@ either reports another mode, the switch starts again. The state machine never gi
 OFF waits for nothing. It is sent from the first tick to every vehicle known from before, heard now or not, and to the
 named system, known or not, since a link may carry one way only. Only the vehicle's own reports end it. One thing it
 waits for: a companion behind ArduPilot must be heard on the link once, since until then the autopilot itself executes
-what goes to the companion.
+the companion's orders.
 
 Any other mode yields to OFF: it is sent until the vehicle has confirmed it once, and after that only requested. If the
 vehicle then reports another mode, or reports off although it was raised before, or another program on this computer

@@ -169,7 +169,7 @@ class Restart:
 @dataclass(frozen=True, slots=True)
 class KnownVehicle:
     """Component of a vehicle; `holds`: it has reported FF_MODE; `heard_s`: time of its last HEARTBEAT or FF_MODE;
-    `behind`: a companion behind ArduPilot, which takes for its own what goes to a companion that it has not heard."""
+    `behind`: a companion behind ArduPilot, which executes the orders to a companion that it has not heard."""
 
     source: Source
     holds: bool

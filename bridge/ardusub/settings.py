@@ -25,7 +25,7 @@ DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 
 
 def function_name(output: int) -> str:
-    """Name of the parameter that says what an output drives."""
+    """Name of the parameter of the motor that an output drives."""
     return f"SERVO{output}_FUNCTION"
 
 

@@ -70,7 +70,7 @@ class Steering:
     ) -> tuple[list[Any], Actuation | None]:  # fmt: skip
         """The messages of a flight's tick, and the forces for the recording.
 
-        `left_s`: what is left of the countdown; `held`: the autopilot takes the companion's sticks alone; `mode` is
+        `left_s`: the rest of the countdown; `held`: the autopilot takes the companion's sticks alone; `mode` is
         FF_MODE; `sticks_s`: when the pilot's came last.
         """
         if state is State.IDLE:

@@ -1,7 +1,7 @@
 """A flight session on a recorded link: every frame of the flight is in the dive folder, orders included.
 
-Beside ArduSub the session is with the companion; what a dive needs of the autopilot's own messages is asked for here,
-since ArduSub sends each link what was asked for on it.
+Beside ArduSub the session is with the companion; the autopilot's own messages that a dive needs are asked for here,
+since ArduSub sends each link those that were asked for on it.
 
 The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
 """
