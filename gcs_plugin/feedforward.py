@@ -5,7 +5,9 @@ requested after a quiet period, together with the telemetry, which the vehicle d
 either reports another mode, the switch starts again. The state machine never gives up; its caller may.
 
 OFF waits for nothing. It is sent from the first tick to every vehicle known from before, heard now or not, and to the
-named system, known or not, since a link may carry one way only. Only the vehicle's own reports end it.
+named system, known or not, since a link may carry one way only. Only the vehicle's own reports end it. One thing it
+waits for: a companion behind ArduPilot must be heard on the link once, since until then the autopilot itself executes
+the companion's orders.
 
 Any other mode yields to OFF: it is sent until the vehicle has confirmed it once, and after that only requested. If the
 vehicle then reports another mode, or reports off although it was raised before, or another program on this computer
@@ -34,6 +36,7 @@ from gcs_plugin.params.deadline import QUIET_S
 from gcs_plugin.params.session import NO_INDEX
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
 from gcs_plugin.peers import (
+    COMPANIONS,
     COMPANIONS_MAY_FOLLOW_S,
     GROUND_STATION,
     Heartbeat,
@@ -79,15 +82,18 @@ class SwitchedVehicle:
     """A system that is being switched to `mode`.
 
     `holder` is the component that has reported FF_MODE, `beating` are components that send HEARTBEATs, `lacking`
-    components without FF_MODE; `unheard` are components that OFF is sent to blindly. `before_s` is the time when the
-    vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the mode
-    in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
+    components without FF_MODE; `present` are components heard since the switch began, `behind` whether ArduPilot stands
+    before the vehicle's companion; `unheard` are components that OFF is sent to blindly. `before_s` is the time when
+    the vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the
+    mode in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
     `lowered`: it then left that mode.
     """
 
     mode: Mode
     since_s: float
     beating: set[Source] = field(default_factory=set)
+    present: set[Source] = field(default_factory=set)
+    behind: bool = False
     holder: Source | None = None
     unheard: tuple[Source, ...] = ()
     before_s: float | None = None
@@ -118,6 +124,13 @@ class SwitchedVehicle:
         return self.holder is None and bool(self.lacking) and self.beating <= self.lacking
 
     def targets(self, now_s: float) -> list[Source]:
+        """Components to send to now, without a companion that ArduPilot may not have heard."""
+        return [source for source in self._chosen(now_s) if not self._is_beyond(source)]
+
+    def _is_beyond(self, source: Source) -> bool:
+        return self.behind and source[1] in COMPANIONS and source not in self.present
+
+    def _chosen(self, now_s: float) -> list[Source]:
         """Components to send to: the holder of FF_MODE, otherwise one that sends HEARTBEATs, a companion first.
 
         A mode other than off waits until a companion has had time to send a HEARTBEAT. If no component sends
@@ -147,12 +160,15 @@ class SwitchedVehicle:
         """Take over what is known from before the switch."""
         self.before_s = max(self.before_s or vehicle.heard_s, vehicle.heard_s)
         self.beating.add(vehicle.source)
+        self.behind = self.behind or vehicle.behind
         if vehicle.holds:
             self.holder = vehicle.source
 
-    def on_beat(self, source: Source, now_s: float) -> None:
+    def on_beat(self, source: Source, now_s: float, is_ardupilot: bool) -> None:
         self.heard_s = now_s
         self.beating.add(source)
+        self.present.add(source)
+        self.behind = self.behind or is_ardupilot
 
     def tick(self, now_s: float, contested: bool) -> list[Any]:
         self.contested = contested
@@ -182,6 +198,7 @@ class SwitchedVehicle:
 
     def on_value(self, value: float, source: Source, now_s: float) -> None:
         self.holder, self.heard_s = source, now_s
+        self.present.add(source)
         self._watch(value, now_s)
         if not self.sent:
             return
@@ -194,6 +211,7 @@ class SwitchedVehicle:
 
     def on_telemetry(self, value: float, source: Source, now_s: float) -> None:
         self.holder, self.heard_s = source, now_s
+        self.present.add(source)
         self._watch(value, now_s)
         if self.sent:
             self.telemetry = value
@@ -268,6 +286,10 @@ class SwitchedVehicle:
             return f"{wanted}, {how}"
         if self.lacks_it:
             return "has no feed-forward"
+        if not self.sent and any(map(self._is_beyond, self._chosen(now_s))):
+            return (
+                f"{wanted} waits for its companion's heartbeat: ArduSub would take it for its own until then"
+            )
         if not self.sent:
             return "heard, nothing is sent yet"
         parts = [sent_text(self.sent)]
@@ -435,8 +457,9 @@ class Switch:
             self._of(source, now_s).on_telemetry(reading.values[0], source, now_s)
         elif reading.signal == "alive":
             _, kind, autopilot = reading.values
-            if Heartbeat(int(kind), int(autopilot), 0, 0, now_s).is_vehicle:
-                self._of(source, now_s).on_beat(source, now_s)
+            beat = Heartbeat(int(kind), int(autopilot), 0, 0, now_s)
+            if beat.is_vehicle:
+                self._of(source, now_s).on_beat(source, now_s, beat.is_ardupilot)
 
     def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
         """A PARAM_VALUE arrived."""

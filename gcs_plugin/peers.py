@@ -168,11 +168,13 @@ class Restart:
 
 @dataclass(frozen=True, slots=True)
 class KnownVehicle:
-    """Component of a vehicle; `holds`: it has reported FF_MODE; `heard_s`: time of its last HEARTBEAT or FF_MODE."""
+    """Component of a vehicle; `holds`: it has reported FF_MODE; `heard_s`: time of its last HEARTBEAT or FF_MODE;
+    `behind`: a companion behind ArduPilot, which executes the orders to a companion that it has not heard."""
 
     source: Source
     holds: bool
     heard_s: float
+    behind: bool = False
 
     def is_known(self, now_s: float) -> bool:
         """Whether it was heard recently enough to be sent OFF."""
@@ -478,9 +480,11 @@ class Peers:
     def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
         """The vehicles that an OFF must go to, also if they are out of range now."""
         vehicles = []
+        fronts = {p.source[0] for p in self._peers.values() if p.heartbeat and p.heartbeat.is_ardupilot}
         for peer in self._peers.values():
             beat_s = peer.heartbeat.time_s if peer.heartbeat is not None and peer.is_vehicle else -math.inf
-            vehicle = KnownVehicle(peer.source, peer.mode_s > -math.inf, max(beat_s, peer.mode_s))
+            behind = peer.source[1] in COMPANIONS and peer.source[0] in fronts
+            vehicle = KnownVehicle(peer.source, peer.mode_s > -math.inf, max(beat_s, peer.mode_s), behind)
             if vehicle.heard_s > -math.inf and vehicle.is_known(now_s):
                 vehicles.append(vehicle)
         return tuple(vehicles)

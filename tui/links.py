@@ -224,6 +224,7 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
             (vehicle.system, vehicle.component),
             vehicle.holds,
             boot_s - max(0.0, now_unix_s - vehicle.heard_unix_s),
+            vehicle.behind,
         )
         for vehicle in holding.vehicles
     )

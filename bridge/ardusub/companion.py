@@ -2,7 +2,8 @@
 
 The bridge beside it reads the sensors, holds the parameters and keeps the recording. All that goes to the autopilot
 comes from here, and nothing goes before it was heard. The pilot's sticks are sent on one for one, never by itself: a
-pilot who falls silent is silence to the autopilot too, and so is a ground whose heartbeat is gone.
+pilot who falls silent is silence to the autopilot too, and so is a ground whose heartbeat is gone. A flight alone is
+steered without them, within its own limits, until the pilot touches a stick.
 """
 
 import math
@@ -15,27 +16,34 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.dvl import VisionDeltas
-from bridge.ardusub.frames import FRAME
+from bridge.ardusub.frames import FRAME, FRAMES
 from bridge.ardusub.handover import Handover, Holder
 from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
-from bridge.ardusub.law import StickLaw
+from bridge.ardusub.law import MANUAL, StickLaw
 from bridge.ardusub.mixing import Mixer
 from bridge.ardusub.rates import Rates
-from bridge.ardusub.settings import Settings, directions
+from bridge.ardusub.settings import Settings
+from bridge.ardusub.steering import TICK_S, Steering
+from bridge.ardusub.wiring import wiring
 from bridge.errors import ConfigError
+from bridge.flight.flight import State
+from bridge.onboard.flights import Flights
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
-from bridge.sensors.samples import NAN3, DvlSample, ImuSample, Quaternion
-from bridge.vehicle.autopilot import Actuation
+from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion
+from bridge.vehicle.autopilot import Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Frame, decode
 
 COMPONENT: Final = dialect.MAV_COMP_ID_ONBOARD_COMPUTER
 GROUND_WITHIN_S: Final = 3.0
 TWO_PILOTS_S: Final = 1.0
+VOLTAGE_FRESH_S: Final = 5.0
+NO_PILOT_S: Final = 0.5
 _STICKS: Final = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
 _HEARTBEAT: Final = dialect.MAVLINK_MSG_ID_HEARTBEAT
 
@@ -62,11 +70,16 @@ class Companion:
         self.settings = Settings(system, AUTOPILOT, thrusters, vehicle.sensors.dvl is not None)
         self.handover = Handover(system, AUTOPILOT, ground.system, store)
         self.law: StickLaw | None = None
+        self.steering = Steering(system)
+        self.flights = Flights(vehicle.configurations[configuration])
+        self._has_pressure = vehicle.sensors.depth is not None
+        self._left_behind_s = math.inf
+        self._due_s = -math.inf
         self._deltas = VisionDeltas()
         self._ground_s = self._sticks_s = -math.inf
         self._pilots: dict[int, float] = {}
         self._actuations: list[Actuation] = []
-        self._samples: list[ImuSample] = []
+        self._samples: list[ImuSample | PressureSample] = []
         self._texts: list[str] = []
         self._obstacle = ""
         self._leaving = False
@@ -85,7 +98,72 @@ class Companion:
 
     def beats(self, now_s: float) -> bool:
         """Whether to send a HEARTBEAT: while it holds the sticks, the autopilot takes it for the ground's own."""
-        return not self.handover.forwards or now_s - self._ground_s <= GROUND_WITHIN_S
+        heard = now_s - self._ground_s <= GROUND_WITHIN_S
+        return not self.handover.forwards or self.steering.active or heard
+
+    def voltage_v(self, now_s: float) -> float:
+        """Battery voltage that the autopilot reports; NaN if it is not heard."""
+        return self.heard.voltage_v if now_s - self.heard.voltage_s <= VOLTAGE_FRESH_S else math.nan
+
+    def no_flight(self, now_s: float) -> str:
+        """Why no flight may begin, "" if one may."""
+        if self.law is None:
+            return self._obstacle or "autopilot not known yet"
+        if not self.heard.is_there(now_s):
+            return "autopilot is silent"
+        return self._obstacle or self.heard.sticks_doubt(now_s) or self.handover.obstacle
+
+    def arm(self, wanted: bool) -> bool:
+        """Have the autopilot disarmed, or armed in the countdown of a flight; False at any other time."""
+        if wanted and self.flights.flight.state is not State.COUNTDOWN:
+            return False
+        self.steering.arm(wanted)
+        return True
+
+    def in_hand(self, now_s: float) -> bool:
+        """Whether the thrusters obey the companion's sticks alone; where they do no more, the crew gets the reason."""
+        doubt = "" if self.heard.is_there(now_s) else "the autopilot is silent"
+        doubt = doubt or ("" if self.handover.holder is Holder.HELD else "the sticks are not held")
+        doubt = doubt or ("" if self.heard.mode == MANUAL else f"flight mode {self.heard.mode}")
+        doubt = doubt or self.heard.sticks_doubt(now_s)
+        steers = self.flights.flight.state not in (State.IDLE, State.COUNTDOWN)
+        if doubt and steers:
+            self._texts.append(f"out of hand: {doubt}")
+        return not doubt
+
+    def is_due(self, now_s: float) -> bool:
+        """Whether a tick of a flight is due; it counts from then on."""
+        if now_s < self._due_s:
+            return False
+        self._due_s = now_s + TICK_S
+        return True
+
+    def steer(self, now_s: float, reference: Reference | None, navigation: Navigation) -> list[Any]:
+        """Return the messages to the autopilot of a flight's tick."""
+        if not self.heard.is_there(now_s):
+            return []
+        if self._left_behind_s < math.inf:
+            return self._left_behind(now_s)
+        flight = self.flights.flight
+        messages, actuation = self.steering.step(
+            now_s, flight.state, flight.left_s, reference, navigation, self.heard,
+            held=self.handover.holder is Holder.HELD, mode=self._parameters.mode, sticks_s=self._sticks_s,
+        )  # fmt: skip
+        self._actuations += [actuation] if actuation else []
+        return messages
+
+    def _left_behind(self, now_s: float) -> list[Any]:
+        """A companion that died has left its last sticks in force: sticks at rest, and disarmed if no pilot is
+        there."""
+        if now_s - self._sticks_s <= FRESH_S:
+            self._left_behind_s = math.inf
+            return []
+        if now_s - self._left_behind_s >= NO_PILOT_S:
+            self._left_behind_s = math.inf
+            if self.heard.armed:
+                self.steering.arm(False)
+                self._texts.append("disarmed: a companion died, no pilot's sticks")
+        return self.steering.rest(now_s, self.heard)
 
     def unproven(self) -> str:
         return "the autopilot is not known yet" if self.law is None else self.law.unproven()
@@ -106,6 +184,8 @@ class Companion:
         if not self._has_imu and self.heard.attitude_s > before_s:
             rate, attitude = self.heard.rate, quaternion(*self.heard.attitude)
             self._samples.append(ImuSample(now_s, NAN3, rate, attitude))
+        if not self._has_pressure and self.heard.pressure_s == now_s:
+            self._samples.append(PressureSample(now_s, self.heard.pressure_pa, math.nan))
         return []
 
     def step(self, now_s: float) -> list[Any]:
@@ -120,7 +200,7 @@ class Companion:
         self._say_obstacle()
         mode, ready = self._parameters.mode, not self._obstacle
         acts = mode.applies_feedforward and bool(self._parameters.active_crc)
-        wanted = acts and ready and not self._leaving
+        wanted = ((acts and ready) or self.steering.active) and not self._leaving
         if self.law is not None and now_s - self._sticks_s > FRESH_S:
             self.law.off()
         return [
@@ -132,14 +212,17 @@ class Companion:
     def leave(self) -> bool:
         """Give the sticks back from now on; True once that is proven."""
         self._leaving = True
-        return self.handover.holder is Holder.FREE
+        if self.steering.flying:
+            self.steering.arm(False)
+        return self.handover.holder is Holder.FREE and not self.steering.pending
 
     def take_dvl(self, sample: DvlSample, navigation: Navigation, now_s: float) -> list[Any]:
         """Return the message to the autopilot of a DVL's reading."""
         return self._deltas.take(sample, navigation) if self.heard.is_there(now_s) else []
 
-    def take_samples(self) -> list[ImuSample]:
-        """The autopilot's attitudes and rates since the last call, for a vehicle without an IMU of the bridge's own."""
+    def take_samples(self) -> list[ImuSample | PressureSample]:
+        """The autopilot's attitudes with rates, and pressures, since the last call, for a vehicle on which the bridge
+        has no IMU or pressure sensor of its own."""
         samples, self._samples = self._samples, []
         return samples
 
@@ -159,7 +242,10 @@ class Companion:
         if answer.get_type() == "COMMAND_ACK":
             self.rates.on_ack(answer, now_s)
             return
+        starting = self.handover.starting
         self.handover.on_value(answer.param_id, answer.param_value, now_s)
+        if starting and self.handover.value == self.heard.system:
+            self._left_behind_s = now_s
         complete = self.settings.complete
         self.settings.on_value(answer.param_id, answer.param_value)
         if self.settings.complete and not complete:
@@ -171,17 +257,22 @@ class Companion:
             return
         vehicle, values = self._file.vehicle, self.settings.values
         shape, folder = vehicle.configurations[self._configuration], self._file.path.parent
+        number, count = int(values[FRAME]), len(shape.thrusters)
         try:
+            read = {name: value for name, value in values.items() if math.isfinite(value)}
+            wired = wiring(read, {FRAMES[number]: count})
             mixer = Mixer(
-                int(values[FRAME]),
-                directions(values, len(shape.thrusters)),
+                number,
+                [-1.0 if motor in wired.reversed else 1.0 for motor in range(1, count + 1)],
                 shape,
                 thrust_curve(vehicle.thrust_curve, folder),
+                wired.motors,
             )
         except ConfigError as error:
             self._thrusters_fault = str(error)
             return
         self.law = StickLaw(vehicle, self._configuration, self._parameters.active, folder, mixer)
+        self.steering.fit(Autopilot(vehicle, self._configuration, self._parameters.active, folder), mixer)
 
     def _say_obstacle(self) -> None:
         obstacle = self.settings.obstacle or self._thrusters_fault
@@ -196,6 +287,8 @@ class Companion:
         if message is None or message.target != self.heard.system:
             return []
         self._sticks_s = self._pilots[frame.component] = now_s
+        if self.steering.flying:
+            return []
         sticks, added = np.array([message.x, message.y, message.r], dtype=float), np.zeros(3)
         doubt = self._doubt(now_s)
         if self.law is not None and np.abs(sticks).max() <= 1000:
@@ -218,7 +311,7 @@ class Companion:
         if not self.heard.armed:
             return "disarmed"
         if sum(now_s - seen_s <= TWO_PILOTS_S for seen_s in self._pilots.values()) > 1:
-            return "two programs send sticks"
+            return "two programs send sticks: end one"
         return self.heard.sticks_doubt(now_s) or self.handover.fault
 
 

@@ -18,9 +18,10 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.ardusub.settings import PILOT
 from bridge.files import read_small, to_disk, whole
 
-NAME: Final = "SYSID_MYGCS"
+NAME: Final = PILOT
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3
 """Between the last write and the read that proves it: an echo on its way must not pass for the answer."""
@@ -41,7 +42,7 @@ class Handover:
     """Takes and gives back the sticks of the autopilot of `system`. `ground` is the pilot's system.
 
     `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), `said` collects sentences for
-    the crew, 50 characters each. `value` is SYSID_MYGCS as last read, NaN before.
+    the crew. `value` is SYSID_MYGCS as last read, NaN before; `starting` until that was acted on.
     """
 
     def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
@@ -51,7 +52,7 @@ class Handover:
         self.said: list[str] = []
         self.value = math.nan
         self._before = self._remembered()
-        self._starting = True
+        self.starting = True
         self._barred = False
         self._due_s = -math.inf
         self._wrote_s = self._read_s = -math.inf
@@ -62,6 +63,14 @@ class Handover:
         """Whether the pilot's sticks are to be sent on: from before the sticks are taken until they are proven back,
         so that no moment lies between; the autopilot ignores those of the system that does not hold them."""
         return self.holder is not Holder.FREE
+
+    @property
+    def obstacle(self) -> str:
+        """Why the sticks can't be taken now, "" if they can."""
+        if self.fault or math.isnan(self.value):
+            return self.fault or f"{NAME} is not read yet"
+        foreign = self.holder is Holder.FREE and self.value != self._ground
+        return f"{NAME} is {self.value:g}, the pilot's system {self._ground}" if foreign else ""
 
     @property
     def is_back(self) -> bool:
@@ -76,7 +85,7 @@ class Handover:
         if math.isnan(self.value):
             return self._read(now_s)
         if self.holder is Holder.FREE:
-            if self._starting:
+            if self.starting:
                 self._find_left_behind(now_s)
             elif wanted and not self._barred:
                 self._take(now_s)
@@ -93,7 +102,9 @@ class Handover:
         if self.holder is Holder.HELD and value != self._own:
             self._barred, self.holder = True, Holder.FREE
             self.fault = f"{NAME} became {value:g}: another program took the sticks"
-            self.said.append(f"sticks lost: {NAME} set to {value:g}")
+            self.said.append(
+                f"sticks lost: {NAME} set to {value:g} by another program: end it, then FF_MODE 0 and on again"
+            )
         elif self.holder is Holder.TAKING and value == self._own and asked:
             self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
             self.said.append("companion holds the sticks")
@@ -103,8 +114,8 @@ class Handover:
             self.said.append(f"sticks given back: {NAME} {value:g}")
 
     def _take(self, now_s: float) -> None:
-        if self.value != self._ground:
-            self.fault = f"{NAME} is {self.value:g}, the pilot's system {self._ground}"
+        if self.obstacle:
+            self.fault = self.obstacle
             self.said.append(f"sticks not taken: {NAME} is {self.value:g}")
             self._barred = True
             return
@@ -120,7 +131,7 @@ class Handover:
 
     def _find_left_behind(self, now_s: float) -> None:
         """At the start alone: later, a 1 is another program's word."""
-        self._starting = False
+        self.starting = False
         if self.value == self._own:
             self.said.append(f"{NAME} was left at {self._own}: putting it back")
             self._begin(Holder.LEAVING, now_s)

@@ -20,6 +20,7 @@ FRESH_S: Final = 0.5
 SWITCH_FRESH_S: Final = 3.0
 """The joystick's gain and switches are asked for at 2 Hz."""
 
+_NO_VOLTAGE_MV: Final = 65535
 _SWITCHES: Final = {b"PilotGain": "gain", b"InputHold": "input_hold", b"RollPitch": "roll_pitch"}
 _NAMED: Final = struct.Struct("<If10s")
 
@@ -30,7 +31,7 @@ class Heard:
 
     `gain` is the joystick gain, `input_hold` whether the sticks are held, `roll_pitch` whether they tilt instead of
     move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there. `pwm_us` are the pulses
-    of outputs 1 to 16.
+    of outputs 1 to 16, `pressure_pa` the second barometer's, which is the one in the water.
     """
 
     system: int
@@ -48,6 +49,10 @@ class Heard:
     attitude: tuple[float, float, float] = (math.nan, math.nan, math.nan)
     rate: tuple[float, float, float] = (math.nan, math.nan, math.nan)
     attitude_s: float = -math.inf
+    pressure_pa: float = math.nan
+    pressure_s: float = -math.inf
+    voltage_v: float = math.nan
+    voltage_s: float = -math.inf
 
     def hear(self, link: int, frame: Frame, now_s: float) -> Any | None:
         """Take a frame; return its message if it is an answer that somebody may wait for."""
@@ -66,6 +71,14 @@ class Heard:
                 self.attitude = (message.roll, message.pitch, message.yaw)
                 self.rate = (message.rollspeed, message.pitchspeed, message.yawspeed)
                 self.attitude_s = now_s
+        elif number == dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2:
+            message = decode(frame)
+            if message is not None:
+                self.pressure_pa, self.pressure_s = 100.0 * message.press_abs, now_s
+        elif number == dialect.MAVLINK_MSG_ID_SYS_STATUS:
+            message = decode(frame)
+            if message is not None and 0 < message.voltage_battery < _NO_VOLTAGE_MV:
+                self.voltage_v, self.voltage_s = 1e-3 * message.voltage_battery, now_s
         elif number in (dialect.MAVLINK_MSG_ID_PARAM_VALUE, dialect.MAVLINK_MSG_ID_COMMAND_ACK):
             return decode(frame)
         return None

@@ -1,4 +1,4 @@
-"""ArduSub's mixer: the pilot's sticks to a wrench in surge, sway and yaw, and a wrench to sticks.
+"""ArduSub's mixer: the pilot's sticks to a wrench in surge, sway and yaw, a wrench to sticks, and heave beside it.
 
 MANUAL_CONTROL's x, y and r times the joystick's gain are the inputs of the mixer, 1 in full; output n is
 1500 + 400 times the sum of its factors times the inputs (libraries/AP_Motors/AP_Motors6DOF.cpp, ArduSub/joystick.cpp
@@ -35,14 +35,22 @@ MOST_MENDED: Final = 0.1
 class Mixer:
     """The horizontal part of a frame, with the thrusters of a vehicle file in the frame's order.
 
-    `directions` are the MOT_n_DIRECTION. Raises ConfigError if the vehicle file's thrusters push otherwise than the
+    `directions` are the MOT_n_DIRECTION, `motors` the motor, from 1, of each output if that is not the one of its own
+    number. Raises ConfigError if the vehicle file's thrusters push otherwise than the
     frame takes them to.
     """
 
     def __init__(
-        self, frame: int, directions: Sequence[float], configuration: Configuration, curve: Curve
+        self,
+        frame: int,
+        directions: Sequence[float],
+        configuration: Configuration,
+        curve: Curve,
+        motors: Sequence[int] = (),
     ) -> None:
-        factors = np.array(FRAMES[frame], dtype=float) * np.array(directions)[:, None]
+        driven = [motor - 1 for motor in motors] or list(range(len(directions)))
+        turned = np.array(directions)[driven]
+        factors = np.array(FRAMES[frame], dtype=float)[driven] * turned[:, None]
         self._driven = np.abs(factors).sum(axis=1) > 0
         self._factors = factors[self._driven]
         self._curve = curve
@@ -51,12 +59,16 @@ class Mixer:
         self._unmix = np.linalg.pinv(self._factors)
         limit_n = min(configuration.thruster_limit_n, curve.max_n, -curve.min_n)
         self._pulses = Pulses(curve, LEAST_SHARE * limit_n)
+        # Every vertical thruster of these frames has the factor 1 downwards.
+        self._down = turned[~self._driven]
+        self._sinks = allocation_matrix(configuration)[2, ~self._driven]
         effect = self._matrix @ self._factors
         across = np.abs(effect - np.diag(np.diag(effect))).max()
-        if np.diag(effect).min() <= 0 or across > 0.1 * np.diag(effect).min():
+        rises = (self._sinks * self._down).min() <= 0
+        if rises or np.diag(effect).min() <= 0 or across > 0.1 * np.diag(effect).min():
             raise ConfigError(
-                "the thrusters of the vehicle file do not push as ArduSub's frame takes them to: compare their order "
-                "and directions with the frame's, and MOT_n_DIRECTION with the vehicle"
+                "the thrusters of the vehicle file do not push as ArduSub's frame takes them to: make the file anew by "
+                "seatrial vehicle guess, or mend SERVOn_FUNCTION and MOT_n_DIRECTION"
             )
 
     def wrench(self, inputs: Array) -> Array:
@@ -82,6 +94,11 @@ class Mixer:
                 best, least = inputs, size
             aim = aim + np.clip(error, -most, most)
         return best
+
+    def heave_input(self, force_n: float) -> float:
+        """Input downwards that gives a force in heave, N, downwards."""
+        thrusts = force_n * self._sinks / float(self._sinks @ self._sinks)
+        return float(np.mean((self._pulses(thrusts) - NEUTRAL_US) / SPAN_US * self._down))
 
     def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
         """Wrench (3,) of the pulses of the frame's outputs."""

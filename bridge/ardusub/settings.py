@@ -5,7 +5,6 @@ all for a name that it does not know; such a name counts as unknown after `UNKNO
 """
 
 import math
-from collections.abc import Mapping
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -17,12 +16,19 @@ AGAIN_S: Final = 0.6
 UNKNOWN_AFTER: Final = 5
 
 FAILSAFE: Final = "FS_GCS_ENABLE"
+PILOT: Final = "SYSID_MYGCS"
+"""Whose sticks are taken. Up to 4.6; 4.7 has MAV_GCS_SYSID in its place (by its source)."""
 PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
 WARNS_ALONE: Final = 1
 DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 """Settings with which ArduSub takes VISION_POSITION_DELTA for velocity (measured, 4.5.7)."""
 RECORDED: Final = ("INS_GYRO_FILTER", "INS_ACCEL_FILTER")
 """Read for the recording alone: how late the autopilot's rates of turn and accelerations are."""
+
+
+def function_name(output: int) -> str:
+    """Name of the parameter of the motor that an output drives."""
+    return f"SERVO{output}_FUNCTION"
 
 
 def direction_name(number: int) -> str:
@@ -39,7 +45,9 @@ class Settings:
             FRAME,
             FAILSAFE,
             PILOT_FAILSAFE,
+            PILOT,
             *(direction_name(number) for number in range(1, thrusters + 1)),
+            *(function_name(number) for number in range(1, thrusters + 1)),
             *(DVL if has_dvl else ()),
             *RECORDED,
         ]
@@ -70,22 +78,24 @@ class Settings:
 
     @property
     def obstacle(self) -> str:
-        """Why the companion may not hold the sticks, at most 50 characters; "" if it may."""
+        """Why the companion may not hold the sticks, and what to do; "" if it may."""
         if not self.complete:
             return "the autopilot's parameters are not read yet"
         if self.values[FRAME] not in FRAMES:
-            return f"{FRAME} {self.values[FRAME]:g} is not supported"
+            return f"{FRAME} {self.values[FRAME]:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
         if self._thrusters != len(FRAMES[int(self.values[FRAME])]):
-            return f"{FRAME} {self.values[FRAME]:g} has not {self._thrusters} thrusters"
+            return f"{FRAME} {self.values[FRAME]:g} has not {self._thrusters} thrusters: name that vehicle's own file"
         for name in (FAILSAFE, PILOT_FAILSAFE):
             # NaN too: without a fail-safe a dead companion would leave the last sticks in force.
             if not self.values[name] > (WARNS_ALONE if name == FAILSAFE else 0):
                 return f"{name} must stop the vehicle: set it to 2"
+        if math.isnan(self.values[PILOT]):
+            return f"no {PILOT}: from 4.7 on ArduSub has MAV_GCS_SYSID, use 4.5 or 4.6"
         return ""
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """Sentences for the crew, 50 characters each, on settings that do not fit the DVL."""
+        """Sentences for the crew on settings that do not fit the DVL."""
         if not (self._has_dvl and self.complete):
             return ()
         return tuple(
@@ -93,10 +103,3 @@ class Settings:
             for name, wanted in DVL.items()
             if self.values[name] != wanted
         )
-
-
-def directions(values: Mapping[str, float], thrusters: int) -> tuple[float, ...]:
-    """+1 or -1 of each thruster."""
-    return tuple(
-        -1.0 if values.get(direction_name(number), 1.0) < 0 else 1.0 for number in range(1, thrusters + 1)
-    )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from bridge.ardusub.frames import FRAME, FRAMES
-from bridge.ardusub.settings import direction_name
+from bridge.ardusub.settings import direction_name, function_name
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
 
@@ -71,7 +71,7 @@ def wiring(values: Mapping[str, float], thrusters: Mapping[str, int]) -> Wiring:
     count = thrusters[frame]
     driven: dict[int, int] = {}
     for output in range(1, OUTPUTS + 1):
-        motor = int(values.get(f"SERVO{output}_FUNCTION", 0)) - FIRST_MOTOR + 1
+        motor = int(values.get(function_name(output), 0)) - FIRST_MOTOR + 1
         if 1 <= motor <= MOTORS:
             # The lower of two outputs with one motor: where an applet drives the upper, the lower mirrors it.
             driven.setdefault(motor, output)

@@ -3,8 +3,8 @@
     IDLE -> COUNTDOWN -> GOING (to its station) -> WAITING -> FLYING a manoeuvre -> GOING back -> WAITING ...
 
 From any of these, once: RETURNING to where it began (finished, a limit reached, the ground silent), or HOLDING where it
-is (the end key, a sensor silent), or IDLE at once (the pilot's sticks moved, disarmed). A return ends in HOLDING, and
-that by disarming. A flight that ended is over: nothing resumes by itself.
+is (the end key, a sensor silent), or IDLE at once (the pilot's sticks moved, disarmed, the thrusters in other hands). A
+return ends in HOLDING, and that by disarming. A flight that ended is over: nothing resumes by itself.
 """
 
 import math
@@ -64,6 +64,7 @@ class End(IntEnum):
     NO_DEPTH = 15
     ASTRAY = 16
     UNASKED = 17
+    TAKEN = 18
 
 
 WORDS: Final = {
@@ -85,6 +86,7 @@ WORDS: Final = {
     End.NO_DEPTH: "no depth, it holds",
     End.ASTRAY: "can't get to its place",
     End.UNASKED: "no further order",
+    End.TAKEN: "sticks or mode in other hands",
 }
 """Why a flight ended, short enough for a STATUSTEXT."""
 
@@ -98,7 +100,8 @@ BLIND: Final = tuple(SENSES)
 class Seen:
     """The state of vehicle, ground and sticks at a tick.
 
-    `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick.
+    `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick; `in_hand`: the thrusters obey the
+    flight, as they always do where no autopilot stands between.
     """
 
     time_s: float
@@ -106,6 +109,7 @@ class Seen:
     armed: bool
     ground_s: float
     touched: bool = False
+    in_hand: bool = True
 
 
 class Flight:
@@ -218,6 +222,8 @@ class Flight:
             self._idle(End.STICKS)
         elif not seen.armed and (self.state is not State.COUNTDOWN or seen.time_s >= self._until_s):
             self._idle(self.end if self.state is State.HOLDING else End.DISARMED)
+        elif not seen.in_hand and (self.state is not State.COUNTDOWN or seen.time_s >= self._until_s):
+            self._idle(End.TAKEN)
         elif self.state is State.COUNTDOWN:
             if end := self._exceeds(seen, navigation):
                 self._idle(end)

@@ -48,8 +48,13 @@ class Flights:
         elif touched(message):
             self._touched_s = now_s
 
-    def order(self, message: Any, navigation: Navigation, *, armed: bool, now_s: float) -> tuple[int, int]:
-        """Obey a COMMAND_LONG of `orders.COMMANDS`; return its MAV_RESULT and result_param2."""
+    def order(
+        self, message: Any, navigation: Navigation, *, armed: bool, now_s: float, obstacle: str = ""
+    ) -> tuple[int, int]:
+        """Obey a COMMAND_LONG of `orders.COMMANDS`; return its MAV_RESULT and result_param2.
+
+        `obstacle`: why no flight may begin now, "" if it may.
+        """
         self._ground_s = now_s
         numbers: Seven = (
             *(message.param1, message.param2, message.param3, message.param4),
@@ -67,7 +72,8 @@ class Flights:
         if numbers[1] != self._obeyed:
             if numbers[0] in (What.BEGIN, What.FLY) and self._rows_of(numbers) is None:
                 return _AGAIN, place
-            refused = self._obey(numbers, Seen(now_s, navigation, armed, now_s, self._touched(now_s)))
+            seen = Seen(now_s, navigation, armed, now_s, self._touched(now_s))
+            refused = (obstacle if numbers[0] == What.BEGIN else "") or self._obey(numbers, seen)
             if refused:
                 self._texts.append(f"no flight: {refused}")
                 return _DENIED, place
@@ -79,10 +85,12 @@ class Flights:
         texts, self._texts = self._texts, []
         return texts
 
-    def step(self, navigation: Navigation, *, armed: bool, now_s: float) -> Reference | None:
+    def step(
+        self, navigation: Navigation, *, armed: bool, now_s: float, in_hand: bool = True
+    ) -> Reference | None:
         """The reference of this tick, None while no flight steers."""
         flight = self.flight
-        reference = flight.step(Seen(now_s, navigation, armed, self._ground_s, self._touched(now_s)))
+        reference = flight.step(Seen(now_s, navigation, armed, self._ground_s, self._touched(now_s), in_hand))
         told = flight.state, flight.end
         if told != self._spoken:
             if flight.end is not self._spoken[1] and flight.end is not End.NONE:

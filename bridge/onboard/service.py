@@ -88,10 +88,10 @@ _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 class Bridge:
     """Bridge of one vehicle. It takes orders (parameter writes, arming, motor tests) only from `ground`.
 
-    `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None
-    refuses FTP requests. Neither waits for the disk. `companion`: an autopilot flies the vehicle, and arms it.
-    `motor_tests` is set by the program that drives the thrusters while no mission runs, `flights` by one that can fly
-    manoeuvres; both stay None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders
+    `ring` keeps the sent frames, with or without a link; None keeps nothing. `files` answers MAVLink FTP; None refuses
+    FTP requests. Neither waits for the disk. `companion`: an autopilot flies the vehicle, and arms it. `motor_tests` is
+    set by the program that drives the thrusters while no mission runs, `flights` by one that can fly manoeuvres, or the
+    companion's; both stay None if no program does. `counts`: "unfit" (readings that fit no message), "refused" (orders
     from strangers), "too fast" (dropped parameter writes).
     """
 
@@ -112,7 +112,7 @@ class Bridge:
         self.parsers: dict[str, Parser] = {}
         self.armed = False
         self.motor_tests: MotorTests | None = None
-        self.flights: Flights | None = None
+        self.flights: Flights | None = None if companion is None else companion.flights
         self._vehicle = vehicle
         self._clock = clock
         self._sides = Sides(links, self.say)
@@ -149,7 +149,8 @@ class Bridge:
     @property
     def navigation(self) -> Navigation:
         """Latest values of all sensors."""
-        return replace(self._navigator.navigation, voltage_v=self._feedback.voltage_v(self._clock.boot_s()))
+        battery = self._feedback if self._companion is None else self._companion
+        return replace(self._navigator.navigation, voltage_v=battery.voltage_v(self._clock.boot_s()))
 
     @property
     def link_faults(self) -> dict[str, str]:
@@ -217,7 +218,8 @@ class Bridge:
         """Return the reference of a flight's tick, None while none steers; disarm at its end. Needs `flights`."""
         assert self.flights is not None
         now_s, flight = self._clock.boot_s(), self.flights.flight
-        reference = self.flights.step(self.navigation, armed=self.armed, now_s=now_s)
+        in_hand = self._companion is None or self._companion.in_hand(now_s)
+        reference = self.flights.step(self.navigation, armed=self.armed, now_s=now_s, in_hand=in_hand)
         if flight.disarms:
             flight.disarms = False
             self.arm(False)
@@ -235,6 +237,8 @@ class Bridge:
     def arm(self, wanted: bool) -> bool:
         """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
         if self._companion is not None:
+            if self._companion.arm(wanted):
+                return True
             self.say("the autopilot arms this vehicle: ask it")
             return False
         if wanted and self._parameters.mode.applies_feedforward and not self._parameters.active_crc:
@@ -361,7 +365,12 @@ class Bridge:
         self._to_autopilot(companion.step(now_s))
         self.armed = companion.armed
         for sample in companion.take_samples():
-            self._navigator.take_imu(sample)
+            if isinstance(sample, ImuSample):
+                self._navigator.take_imu(sample)
+            else:
+                self._navigator.take_pressure(sample)
+        if companion.is_due(now_s):
+            self._to_autopilot(companion.steer(now_s, self.fly(), self.navigation))
         for actuation in companion.take_actuations():
             for reading in telemetry.actuation_readings(actuation):
                 self._send(reading)
@@ -387,9 +396,11 @@ class Bridge:
             return []
         if kind == "COMMAND_LONG" and mine and self.flights is not None and message.command in COMMANDS:
             now_s = self._clock.boot_s()
-            return acknowledged(
-                message, *self.flights.order(message, self.navigation, armed=self.armed, now_s=now_s)
+            obstacle = "" if self._companion is None else self._companion.no_flight(now_s)
+            flight = self.flights.order(
+                message, self.navigation, armed=self.armed, now_s=now_s, obstacle=obstacle
             )
+            return acknowledged(message, *flight)
         if kind == "COMMAND_LONG":
             tests = self.motor_tests
             now_s = self._clock.boot_s()

@@ -1,23 +1,32 @@
 """A flight session on a recorded link: every frame of the flight is in the dive folder, orders included.
 
+Beside ArduSub the session is with the companion; the autopilot's own messages that a dive needs are asked for here,
+since ArduSub sends each link those that were asked for on it.
+
 The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
 """
 
 from collections.abc import Callable
 from typing import Final
 
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.ardusub.heard import AUTOPILOT
+from bridge.ardusub.rates import Rates
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder
+from bridge.wire.framing import decode as decode_message
 from bridge.wire.readings import decode
 from gcs_plugin.flying.session import FlightSession
-from gcs_plugin.peers import GROUND_STATION, Peers, Source
+from gcs_plugin.peers import COMPANIONS, GROUND_STATION, Peers, Source
 from gcs_plugin.recording.recorder import Recorded, Recorder
 from gcs_plugin.watch.hearing import StatusTexts
 
 FIND_S: Final = 5.0
 STEP_S: Final = 0.05
+_ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
 
 
 class Outbox:
@@ -53,6 +62,7 @@ class Crew:
         self._encoder = Encoder(*GROUND_STATION)
         self._texts = StatusTexts(lambda _source, _severity, text: tell(f"vehicle: {text.words}"))
         self._session: FlightSession | None = None
+        self._rates: Rates | None = None
         self.veh_cfg: float | None = None
 
     @property
@@ -89,7 +99,10 @@ class Crew:
             raise LinkError("this vehicle flies no manoeuvres by itself; fly the plan by hand, as it says")
         if not flying:
             raise LinkTimeout(f"no vehicle within {FIND_S:g} s; check cable, address and that it is on")
-        self._session = FlightSession(flying.pop(), number)
+        vehicle = flying.pop()
+        if vehicle[1] in COMPANIONS:
+            self._rates = Rates(vehicle[0], AUTOPILOT)
+        self._session = FlightSession(vehicle, number)
         return self._session
 
     @property
@@ -100,7 +113,9 @@ class Crew:
     def step(self) -> None:
         """Record, hear, and send what is due."""
         self._step()
-        for message in self.session.tick(self.clock.boot_s()):
+        now_s = self.clock.boot_s()
+        rates = [] if self._rates is None else self._rates.step(now_s, has_switches=True)
+        for message in (*rates, *self.session.tick(now_s)):
             self._outbox.put(self._encoder.encode(message))
 
     def _step(self) -> list[Recorded]:
@@ -109,6 +124,14 @@ class Crew:
         for item in taken:
             self._peers.on_frame(item.frame, self._link, now_s)
             self._texts.hear(item.frame)
+            if self._rates is not None and item.frame.message_id == _ACK:
+                self._granted(item)
             if self._session is not None:
                 self._session.on_frame(item.frame, now_s)
         return taken
+
+    def _granted(self, item: Recorded) -> None:
+        message, vehicle = decode_message(item.frame), self.session.vehicle
+        if message is not None and (item.frame.system, item.frame.component) == (vehicle[0], AUTOPILOT):
+            assert self._rates is not None
+            self._rates.on_ack(message, self.clock.boot_s())

@@ -61,7 +61,10 @@ class Outcome:
 
 
 class PlanFlight:
-    """One flight of a plan. `step` until `over`; `key` is the end key: it holds, and pressed again it disarms."""
+    """One flight of a plan. `step` until `over`; `key` is the end key: it holds, and pressed again it disarms.
+
+    A flight that is finished is over once all that it flew is identified, which may take longer than the flight.
+    """
 
     def __init__(
         self,
@@ -79,7 +82,7 @@ class PlanFlight:
         self._left = list(plan.pieces)
         self._flown: Piece | None = None
         self._told_of: set[str] = set()
-        self._unasked = self._finishing = self._keyed = self._disarming = False
+        self._unasked = self._finishing = self._keyed = self._disarming = self._landed = False
         self._begun_s = self._took_off_s = crew.clock.boot_s()
         self._was: tuple[State, str] = (State.IDLE, "")
 
@@ -98,7 +101,7 @@ class PlanFlight:
     def step(self) -> None:
         """Record, hear, judge and ask."""
         self._crew.step()
-        session, now_s = self._crew.session, self._crew.clock.boot_s()
+        now_s = self._crew.clock.boot_s()
         self._tell_state()
         if not self._keyed and (fault := self._crew.fault):
             self._tell(fault)
@@ -106,6 +109,13 @@ class PlanFlight:
         widths = self._identifying.answer()
         if widths is not None:
             self._weigh(widths, now_s)
+        if not self._landed:
+            self._go_on(now_s)
+        self.over = self._landed and not self._concludes()
+
+    def _go_on(self, now_s: float) -> None:
+        """Ask for the next piece, or end a flight that is over."""
+        session = self._crew.session
         if session.over:
             self._end(now_s)
         elif now_s - max(session.heard_s, self._begun_s) > UNHEARD_S + self._limits.link_s:
@@ -113,6 +123,13 @@ class PlanFlight:
             self._end(now_s)
         elif session.ready and not self._keyed and not self._finishing:
             self._next()
+
+    def _concludes(self) -> bool:
+        """Whether the identification of all that was flown is still to come."""
+        if self._keyed or self.outcome.end is not End.FINISHED or self.outcome.all_known:
+            return False
+        self._ask()
+        return self._identifying.busy
 
     def _weigh(self, widths: Widths, now_s: float) -> None:
         self.outcome.widths = widths
@@ -130,9 +147,7 @@ class PlanFlight:
             self.outcome.pieces += 1
             self.outcome.flown_s += self._flown.duration_s
             self._flown, self._unasked = None, True
-        if self._unasked and not self._identifying.busy and set(self._wanted.names) <= self._told_of:
-            self._identifying.ask()
-            self._unasked = False
+        self._ask()
         missing = set(self._wanted.missing(self.outcome.widths))
         piece = next((piece for piece in self._left if missing & set(piece.tells)), None)
         if piece is not None:
@@ -140,8 +155,14 @@ class PlanFlight:
             self._flown = piece
             self._tell(f"flies {piece.name}")
             self._crew.session.fly(piece.legs)
-        elif not self._identifying.busy:
+        else:
             self._finish("the plan is flown; it goes back")
+
+    def _ask(self) -> None:
+        """Identify what is recorded so far, where that is worth it."""
+        if self._unasked and not self._identifying.busy and set(self._wanted.names) <= self._told_of:
+            self._identifying.ask()
+            self._unasked = False
 
     def _finish(self, words: str) -> None:
         self._finishing = True
@@ -155,11 +176,11 @@ class PlanFlight:
         self.outcome.end, self.outcome.words = end, session.words
         self.outcome.seconds = now_s - self._begun_s
         if session.failure or session.state is State.IDLE:
-            self.over = session.idle or bool(session.failure)
+            self._landed = session.idle or bool(session.failure)
         elif end not in (End.KEY, *BLIND) and session.has_armed:
             self._disarm()
         elif not session.has_armed:
-            self.over = True
+            self._landed = True
 
     def _disarm(self) -> None:
         if not self._disarming:

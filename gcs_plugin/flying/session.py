@@ -57,7 +57,7 @@ class FlightSession:
     """`vehicle` system and component; `number` of the first order, any from 1 to 2^23 that no other ground used."""
 
     def __init__(self, vehicle: Source, number: int) -> None:
-        self._vehicle, self._number = vehicle, number
+        self.vehicle, self._number = vehicle, number
         self._queue: deque[_Command] = deque()
         self._rows: list[_Command] = []
         self._tries = 0
@@ -144,11 +144,11 @@ class FlightSession:
             return []
         self._sent_s = now_s
         command = self._queue[0]
-        return [dialect.MAVLink_command_long_message(*self._vehicle, command.command, 0, *command.numbers)]
+        return [dialect.MAVLink_command_long_message(*self.vehicle, command.command, 0, *command.numbers)]
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
         """A frame arrived."""
-        if (frame.system, frame.component) != self._vehicle:
+        if (frame.system, frame.component) != self.vehicle:
             return
         if frame.message_id == _ARRAY:
             reading = decode_reading(frame)

@@ -24,12 +24,14 @@ FORGOTTEN_S: Final = 3600.0
 
 @dataclass(frozen=True)
 class HeardVehicle:
-    """A vehicle's component that the recording heard, last at `heard_unix_s`; `holds`: it has reported FF_MODE."""
+    """A vehicle's component that the recording heard, last at `heard_unix_s`; `holds` and `behind` as in
+    `peers.KnownVehicle`."""
 
     system: int
     component: int
     holds: bool
     heard_unix_s: float
+    behind: bool = False
 
 
 @dataclass(frozen=True)

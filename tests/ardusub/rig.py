@@ -82,7 +82,15 @@ class Pilot:
         return [m for m in self.heard if m.get_type() == kind]
 
     def texts(self):
-        return [m.text for m in self.of("STATUSTEXT")]
+        """What was said, the pieces of a long text joined."""
+        texts, number = [], 0
+        for m in self.of("STATUSTEXT"):
+            if m.id and m.id == number:
+                texts[-1] += m.text
+            else:
+                texts.append(m.text)
+            number = m.id
+        return texts
 
 
 def ready(autopilot, aboard, pilot, *acts):
@@ -97,14 +105,11 @@ def ready(autopilot, aboard, pilot, *acts):
 
 def arm(autopilot, aboard, pilot, *acts):
     """Arm, again where it was too early."""
-
-    def armed():
-        if not aboard.companion.armed:
-            autopilot.arm()
-            autopilot.run(1.5, aboard, pilot, *acts)
-        return aboard.companion.armed
-
-    assert autopilot.until(armed, 30.0, aboard, pilot, *acts)
+    for _ in range(20):
+        autopilot.arm()
+        if autopilot.until(lambda: aboard.companion.armed, 1.5, aboard, pilot, *acts):
+            return
+    raise AssertionError(pilot.texts())
 
 
 def taken(aboard):

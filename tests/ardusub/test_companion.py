@@ -7,7 +7,9 @@ from rig import Aboard, Pilot, arm, ready, taken
 
 from bridge.links.memory import memory_pair
 from bridge.vehicle.mode import Mode
-from bridge.wire.framing import Encoder
+from bridge.wire.framing import Encoder, Framer, decode
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.peers import KnownVehicle, Peers
 
 WAIT_S = 20.0
 
@@ -311,3 +313,47 @@ def test_sticks_that_come_on_a_second_link_too_are_sent_on_once(fake):
     sticks = pilot.encoder.encode(dialect.MAVLink_manual_control_message(1, 300, 0, 500, 0, 0))
     fake.run(1.0, aboard, pilot, lambda: far.write(sticks))
     assert sent.count(1) == pytest.approx(sent.count(0), abs=1)
+
+
+def test_off_waits_for_a_companion_that_is_known_from_before_until_it_is_heard_on_this_link(fake):
+    """Until then the autopilot would execute it."""
+    sent, hear = [], fake.hear
+
+    def listen(number, frame, now_s):
+        message = decode(frame)
+        sent.extend([message] if getattr(message, "target_component", 0) == 191 else [])
+        hear(number, frame, now_s)
+
+    fake.hear = listen
+    switch, pilot = Switch(Mode.OFF, known=(KnownVehicle((1, 191), True, -90.0, behind=True),)), Pilot(fake)
+    feed = pilot.framer.feed
+
+    def order():
+        for message in switch.tick(fake.clock.now_s):
+            pilot.send(message)
+
+    def heard(data):
+        frames = feed(data)
+        for frame in frames:
+            switch.on_frame(frame, fake.clock.now_s)
+        return frames
+
+    pilot.framer.feed = heard
+    fake.run(5.0, pilot, order)
+    assert (sent, switch.done) == ([], False)
+    assert switch.words == (
+        "vehicle 1: off waits for its companion's heartbeat: ArduSub would take it for its own until then"
+    )
+    aboard = Aboard(fake, Mode.BOTH)
+    assert fake.until(lambda: switch.done, 8.0, pilot, order, aboard)
+    assert aboard.parameters.mode is Mode.OFF
+    assert sent
+
+
+def test_a_ground_keeps_in_mind_which_companion_stands_behind_ardupilot():
+    peers = Peers()
+    for component, kind, autopilot in ((1, 12, 3), (191, 18, 8)):
+        beat = Encoder(1, component).encode(dialect.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3))
+        (frame,) = Framer().feed(beat)
+        peers.on_frame(frame, "link", 1.0)
+    assert {vehicle.source: vehicle.behind for vehicle in peers.known(2.0)} == {(1, 1): False, (1, 191): True}

@@ -24,15 +24,18 @@ WITH_DVL = replace(FILE, vehicle=replace(FILE.vehicle, sensors=Sensors(dvl=Devic
 class Dvl:
     """A reading of the body's velocity ten times a second, from the body where there is one."""
 
-    def __init__(self, autopilot, aboard, velocity=(0.4, -0.1, 0.05)):
+    def __init__(self, autopilot, aboard, velocity=(0.4, -0.1, 0.05), noise_m_s=0.0):
+        self.noise_m_s, self.rng = noise_m_s, np.random.default_rng(1)
         self.autopilot, self.aboard, self.velocity, self.due_s = autopilot, aboard, velocity, 0.0
+        self.alive = True
 
     def __call__(self):
         now_s = self.autopilot.clock.boot_s()
-        if now_s >= self.due_s:
+        if now_s >= self.due_s and self.alive:
             self.due_s = now_s + 0.1
             if self.autopilot.is_firmware:
-                self.velocity = tuple(self.autopilot.body.state[7:10].tolist())
+                noise = self.noise_m_s * self.rng.standard_normal(3)
+                self.velocity = tuple((self.autopilot.body.state[7:10] + noise).tolist())
             self.aboard.bridge.accept("dvl", (DvlSample(now_s, self.velocity, NAN, 3.0),))
 
 

@@ -1,16 +1,29 @@
 """Figures with the firmware in the loop, printed by `pytest -s`: how well it follows, and how it ends."""
 
 import sys
+import time
 
 import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD
 from fakes.firmware import Firmware
+from fakes.vehicle import QuietLink
 from rig import Aboard, Pilot, arm, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
+from test_flights import BATTERY, LIMITS
 
+from bridge.ardusub.companion import companion_file
 from bridge.ardusub.law import MANUAL
+from bridge.flight.flight import End
+from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.mode import Mode
+from gcs_plugin.flying.plan import flight_plan
+from gcs_plugin.flying.run import PlanFlight, Wanted
+from identify.estimators.table import DEFAULT, estimator
+from identify.ingest.open import read_dive
+from identify.planning.limits import Limits
+from identify.run.plan import plan
+from tui.flying import InTurn, recorded_crew
 
 pytestmark = pytest.mark.soak
 DEATHS = 20
@@ -92,6 +105,57 @@ def begun_again(firmware):
     assert pilot.read("SYSID_MYGCS") == 255
     arm(firmware, aboard, pilot, *acts[2:])
     return aboard, pilot, acts
+
+
+class Port(QuietLink):
+    """The ground's link to the firmware; a read lets the body's time pass."""
+
+    name = "tcp:firmware"
+
+    def __init__(self, firmware, *acts):
+        self.firmware, self.acts = firmware, acts
+
+    def read(self, timeout_s):
+        self.firmware.run(timeout_s, *self.acts)
+        return b"".join(iter(lambda: self.firmware.ground.read(0.0), b""))
+
+    def write(self, data):
+        self.firmware.ground.write(data)
+
+
+def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path):
+    """`fly` for the width that laps by hand leave, the identifications beside it as slow as here."""
+    (tmp_path / "rov.yaml").write_text(
+        (CONFIGS / "vehicles" / "bluerov2.yaml").read_text() + "sensors: {dvl: {kind: a50}}\n"
+    )
+    file = load_vehicle(str(tmp_path / "rov.yaml"))
+    firmware = Firmware(tmp_path / "sitl", depth_m=4.0, settings=BATTERY)
+    try:
+        aboard, pilot = Aboard(firmware, file=companion_file(file)), Pilot(firmware)
+        acts = (aboard, Dvl(firmware, aboard, noise_m_s=0.004))
+        pilot.flies = False
+        ready(firmware, aboard, pilot, *acts)
+        assert firmware.until(lambda: not aboard.companion.no_flight(firmware.clock.boot_s()), 30.0, *acts)
+        proposal = plan(file, Limits(space_m=6.0, depth_space_m=2.0, speed_m_s=0.5), 300.0).proposal
+        flown = flight_plan("firmware", 3.0, [part.manoeuvre.steps for part in proposal.parts])
+        crew, recorder, folder = recorded_crew(
+            Port(firmware, *acts), file, "standard", tmp_path, firmware.clock, say
+        )
+        identifying = InTurn(folder.path, file, "standard", firmware.clock, time.monotonic)
+        crew.find(1)
+        flight = PlanFlight(crew, flown, LIMITS, Wanted(flown.tells, 0.05), identifying, say)
+        flight.begin(5.0)
+        while not flight.over:
+            flight.step()
+        recorder.close()
+        say(f"{flight.outcome}")
+        answer = estimator(DEFAULT)(read_dive(folder.path, None, file), file, "standard", lambda *_: None)
+        for p in answer.parameters:
+            say(f"{p.name} {p.value:.4g} ({p.low95:.4g} to {p.high95:.4g})")
+        assert flight.outcome.end is End.FINISHED
+        assert float(np.hypot(*firmware.body.state[:2])) < 0.5
+    finally:
+        firmware.close()
 
 
 def disarmed(pilot):

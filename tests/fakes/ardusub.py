@@ -28,6 +28,7 @@ def parameters():
         "VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0, "SCR_ENABLE": 0.0,
         "INS_GYRO_FILTER": 20.0, "INS_ACCEL_FILTER": 20.0,
         **{f"MOT_{n}_DIRECTION": 1.0 for n in range(1, 7)},
+        **{f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 7)},
     }  # fmt: skip
 
 
@@ -74,6 +75,7 @@ class Ardusub:
         self.sticks, self.gain = (0, 0, 500, 0), 0.5
         self.input_hold = self.roll_pitch = 0.0
         self.pwm = [1500] * 6
+        self.depth_m, self.voltage_v = 2.0, 16.0
         # A link without streams: the joystick's switches (251) come only with the stream that carries them.
         self.intervals = {0: 1.0, 36: 0.5, 30: 0.1}
         self.says_switches = True
@@ -142,7 +144,7 @@ class Ardusub:
 
     def obey(self, message, frame, now_s):
         kind = message.get_type()
-        mine = frame.system == self.parameters["SYSID_MYGCS"]
+        mine = frame.system == self.parameters.get("SYSID_MYGCS", 255.0)
         if kind == "HEARTBEAT" and mine:
             self.mygcs_s = now_s
         elif kind == "MANUAL_CONTROL" and mine:
@@ -150,6 +152,10 @@ class Ardusub:
             self.sticks = (message.x, message.y, message.z, message.r)
         elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
             self.interval(int(message.param1), message.param2, now_s)
+        elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_COMPONENT_ARM_DISARM:
+            self.armed = bool(message.param1)
+        elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_DO_SET_MODE:
+            self.mode = int(message.param2)
         elif kind == "REQUEST_DATA_STREAM" and message.req_stream_id == 2:
             self.intervals[251], self.due[251] = 1 / message.req_message_rate, now_s
         elif kind == "PARAM_SET":
@@ -240,6 +246,12 @@ class Ardusub:
             elif number == 36:
                 pulses = (*self.pwm, *(0,) * 2)
                 self.send(dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses, *(0,) * 8))
+            elif number == 137:
+                hpa = 1013.25 + 1000.0 * 9.81 * self.depth_m / 100
+                self.send(dialect.MAVLink_scaled_pressure2_message(boot_ms, hpa, 0.0, 1000))
+            elif number == 1:
+                volts = round(1e3 * self.voltage_v)
+                self.send(dialect.MAVLink_sys_status_message(0, 0, 0, 0, volts, *(0,) * 8))
             elif number == 30:
                 self.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0))
             elif number == 251 and self.says_switches:

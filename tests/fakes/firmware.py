@@ -1,8 +1,11 @@
 """The real ArduSub as a process, the simulated BlueROV2 as its body: for `SEATRIAL_ARDUSUB=/path/to/ardusub`.
 
-It has the words of the fake, `fakes.ardusub.Ardusub`: two links, `run`, `until`, `arm`, `set_mode`.
+It has the words of the fake, `fakes.ardusub.Ardusub`: two links, `run`, `until`, `arm`, `set_mode`. Time is the body's,
+which runs as fast as the computer can, and not at all between two calls; `RealTime` is for a test that starts another
+program beside it.
 """
 
+import queue
 import threading
 import time
 from dataclasses import replace
@@ -11,9 +14,10 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub import firmware
-from bench.ardusub.firmware import SETTINGS, WHY_NOT, free_instance, launched, reached
+from bench.ardusub.firmware import SETTINGS, WHY_NOT
 from bridge.clock import SystemClock
-from bridge.simulator.json_plant import PORT, json_body, serve
+from bridge.errors import LinkError
+from bridge.simulator.json_plant import json_body
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
@@ -28,45 +32,58 @@ def binary():
 
 
 class Firmware:
-    """`ardusub --model JSON` in `folder`, with its own parameters; `settings` overrides SETTINGS."""
+    """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS."""
 
     is_firmware = True
 
     def __init__(self, folder, vehicle="bluerov2", settings=None, planted=None, depth_m=5.0):
         path = binary()
-        folder.mkdir()
         file = load_vehicle(vehicle)
         configuration = next(iter(file.vehicle.configurations))
         truth = replace(load_truth(file, configuration).calm(), onset=planted or {})
         self.body = json_body(file, configuration, truth, depth_m=depth_m)
-        number = free_instance()
-        self.stop = threading.Event()
-        self.physics = threading.Thread(
-            target=serve, args=(self.body, PORT + 10 * number, self.stop), daemon=True
-        )
-        self.physics.start()
-        base = 5760 + 10 * number
-        self.process = launched(path, folder, number, {**SETTINGS, **(settings or {})}, speedup=1)
-        self.clock = SystemClock()
-        self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * n}") for n in range(2))
+        self.process = firmware.Firmware(path, folder, self.body, {**SETTINGS, **(settings or {})})
+        self.clock = self.process.clock
+        self.ground, self.aboard = self.process.ground, self.process.aboard
         self.own = Encoder(255, 190)
+        self.work, self.results = queue.Queue(), queue.Queue()
+        self.begin()
+
+    def begin(self):
+        self.thread = threading.Thread(target=self.work_on, daemon=True)
+        self.thread.start()
+
+    def work_on(self):
+        try:
+            self.process.fly(self.forever())
+        except LinkError as error:  # the firmware ended
+            self.results.put((None, error))
+
+    def forever(self):
+        """One piece of work after the other; the body, and with it the firmware, waits for each."""
+        while (work := self.work.get()) is not None:
+            try:
+                self.results.put(((yield from work), None))
+            except Exception as error:  # noqa: BLE001 (raised again in the test's thread)
+                self.results.put((None, error))
 
     def run(self, seconds, *acts):
-        until_s = self.clock.boot_s() + seconds
-        while self.clock.boot_s() < until_s:
-            for act in acts:
-                act()
-            time.sleep(0.002)
+        self.until(lambda: False, seconds, *acts)
 
     def until(self, found, seconds, *acts):
-        until_s = self.clock.boot_s() + seconds
-        while self.clock.boot_s() < until_s:
-            if result := found():
-                return result
-            for act in acts:
-                act()
-            time.sleep(0.002)
-        return found()
+        def script():
+            until_s = self.clock.boot_s() + seconds
+            while not (result := found()) and self.clock.boot_s() < until_s:
+                for act in acts:
+                    act()
+                yield
+            return result
+
+        self.work.put(script())
+        result, error = self.results.get(timeout=600)
+        if error is not None:
+            raise error
+        return result
 
     def command(self, number, *parameters):
         filled = (*parameters, *(0,) * (7 - len(parameters)))
@@ -79,9 +96,25 @@ class Firmware:
         self.command(dialect.MAV_CMD_DO_SET_MODE, 1.0, float(mode))
 
     def close(self):
-        self.process.kill()
-        self.process.wait()
-        self.stop.set()
-        self.physics.join(10.0)
-        self.ground.close()
-        self.aboard.close()
+        self.work.put(None)
+        self.process.close()
+
+
+class RealTime(Firmware):
+    """No faster than real time, which goes on between two calls."""
+
+    def __init__(self, folder, monkeypatch, **options):
+        monkeypatch.setattr(firmware, "SPEEDUP", 1)
+        super().__init__(folder, **options)
+        self.clock = SystemClock()
+
+    def begin(self):
+        pass
+
+    def until(self, found, seconds, *acts):
+        until_s = self.clock.boot_s() + seconds
+        while not (result := found()) and self.clock.boot_s() < until_s:
+            for act in acts:
+                act()
+            time.sleep(0.002)
+        return result

@@ -158,6 +158,21 @@ def test_only_pieces_that_tell_what_is_not_known_yet_are_flown(tmp_path):
     assert water.flight.outcome.words == "finished"
 
 
+def test_the_vehicle_goes_back_without_waiting_for_a_slow_identification_which_decides_afterwards(tmp_path):
+    known = dict.fromkeys(("M_u", "I_r", "D_u", "D_r"), 0.01)
+    water = Water(tmp_path, known, plan=flight_plan("test", 0.4, [QUICK[:1] * 2, YAW]))
+    water.identifying.answer, answer = lambda: None, water.identifying.answer
+    water.fly(lambda water: water.state is State.IDLE and water.flight.outcome.end is End.FINISHED)
+    flown_s = water.flight.outcome.seconds
+    water.fly(lambda water: water.clock.boot_s() > flown_s + 30.0)
+    assert not water.flight.over
+    water.identifying.answer = answer
+    water.fly()
+    assert water.flight.outcome.all_known
+    assert water.flight.outcome.seconds == flown_s
+    assert water.identifying.asked == 1
+
+
 def test_the_end_key_holds_and_a_second_press_disarms(tmp_path):
     water = Water(tmp_path, {}).fly(lambda water: water.state is State.FLYING)
     water.flight.key()

@@ -4,8 +4,8 @@ import copy
 from statistics import mean
 
 import pytest
+from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
 from figures import keep
-from parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.vehicle.coefficients import COEFFICIENTS

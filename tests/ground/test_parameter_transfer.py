@@ -1,7 +1,7 @@
 """The transfer and the listing of parameters over a bad link: no answer is believed too early."""
 
 import pytest
-from parameters_over_a_link import SOURCE, Reached
+from fakes.parameters_over_a_link import SOURCE, Reached
 from soak import rest_in_soak
 
 from gcs_plugin.params.deadline import RoundTrips, attempts_needed, deadline_s, retry_delay_s

@@ -1,7 +1,7 @@
 """An upload as a whole: the old set or the new flies, and of two uploads at once one waits its turn."""
 
 import pytest
-from parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
+from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
 
 from bridge.errors import ParamRejected
 from bridge.vehicle.parameters import COMMIT, set_crc

@@ -299,7 +299,12 @@ class RecordingState:
     def _vehicles(self, recorder: Recorder) -> tuple[HeardVehicle, ...]:
         boot_s, unix_s = self._clock.boot_s(), self._clock.unix_s()
         return tuple(
-            HeardVehicle(*vehicle.source, vehicle.holds, round(unix_s - boot_s + vehicle.heard_s, 3))
+            HeardVehicle(
+                *vehicle.source,
+                vehicle.holds,
+                round(unix_s - boot_s + vehicle.heard_s, 3),
+                vehicle.behind,
+            )
             for vehicle in recorder.vehicles
         )
 

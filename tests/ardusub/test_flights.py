@@ -1,0 +1,324 @@
+"""A plan flown beside ArduSub, the fake one and the firmware: by sticks, within limits, and every failure's end."""
+
+import random
+import sys
+
+import numpy as np
+import pytest
+from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub
+from fakes.firmware import Firmware
+from rig import Aboard, Pilot, arm, ready
+from test_dvl_and_recording import WITH_DVL, Dvl
+
+from bridge.flight.flight import End, State
+from bridge.flight.limits import FlightLimits
+from bridge.vehicle.legs import Leg
+from gcs_plugin.flying.session import FlightSession
+
+LIMITS = FlightLimits(0.3, 8.0, 1.0, 6.0, 0.9, 25.0, 12.0, 900.0, hold_s=3.0)
+WAVE = (Leg(2.0, push_surge_n=8.0), Leg(4.0, push_surge_n=-8.0, alternate=3), Leg(2.0, push_surge_n=8.0))
+BATTERY = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "SIM_BATT_VOLTAGE": 16}
+COUNTDOWN_S = 4.0
+DEPTH_M = 4.0
+BACK_M = 0.5
+DIES_WITHIN_S = 4.5
+
+
+class Flown:
+    """A companion, its DVL, and a ground that flies it. `ground` False: no word of the ground arrives any more."""
+
+    def __init__(self, autopilot, limits=LIMITS):
+        self.autopilot, self.limits, self.ground, self.alone = autopilot, limits, True, 0
+        self.pilot, self.session = Pilot(autopilot), FlightSession((1, 191), 1000)
+        self.pilot.flies = False
+        feed = self.pilot.framer.feed
+        self.pilot.framer.feed = lambda data: [self._heard(frame) for frame in feed(data)]
+        self.start()
+
+    def start(self):
+        """A companion starts, in place of one before it."""
+        self.aboard = Aboard(self.autopilot, file=WITH_DVL)
+        self.dvl = Dvl(self.autopilot, self.aboard, (0.0, 0.0, 0.0))
+
+    @property
+    def flight(self):
+        return self.aboard.companion.flights.flight
+
+    @property
+    def pwm(self):
+        return {round(us) for us in self.aboard.companion.heard.pwm_us[:6]}
+
+    @property
+    def armed(self):
+        """By the autopilot's own word to the ground."""
+        beats = [m for m in self.pilot.of("HEARTBEAT") if m.get_srcComponent() == 1]
+        return bool(beats[-1].base_mode & 128)
+
+    def away_m(self):
+        return float(np.hypot(*self.autopilot.body.state[:2])) if self.autopilot.is_firmware else 0.0
+
+    def __call__(self):
+        for act in (self.aboard, self.dvl):
+            act()
+        self.pilot.beats = self.ground
+        self.pilot()
+        for message in self.session.tick(self.autopilot.clock.boot_s()):
+            if self.ground:
+                self.pilot.send(message)
+
+    def run(self, seconds):
+        self.autopilot.run(seconds, self)
+        return self
+
+    def until(self, over, within_s=90.0):
+        assert self.autopilot.until(over, within_s, self), (
+            self.flight.state, self.flight.end, self.flight.pose, self.session.failure, self.pilot.texts(),
+        )  # fmt: skip
+        return self
+
+    def afloat(self, mode=MANUAL):
+        """Known to the companion, disarmed."""
+        ready(self.autopilot, self.aboard, self.pilot, self.dvl)
+        self.until(lambda: self.aboard.companion.no_flight(self.autopilot.clock.boot_s()) == "")
+        self.autopilot.set_mode(mode)
+        self.until(lambda: self.aboard.companion.heard.mode == mode)
+        return self.run(4.0)
+
+    def begin(self):
+        depth_m = self.aboard.bridge.navigation.depth_m
+        self.session.begin(self.limits, depth_m, COUNTDOWN_S)
+        return self.until(lambda: self.session.ready or self.session.over)
+
+    def flying(self, seconds=3.0):
+        self.begin()
+        self.session.fly(WAVE)
+        self.until(lambda: self.flight.state is State.FLYING)
+        self.run(seconds)
+        assert self.flight.state is State.FLYING
+        assert self.pwm != {1500}
+        return self
+
+    def is_free(self):
+        """The sticks are the pilot's again."""
+        assert self.pilot.read("SYSID_MYGCS") == 255
+        return True
+
+    def _heard(self, frame):
+        self.session.on_frame(frame, self.autopilot.clock.boot_s())
+        return frame
+
+
+@pytest.fixture(params=["fake", "firmware"])
+def flown(request, tmp_path):
+    autopilot = Ardusub() if request.param == "fake" else Firmware(tmp_path / "sitl", settings=BATTERY)
+    yield Flown(autopilot)
+    autopilot.close()
+
+
+def test_a_plan_is_flown_by_sticks_and_the_vehicle_ends_where_it_began_as_it_was(flown):
+    flown.afloat(ALT_HOLD).begin()
+    assert flown.pilot.read("SYSID_MYGCS") == 1
+    flown.session.fly(WAVE)
+    flown.until(lambda: flown.flight.state is State.FLYING).run(1.5)
+    assert flown.pwm & set(range(1550, 1650)), "8 N of push"
+    flown.until(lambda: flown.session.ready)
+    flown.session.finish()
+    flown.until(lambda: flown.session.over)
+    flown.session.disarm()
+    flown.until(lambda: flown.session.idle and not flown.aboard.companion.steering.active).run(2.0)
+    assert (flown.flight.end, flown.armed, flown.pwm) == (End.FINISHED, False, {1500})
+    assert flown.away_m() < BACK_M
+    assert flown.is_free()
+
+
+def test_a_touched_stick_has_the_vehicle_at_once_in_the_mode_it_was_in(flown):
+    flown.afloat(ALT_HOLD).flying()
+    flown.pilot.flies = True
+    flown.run(1.0)
+    assert flown.flight.state is State.FLYING, "sticks at rest"
+    flown.pilot.sticks["y"] = 300
+    flown.run(0.2)
+    assert (flown.flight.state, flown.flight.end) == (State.IDLE, End.STICKS)
+    flown.run(3.0)
+    assert flown.aboard.companion.heard.pwm_us[:4] == pytest.approx((1560, 1440, 1560, 1440), abs=30)
+    assert flown.aboard.companion.heard.mode == ALT_HOLD
+    assert flown.armed
+    assert flown.is_free()
+
+
+def test_the_end_key_holds_it_and_a_second_press_disarms_it(flown):
+    flown.afloat().flying()
+    flown.session.stop()
+    flown.until(lambda: flown.flight.state is State.HOLDING, 0.5)
+    flown.session.disarm()
+    flown.until(lambda: flown.session.idle and not flown.armed, 3.0).run(0.5)
+    assert flown.pwm == {1500}
+
+
+def test_a_vehicle_that_the_pilot_holds_armed_is_taken_in_the_last_seconds_and_left_armed(flown):
+    flown.afloat(ALT_HOLD)
+    arm(flown.autopilot, flown.aboard, flown.pilot, flown.dvl)
+    flown.run(1.5)
+    flown.session.begin(flown.limits, flown.aboard.bridge.navigation.depth_m, 6.0)
+    flown.run(2.5)
+    assert flown.aboard.companion.heard.mode == ALT_HOLD, "it keeps its depth meanwhile"
+    flown.until(lambda: flown.session.ready)
+    flown.session.finish()
+    flown.until(lambda: flown.flight.state is State.HOLDING)
+    assert not flown.session.has_armed
+
+
+def change_mode(flown):
+    flown.autopilot.set_mode(ALT_HOLD)
+
+
+def write_sysid(flown):
+    flown.pilot.write("SYSID_MYGCS", 255)
+
+
+@pytest.mark.parametrize("take", [change_mode, write_sysid])
+def test_a_mode_or_sysid_that_another_program_sets_ends_the_flight_with_nothing_steered(flown, take):
+    flown.afloat().flying()
+    take(flown)
+    flown.until(lambda: flown.flight.state is State.IDLE, 8.0)
+    assert flown.flight.end is End.TAKEN
+    flown.run(3.0)
+    if take is change_mode:
+        assert flown.aboard.companion.heard.mode == ALT_HOLD
+    assert flown.aboard.companion.heard.pwm_us[:4] == pytest.approx((1500,) * 4, abs=60), "heading alone"
+    assert flown.is_free()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("FS_GCS_ENABLE", 0.0, "no flight: FS_GCS_ENABLE must stop the vehicle: set it to 2"),
+        (
+            "FRAME_CONFIG",
+            4.0,
+            "no flight: FRAME_CONFIG 4 is not supported: 1 (vectored) and 2 (vectored_6dof) are",
+        ),
+        ("SYSID_MYGCS", 254.0, "no flight: SYSID_MYGCS is 254, the pilot's system 255"),
+    ],
+)
+def test_what_speaks_against_a_flight_is_said(name, value, reason):
+    fake = Ardusub()
+    fake.parameters[name] = value
+    flown = Flown(fake)
+    flown.run(9.0)
+    flown.session.begin(LIMITS, 2.0, COUNTDOWN_S)
+    flown.run(1.0)
+    assert reason in "".join(flown.pilot.texts())
+    assert not fake.armed
+
+
+def test_nothing_is_armed_without_a_flight_and_a_stopped_companion_leaves_it_disarmed():
+    flown = Flown(Ardusub()).afloat()
+    assert not flown.aboard.companion.arm(True)
+    flown.flying()
+    flown.until(lambda: flown.aboard.companion.leave(), 5.0).run(1.0)
+    assert (flown.flight.end, flown.armed, flown.pwm) == (End.TAKEN, False, {1500})
+    assert flown.is_free()
+
+
+def kill(flown):
+    flown.aboard.alive = False
+
+
+def lose_link(flown):
+    flown.ground = False
+
+
+def silence_dvl(flown):
+    flown.dvl.alive = False
+
+
+def drain(flown):
+    flown.autopilot.voltage_v = 11.5
+    flown.pilot.write("SIM_BATT_VOLTAGE", 11.5)
+
+
+def restart(flown):
+    flown.start()
+
+
+FAILURES = {
+    "companion killed": (kill, (), 3.5),
+    "link lost": (lose_link, (End.LINK,), BACK_M),
+    "DVL silent": (silence_dvl, (End.VELOCITY,), 2.5),
+    "battery low": (drain, (End.BATTERY,), BACK_M),
+    "191 restarted": (restart, (), 2.5),
+}
+
+
+def ends_as_documented(flown, name, rng):
+    """A failure at any moment from the end of the countdown to the way back: disarmed, thrusters at rest, near
+    enough to where it began, the sticks the pilot's; return the seconds that took, and metres from the beginning."""
+    fail, ends, within_m = FAILURES[name]
+    began = flown.autopilot.body.state[:2].copy() if flown.autopilot.is_firmware else np.zeros(2)
+    flown.session = FlightSession((1, 191), flown.session._number + 10)
+    flown.session.begin(flown.limits, flown.aboard.bridge.navigation.depth_m, COUNTDOWN_S)
+    flown.until(lambda: flown.flight.state is State.GOING)
+    flight, asked, at_s = flown.flight, False, flown.autopilot.clock.boot_s() + rng.uniform(0.0, 20.0)
+
+    def ask():
+        nonlocal asked
+        if flown.session.ready and not asked:
+            flown.session.fly(WAVE)
+            asked = True
+        elif flown.session.ready:
+            flown.session.finish()
+        return flown.autopilot.clock.boot_s() >= at_s
+
+    flown.until(ask)
+    state = flight.state
+    fail(flown)
+    failed_s = flown.autopilot.clock.boot_s()
+    flown.until(lambda: not flown.armed, 90.0)
+    took_s = flown.autopilot.clock.boot_s() - failed_s
+    flown.ground = True
+    if name == "companion killed":
+        assert took_s < DIES_WITHIN_S
+        flown.start()
+    flown.run(6.0)
+    assert (flown.flight.state, flown.armed, flown.pwm) == (State.IDLE, False, {1500})
+    assert flown.is_free()
+    if ends:
+        assert state is State.RETURNING or flight.end in ends
+    away_m = (
+        float(np.hypot(*(flown.autopilot.body.state[:2] - began))) if flown.autopilot.is_firmware else 0.0
+    )
+    assert away_m < within_m
+    return took_s, away_m
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_each_failure_ends_as_documented(flown, name):
+    ends_as_documented(flown.afloat(), name, random.Random(1))
+
+
+def test_a_companion_that_starts_again_leaves_the_vehicle_to_a_pilot_who_is_there():
+    flown = Flown(Ardusub()).afloat().flying()
+    flown.pilot.flies = True
+    flown.run(0.5)
+    flown.start()
+    flown.run(6.0)
+    assert (flown.armed, flown.pwm) == (True, {1500})
+    assert flown.is_free()
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", FAILURES)
+def test_each_failure_ends_as_documented_twenty_times_with_the_firmware(name, tmp_path):
+    ends = []
+    for seed in range(20):
+        autopilot = Firmware(tmp_path / str(seed), settings=BATTERY)
+        try:
+            ends.append(ends_as_documented(Flown(autopilot).afloat(), name, random.Random(seed)))
+        finally:
+            autopilot.close()
+    took_s, away_m = zip(*ends, strict=True)
+    sys.stderr.write(
+        f"\n{name}: {len(ends)} of 20, disarmed {min(took_s):.1f} to {max(took_s):.1f} s after, at most "
+        f"{max(away_m):.1f} m from where it began\n"
+    )

@@ -1,0 +1,91 @@
+"""An upload to a companion behind ArduSub, on links that lose a third of all frames: complete, or rolled back."""
+
+import random
+
+import pytest
+from fakes.ardusub import Ardusub
+from fakes.lossy import Lossy
+from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
+from fakes.vehicle import QuietLink
+from rig import Aboard, Pilot
+from soak import rest_in_soak
+
+from bridge.vehicle.mode import Mode
+from bridge.vehicle.parameters import COMMIT
+from bridge.wire.framing import Encoder, Framer
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.upload import Upload
+from gcs_plugin.peers import GROUND_STATION, Peers
+
+BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "reorder": 0.1, "jitter_s": 0.2}
+OLD = {f"FF0_{kind}_{dof}": 10.0 for kind in "MD" for dof in "UVW"}
+TARGETS = {"FF0_M_U": 24.5, "FF0_M_V": 40.5, "FF0_D_U": 42.25, "FF0_D_V": 61.5}
+RUNS, A_TEST = 200, 20
+
+
+class Port(QuietLink):
+    """The ground's end of the autopilot's link; a read lets time pass."""
+
+    name = "port:"
+
+    def __init__(self, vehicle):
+        self.vehicle = vehicle
+
+    def read(self, timeout_s):
+        self.vehicle.fake.run(timeout_s, self.vehicle.aboard)
+        return b"".join(iter(lambda: self.vehicle.fake.ground.read(0.0), b""))
+
+    def write(self, data):
+        self.vehicle.fake.ground.write(data)
+
+
+class Beside(Reached):
+    """A companion behind the fake ArduSub that holds OLD, armed by a pilot who is in shadow; its link is bad."""
+
+    def __init__(self, seed):
+        self.fake = Ardusub()
+        self.clock = self.fake.clock
+        self.aboard = Aboard(self.fake, Mode.SHADOW)
+        self.server = self.aboard.parameters
+        for name, value in OLD.items():
+            assert self.server.write(name, value, armed=False) is None
+        assert self.server.write(COMMIT, self.server.staged_crc, armed=False) is None
+        self.link = Lossy(Port(self), random.Random(seed), self.clock, **BAD_LINK)
+        self.sends = 0
+        self._ground, self._framer, self._peers = Encoder(*GROUND_STATION), Framer(), Peers()
+        pilot = Pilot(self.fake)
+        self.fake.run(4.0, self.aboard, pilot)
+        self.foreign = dict(self.fake.parameters)
+
+    def flying(self):
+        return {name: value for name, value in super().flying().items() if name in OLD}
+
+
+def uploaded(seed, cut_s=None):
+    """An upload on a bad link, that is cut altogether after a while, if asked."""
+    vehicle = Beside(seed)
+    upload, began_s = Upload(make_plan(TARGETS, vehicle.values), SOURCE, vehicle.now_s), vehicle.now_s
+
+    def over():
+        if cut_s is not None:
+            vehicle.cut(0.0 <= vehicle.now_s - began_s - cut_s <= 8.0)
+        return upload.ending is not None
+
+    assert vehicle.run(upload, over, 2000.0)
+    vehicle.settle(upload)
+    is_told_as_it_is(vehicle, upload.ending, flown(OLD), flown(OLD | TARGETS))
+    assert vehicle.fake.parameters == vehicle.foreign, "the autopilot took nothing for its own"
+    return upload.ending.outcome
+
+
+@pytest.mark.parametrize("part", rest_in_soak(range(RUNS // A_TEST)))
+def test_an_upload_on_a_link_that_loses_a_third_is_complete_or_rolled_back(part):
+    outcomes = [uploaded(seed) for seed in range(A_TEST * part, A_TEST * (part + 1))]
+    assert set(outcomes) <= {Outcome.APPLIED, Outcome.ROLLED_BACK}
+    assert outcomes.count(Outcome.APPLIED) >= A_TEST - 2
+
+
+def test_one_that_is_cut_off_for_a_while_leaves_the_old_set_or_the_new_in_force():
+    outcomes = {uploaded(seed, cut_s=0.3 * seed) for seed in range(8)}
+    assert outcomes <= {Outcome.APPLIED, Outcome.ROLLED_BACK, Outcome.UNVERIFIED}
