@@ -76,7 +76,7 @@ def launched(
     with (folder / "out.txt").open("wb") as log:
         return subprocess.Popen(
             [
-                str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "--wipe",
+                str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "-w",
                 "--defaults", "defaults.parm", "--home", "33.81,-118.39,0,0", "--rate", "400",
                 "--speedup", str(speedup), "--serial0", "tcp:0:nowait", "--serial1", "tcp:2:nowait",
             ],

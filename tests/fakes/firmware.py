@@ -31,13 +31,17 @@ class Firmware:
 
     is_firmware = True
 
-    def __init__(self, folder, vehicle="bluerov2", settings=None, current_m_s=(0.0, 0.0, 0.0), depth_m=5.0):
+    def __init__(
+        self, folder, vehicle="bluerov2", settings=None, current_m_s=(0.0, 0.0, 0.0), depth_m=5.0, first_output=1
+    ):
         path = binary()
         folder.mkdir()
         file = load_vehicle(vehicle)
         configuration = next(iter(file.vehicle.configurations))
         truth = load_truth(file, configuration).calm()
-        self.body = json_body(file, configuration, truth, depth_m=depth_m, current_m_s=current_m_s)
+        self.body = json_body(
+            file, configuration, truth, depth_m=depth_m, current_m_s=current_m_s, first_output=first_output
+        )
         number = free_instance()
         self.stop = threading.Event()
         self.physics = threading.Thread(
