@@ -396,7 +396,7 @@ local overrides = false
 local function let_go(mirror)
   if overrides then
     for n, row in ipairs(K.factors) do
-      SRV_Channels:set_output_pwm_chan_timeout(K.first_output + row.motor - 2, mirror[n] or 1500, LET_GO_MS)
+      SRV_Channels:set_output_pwm_chan_timeout(K.first_output + row.motor - 2, mirror[n], LET_GO_MS)
     end
     overrides = false
   end
@@ -430,10 +430,8 @@ local function fly(dt)
   local mirror, thrusts = {}, {}
   for n, row in ipairs(K.factors) do
     mirror[n] = SRV_Channels:get_output_pwm(32 + row.motor)
-    if not mirror[n] then
-      let_go(mirror)
-      return
-    end
+    -- Without its mirror nothing is known of a motor: what was overridden ends by itself.
+    if not mirror[n] then return end
     thrusts[n] = thrust_of(mirror[n])
   end
   local inputs, flight_mode = sticks(), vehicle:get_mode()
