@@ -37,6 +37,7 @@ FOLDERS: Final = ("APM/scripts", "scripts")
 UNDER_WAY: Final = "seatrial.new"
 """Name of a script that is not whole yet; scripting takes no notice of it."""
 WRITE_BYTES: Final = 200
+CREATE_TIMES: Final = 5
 AGAIN_S: Final = 0.5
 ANSWER_S: Final = 10.0
 BOOT_S: Final = 60.0
@@ -201,8 +202,7 @@ class Station:
     def put(self, folder: str, data: bytes) -> None:
         """Write the script, and give it its name once it was proven whole. Raises ParamUnverified."""
         under_way, final = f"{folder}/{UNDER_WAY}", f"{folder}/{NAME}"
-        self.ask_files(ftp.Op.RESET)
-        self._must(ftp.Op.CREATE, under_way.encode())
+        self._create(under_way)
         for offset in range(0, len(data), WRITE_BYTES):
             self._must(ftp.Op.WRITE, data[offset : offset + WRITE_BYTES], offset)
         self._must(ftp.Op.TERMINATE)
@@ -215,6 +215,15 @@ class Station:
         self.ask_files(ftp.Op.RENAME, under_way.encode() + b"\0" + final.encode())
         if self.crc32(final) != file_crc(data):
             raise ParamUnverified(f"{final}: it could not be given its name; nothing runs of it, try again")
+
+    def _create(self, path: str) -> None:
+        """Open a new file; a second request, where the answer to the first was lost, is refused."""
+        for _ in range(CREATE_TIMES - 1):
+            self.ask_files(ftp.Op.RESET)
+            if self.ask_files(ftp.Op.CREATE, path.encode()).op == ftp.Op.ACK:
+                return
+        self.ask_files(ftp.Op.RESET)
+        self._must(ftp.Op.CREATE, path.encode())
 
     def _must(self, op: ftp.Op, data: bytes = b"", offset: int = 0) -> None:
         answer = self.ask_files(op, data, offset)
@@ -286,7 +295,9 @@ class Deployment:
             tell("rebooting the autopilot, for its scripting to start")
             self._station.reboot()
             if self._station.read(ENABLE) != 1:
-                raise ParamUnverified(f"the autopilot came back without {ENABLE} 1; nothing more was sent, try again")
+                raise ParamUnverified(
+                    f"the autopilot came back without {ENABLE} 1; nothing more was sent, try again"
+                )
         folder = self._station.folder()
         if folder is None:
             raise ParamUnverified(

@@ -68,7 +68,7 @@ def reached(spec: str) -> Link:
 
 
 def launched(
-    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: int
+    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: float
 ) -> "subprocess.Popen[bytes]":
     """Instance `number` of the firmware in `folder`, with `settings` for its parameters."""
     lines = [f"{name} {value}" for name, value in settings.items()]

@@ -390,7 +390,7 @@ end
 
 -- Every tick.
 
-local last_us, due_us, watch_us = micros(), nil, nil
+local last_us, due_us, watch_us, latest = micros(), nil, nil, 0.0
 local overrides = false
 
 local function let_go(mirror)
@@ -496,6 +496,7 @@ local function update()
   local now = micros()
   local dt = (now - last_us):tofloat() * 1e-6
   last_us = now
+  latest = math.max(latest, dt)
   if dt > PAUSE_S then
     rest()
     dt = 0.0
@@ -519,6 +520,8 @@ local function update()
     gcs:send_named_float("FF_MODE", mode)
     gcs:send_named_float("FF_REF_U", nu[1])
     gcs:send_named_float("FF_REF_V", nu[2])
+    gcs:send_named_float("FF_TICK_MS", 1000 * latest)
+    latest = 0.0
   end
   return update, TICK_MS
 end

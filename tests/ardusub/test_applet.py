@@ -1,14 +1,15 @@
 """The applet put in, looked at and taken out by MAVLink alone, with the fake and with the firmware alike."""
 
 import json
-import threading
+import random
 
 import pytest
-from fakes.ardusub import MANUAL, Ardusub
+from fakes.ardusub import Ardusub
 from fakes.firmware import Firmware
-from rig import Aboard, Pilot, arm, ready
+from rig import Aboard, Pilot, ready
 from test_applet_law import wired
 
+from bridge import exit_codes
 from bridge.ardusub.applet import applet, wiring_fault
 from bridge.errors import LinkError, ParamRejected, ParamUnverified
 from bridge.links.link import Link
@@ -20,6 +21,7 @@ from gcs_plugin.applet import Deployment
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.comparison import Wanted, planned
 from gcs_plugin.params.receipt import newest
+from tui.cli import main
 
 FILE = load_vehicle("bluerov2")
 WIRED = {f"SERVO{8 + n}_FUNCTION": 32 + n for n in range(1, 7)}
@@ -33,7 +35,7 @@ class Ground(Link):
 
     def read(self, timeout_s):
         self.autopilot.run(max(timeout_s, 0.01))
-        return self.autopilot.ground.read(0.0)
+        return b"".join(iter(lambda: self.autopilot.ground.read(0.0), b""))
 
     def write(self, data):
         self.autopilot.ground.write(data)
@@ -123,3 +125,149 @@ def stop_by_command(autopilot):
     """MAV_CMD_SCRIPTING with SCRIPTING_CMD_STOP."""
     autopilot.command(42701, 2.0)
     autopilot.run(2.0)
+
+
+@pytest.fixture
+def fake():
+    pytest.importorskip("lupa.lua53", reason="the Lua of applets needs the package lupa")
+    made = wired(Ardusub())
+    made.link = Ground(made)
+    made.scripting.boot(0.0)
+    return made
+
+
+def unchanged(fake, act, error, words):
+    """`act` raises, and neither parameters nor files are others than before."""
+    before = dict(fake.parameters), dict(fake.scripting.files)
+    with pytest.raises(error, match=words):
+        act()
+    assert (fake.parameters, fake.scripting.files) == before
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"SERVO9_FUNCTION": 94.0}, "SERVO9_FUNCTION is 94, an output of scripts.*disarmed too"),
+        ({"SERVO3_FUNCTION": 96.0, "SERVO11_FUNCTION": 35.0}, "SERVO3_FUNCTION is 96, an output of scripts"),
+        (
+            {f"SERVO{n}_FUNCTION": 0.0 for n in range(9, 15)},
+            "SERVO9_FUNCTION is 0, not 33: wire the thrusters",
+        ),
+        ({"SERVO2_FUNCTION": 0.0}, "SERVO2_FUNCTION is 0, not 34"),
+        ({"SERVO12_FUNCTION": 33.0}, "SERVO12_FUNCTION is 33, not 36"),
+        ({"FRAME_CONFIG": 2.0}, "FRAME_CONFIG 2 is not supported for a vehicle file of 6 thrusters"),
+    ],
+)
+def test_in_another_wiring_it_refuses_with_the_reason_and_sends_nothing(fake, tmp_path, changes, words):
+    fake.parameters |= changes
+    made = deployment(fake)
+    unchanged(fake, lambda: made.deploy(tmp_path, print), ParamRejected, words)
+    assert not made.look().good
+
+
+def test_a_firmware_without_scripting_is_refused(fake):
+    values = {name: value for name, value in fake.parameters.items() if name != "SCR_ENABLE"}
+    assert "can't run scripts" in wiring_fault(values, 6)
+
+
+def test_an_armed_vehicle_is_left_alone(fake, tmp_path):
+    fake.armed = True
+    made = deployment(fake)
+    unchanged(fake, lambda: made.deploy(tmp_path, print), ParamRejected, "armed")
+    unchanged(fake, lambda: made.remove(print), ParamRejected, "armed")
+
+
+def test_beside_a_companion_it_is_refused(fake):
+    aboard = Aboard(fake)
+    fake.run(2.0, aboard)
+    listen, fake.link.read = fake.link.read, lambda timeout_s: aboard() or listen(timeout_s)
+    with pytest.raises(LinkError, match="companion, component 191"):
+        deployment(fake)
+
+
+def test_a_script_that_arrived_damaged_never_runs(fake, tmp_path):
+    fake.scripting.damages_files = True
+    with pytest.raises(ParamUnverified, match="not what was sent"):
+        deployed(fake, tmp_path)
+    assert fake.scripting.files == {}
+    assert fake.scripting.scripts == []
+
+
+def test_a_script_that_can_not_be_loaded_is_noticed(fake, tmp_path):
+    fake.scripting.lacks_memory = True
+    with pytest.raises(ParamUnverified, match="SCR_HEAP_SIZE"):
+        deployed(fake, tmp_path)
+
+
+def test_deployed_again_it_leaves_the_feedforward_off_and_the_set_in_force(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good
+    fake.parameters["FF_MODE"] = 3.0
+    fake.run(0.1)
+    deployed(fake, tmp_path)
+    state = deployment(fake).look()
+    assert (state.good, state.mode) == (True, 0.0)
+    assert state.active > 0
+
+
+def test_the_script_of_another_vehicle_file_is_told_apart(fake, tmp_path):
+    deployed(fake, tmp_path)
+    fake.parameters |= {"MOT_1_DIRECTION": 1.0}
+    name = "scripts/seatrial.lua"
+    fake.scripting.files[name] = fake.scripting.files[name].replace(b"pace = 3.0", b"pace = 4.0")
+    state = deployment(fake).look()
+    assert (state.there, state.is_mine, state.good) == (False, True, False)
+
+
+def test_a_lossy_link_brings_it_over_whole(fake, tmp_path):
+    fake.link = Losing(fake, 0.2)
+    assert deployed(fake, tmp_path)
+    made = applet(FILE, "standard", fake.parameters)
+    assert fake.scripting.files == {"scripts/seatrial.lua": made.text.encode()}
+
+
+@pytest.fixture
+def command(fake, monkeypatch):
+    """`seatrial applet` on the fake: its exit code by the words after the verb."""
+    monkeypatch.setattr("tui.links.link_for", lambda *_: fake.link)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: fake.clock)
+
+    def run(*words):
+        return main(["applet", *words, "--vehicle", "bluerov2", "--link", "udpin:127.0.0.1:14550"])
+
+    return run
+
+
+def test_the_command_deploys_checks_and_removes(command, tmp_path, capsys):
+    deploys = "deploy", "--yes", "--receipts", str(tmp_path)
+    assert command("check") == exit_codes.NO
+    assert "runs: no" in capsys.readouterr().out
+    assert command(*deploys, "--json", str(tmp_path / "state.json")) == exit_codes.DONE
+    state = json.loads((tmp_path / "state.json").read_text())
+    assert (state["good"], state["runs"], state["mode"]) == (True, True, 0.0)
+    assert "no set in force" in capsys.readouterr().out
+    assert command("check") == exit_codes.DONE
+    assert command("remove", "--yes") == exit_codes.DONE
+    assert "script in scripts: none" in capsys.readouterr().out
+
+
+def test_the_command_refuses_a_wiring_that_freezes(command, fake, tmp_path, capsys):
+    fake.parameters["SERVO10_FUNCTION"] = 95.0
+    assert command("deploy", "--receipts", str(tmp_path)) != exit_codes.DONE
+    assert "keeps its last pulse" in capsys.readouterr().err
+
+
+class Losing(Ground):
+    """A share of what is written, and of what is read, is lost."""
+
+    def __init__(self, autopilot, share):
+        super().__init__(autopilot)
+        self.share, self.rng = share, random.Random(4)
+
+    def read(self, timeout_s):
+        data = super().read(timeout_s)
+        return b"" if self.rng.random() < self.share else data
+
+    def write(self, data):
+        if self.rng.random() >= self.share:
+            super().write(data)

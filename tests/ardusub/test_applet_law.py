@@ -7,13 +7,13 @@ from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD, TICK_S, Ardusub
 from bridge.ardusub.applet import applet
 from bridge.ardusub.law import MOST_ADDED, StickLaw
 from bridge.ardusub.mixing import LEAST_SHARE, Mixer
-from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.accepted_effects import known_effects
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Lead, Onset, Slope, feedforward
-from bridge.vehicle.references import ZERO6, Reference
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.parameters import set_crc, to_float32, vehicle_table
+from bridge.vehicle.references import ZERO6, Reference
 from bridge.vehicle.shadow import BLOCK_S, WINDOW_S
 from bridge.vehicle.thrusters import Allocator, Pulses, thrust_curve
 
@@ -54,7 +54,11 @@ class Rig:
 
     @property
     def coefficients(self):
-        return {name: self.values[f"FF0_{name.upper()}"] for name in self.names if self.values[f"FF0_{name.upper()}"]}
+        return {
+            name: self.values[f"FF0_{name.upper()}"]
+            for name in self.names
+            if self.values[f"FF0_{name.upper()}"]
+        }
 
     @property
     def names(self):

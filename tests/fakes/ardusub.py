@@ -7,13 +7,13 @@ the same.
 from collections import deque
 from dataclasses import dataclass, field
 
+from fakes.scripting import Scripting
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.links.memory import memory_pair
 from bridge.wire import ftp
 from bridge.wire.framing import Encoder, Framer, decode
-from fakes.scripting import Scripting
 
 TICK_S = 0.01
 MANUAL, ALT_HOLD, POSHOLD = 19, 2, 16

@@ -10,7 +10,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub import firmware
-from bench.ardusub.firmware import SETTINGS, WHY_NOT, free_instance, launched, reached
+from bench.ardusub.firmware import SETTINGS, WHY_NOT, BodyClock, free_instance, launched, reached
 from bridge.clock import SystemClock
 from bridge.simulator.json_plant import PORT, json_body, serve
 from bridge.simulator.truth import load_truth
@@ -27,15 +27,23 @@ def binary():
 
 
 class Firmware:
-    """`ardusub --model JSON` in `folder`, with its own parameters; `settings` overrides SETTINGS."""
+    """`ardusub --model JSON` in `folder`, with its own parameters; `settings` overrides SETTINGS.
+
+    At a `pace` below 1 its time, which is then the clock, passes slower than a computer's: on a loaded one its scripts
+    get their turns all the same. `files` are in the folder from the start, by name.
+    """
 
     is_firmware = True
 
     def __init__(
-        self, folder, vehicle="bluerov2", settings=None, current_m_s=(0.0, 0.0, 0.0), depth_m=5.0, first_output=1
-    ):
+        self, folder, vehicle="bluerov2", settings=None, current_m_s=(0.0, 0.0, 0.0), depth_m=5.0,
+        first_output=1, files=None, pace=1.0,
+    ):  # fmt: skip
         path = binary()
         folder.mkdir()
+        for name, text in (files or {}).items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
         file = load_vehicle(vehicle)
         configuration = next(iter(file.vehicle.configurations))
         truth = load_truth(file, configuration).calm()
@@ -49,8 +57,8 @@ class Firmware:
         )
         self.physics.start()
         base = 5760 + 10 * number
-        self.process = launched(path, folder, number, {**SETTINGS, **(settings or {})}, speedup=1)
-        self.clock = SystemClock()
+        self.process = launched(path, folder, number, {**SETTINGS, **(settings or {})}, pace)
+        self.clock = SystemClock() if pace == 1.0 else BodyClock(self.body)
         self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * n}") for n in range(2))
         self.own = Encoder(255, 190)
 

@@ -1,9 +1,9 @@
 """The scripting of the fake ArduSub: files by MAVLink FTP, scripts that run, outputs that they override for a time."""
 
+from fakes.lua import Script
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.wire import ftp
-from fakes.lua import Script
 from gcs_plugin.applet import file_crc
 
 OUTPUTS = 16
