@@ -257,6 +257,23 @@ def test_the_command_refuses_a_wiring_that_freezes(command, fake, tmp_path, caps
     assert "keeps its last pulse" in capsys.readouterr().err
 
 
+def switched(fake, *words):
+    """`seatrial ff`: its exit code."""
+    return main(["ff", *words, "--seconds", "6", "--link", "udpin:127.0.0.1:14550"])
+
+
+def test_ff_switches_it_as_any_vehicle_and_believes_the_script_alone(command, fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good
+    assert switched(fake, "both", "--yes") == exit_codes.DONE
+    assert switched(fake, "off") == exit_codes.DONE
+    assert fake.parameters["FF_MODE"] == 0.0
+    fake.scripting.stop()
+    assert switched(fake, "shadow", "--yes") == exit_codes.NO
+    # The autopilot took the parameter of a script that does not run.
+    assert fake.parameters["FF_MODE"] == 1.0
+
+
 class Losing(Ground):
     """A share of what is written, and of what is read, is lost."""
 
