@@ -292,19 +292,36 @@ def test_armed_the_mode_is_raised_once_a_minute_in_shadow_was_good():
 
 
 def test_it_is_not_raised_where_the_model_explains_too_little_of_the_force():
-    rig = Rig(mode=Mode.SHADOW, more={"M_u": 34.0, "D_u": 12.0, "X_uu": 60.0})
+    rig = Rig(mode=Mode.SHADOW, more={name: 0.4 * value for name, value in TRUE.items()})
     fly_in_shadow(rig, TRUE, WINDOW_S + 2 * BLOCK_S)
     rig.order(Mode.BOTH)
     assert rig.fake.parameters["FF_MODE"] == Mode.SHADOW
     assert rig.said("of surge explained")
 
 
-def test_another_set_begins_the_minute_anew():
-    rig = Rig(mode=Mode.SHADOW)
-    fly_in_shadow(rig, TRUE, WINDOW_S + 2 * BLOCK_S)
+def another_set(rig):
     rig.set({"M_u": 17.5})
     rig.commit()
     assert rig.fake.parameters["FF_ACTIVE"] == set_crc(rig.values)
+
+
+def a_rest_disarmed(rig):
+    rig.fake.armed = False
+    rig.fake.run(TICK_S)
+    rig.fake.armed = True
+
+
+def no_velocity(rig):
+    rig.fake.scripting.knows_velocity = False
+    rig.fake.run(TICK_S)
+    rig.fake.scripting.knows_velocity = True
+
+
+@pytest.mark.parametrize("event", [another_set, a_rest_disarmed, no_velocity])
+def test_the_minute_begins_anew(event):
+    rig = Rig(mode=Mode.SHADOW)
+    fly_in_shadow(rig, TRUE, WINDOW_S + 2 * BLOCK_S)
+    event(rig)
     rig.order(Mode.ALONE)
     assert rig.fake.parameters["FF_MODE"] == Mode.SHADOW
 

@@ -223,6 +223,8 @@ def test_a_script_that_stops_leaves_the_mixers_own_output_each_time(tmp_path):
             took_ms.append(1e3 * (last_s - stopped_s))
             kept_up.append(not seen[-1][1] and pilot.sees_armed())
             assert not beats(pilot)
+            pilot.write("FF_VERSION", 1.0)
+            firmware.run(0.2, *acts)
             firmware.command(dialect.MAV_CMD_SCRIPTING, 3.0)
         pilot.sticks["x"] = 300
         firmware.command(dialect.MAV_CMD_SCRIPTING, 2.0)
