@@ -51,6 +51,7 @@ def autopilot(request, tmp_path):
         pytest.importorskip("lupa.lua53", reason="the Lua of applets needs the package lupa")
         made = wired(Ardusub())
         made.parameters["SCR_ENABLE"] = 0.0
+        made.quirks.read_s = 0.02
         made.link = Ground(made)
     else:
         made = Firmware(tmp_path / "sitl", settings=WIRED, first_output=9, depth_m=10.0)
@@ -227,49 +228,45 @@ def test_a_lossy_link_brings_it_over_whole(fake, tmp_path):
 
 
 @pytest.fixture
-def command(fake, monkeypatch):
-    """`seatrial applet` on the fake: its exit code by the words after the verb."""
+def seatrial(fake, monkeypatch):
+    """The command on the fake: its exit code by the words of a line."""
     monkeypatch.setattr("tui.links.link_for", lambda *_: fake.link)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: fake.clock)
 
-    def run(*words):
-        return main(["applet", *words, "--vehicle", "bluerov2", "--link", "udpin:127.0.0.1:14550"])
+    def run(line, *options):
+        return main([*line.split(), *options, "--link", "udpin:127.0.0.1:14550"])
 
     return run
 
 
-def test_the_command_deploys_checks_and_removes(command, tmp_path, capsys):
-    deploys = "deploy", "--yes", "--receipts", str(tmp_path)
-    assert command("check") == exit_codes.NO
+def test_the_command_deploys_checks_and_removes(seatrial, tmp_path, capsys):
+    deploy = f"applet deploy --vehicle bluerov2 --yes --receipts {tmp_path}"
+    check = "applet check --vehicle bluerov2"
+    assert seatrial(check) == exit_codes.NO
     assert "runs: no" in capsys.readouterr().out
-    assert command(*deploys, "--json", str(tmp_path / "state.json")) == exit_codes.DONE
+    assert seatrial(deploy, "--json", str(tmp_path / "state.json")) == exit_codes.DONE
     state = json.loads((tmp_path / "state.json").read_text())
     assert (state["good"], state["runs"], state["mode"]) == (True, True, 0.0)
     assert "no set in force" in capsys.readouterr().out
-    assert command("check") == exit_codes.DONE
-    assert command("remove", "--yes") == exit_codes.DONE
+    assert seatrial(check) == exit_codes.DONE
+    assert seatrial("applet remove --vehicle bluerov2 --yes") == exit_codes.DONE
     assert "script in scripts: none" in capsys.readouterr().out
 
 
-def test_the_command_refuses_a_wiring_that_freezes(command, fake, tmp_path, capsys):
+def test_the_command_refuses_a_wiring_that_freezes(seatrial, fake, tmp_path, capsys):
     fake.parameters["SERVO10_FUNCTION"] = 95.0
-    assert command("deploy", "--receipts", str(tmp_path)) != exit_codes.DONE
+    assert seatrial(f"applet deploy --vehicle bluerov2 --receipts {tmp_path}") != exit_codes.DONE
     assert "keeps its last pulse" in capsys.readouterr().err
 
 
-def switched(fake, *words):
-    """`seatrial ff`: its exit code."""
-    return main(["ff", *words, "--seconds", "6", "--link", "udpin:127.0.0.1:14550"])
-
-
-def test_ff_switches_it_as_any_vehicle_and_believes_the_script_alone(command, fake, tmp_path):
+def test_ff_switches_it_as_any_vehicle_and_believes_the_script_alone(seatrial, fake, tmp_path):
     deployed(fake, tmp_path)
     assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good
-    assert switched(fake, "both", "--yes") == exit_codes.DONE
-    assert switched(fake, "off") == exit_codes.DONE
+    assert seatrial("ff both --yes --seconds 6") == exit_codes.DONE
+    assert seatrial("ff off --seconds 6") == exit_codes.DONE
     assert fake.parameters["FF_MODE"] == 0.0
     fake.scripting.stop()
-    assert switched(fake, "shadow", "--yes") == exit_codes.NO
+    assert seatrial("ff shadow --yes --seconds 6") == exit_codes.NO
     # The autopilot took the parameter of a script that does not run.
     assert fake.parameters["FF_MODE"] == 1.0
 

@@ -70,17 +70,20 @@ def configuration_of(file: VehicleFile) -> str:
 
 def lines(state: State) -> list[str]:
     """What was found, a line each."""
-    script = {
-        None: "none",
-        True: "that of the vehicle file",
-        False: "another than the vehicle file's: deploy again",
-    }
     said = [f"wiring: {state.fault or 'fail-safe, the mixer is mirrored on the lower outputs'}"]
     if state.folder is None:
         return [*said, "scripting: off"]
-    said.append(f"script in {state.folder}: {script[state.there]}")
+    if state.there is None:
+        script = "none"
+    elif state.fault:
+        script = "there; remove it: seatrial applet remove"
+    else:
+        script = (
+            "that of the vehicle file" if state.there else "another than the vehicle file's: deploy again"
+        )
+    said.append(f"script in {state.folder}: {script}")
     if not state.runs:
         return [*said, "runs: no, the mixer alone drives the thrusters"]
     force = f"set {state.active:.0f} in force" if state.active else "no set in force: seatrial params upload"
-    runs = "yes" if state.is_mine else "yes, but another than the vehicle file's"
+    runs = "yes" if state.is_mine or state.fault else "yes, but another than the vehicle file's"
     return [*said, f"runs: {runs}; feed-forward {word_of(state.mode)}, {force}"]
