@@ -44,6 +44,12 @@ BOOT_S: Final = 60.0
 DEAF_S: Final = 2.0
 """After an order to reboot: what comes until then is of the run before."""
 BEATS_WITHIN_S: Final = 10.0
+ENDS: Final = "FF_ENDS"
+"""Telemetry of the applet: 1 once it has proved that its overrides end by themselves, 0 if they do not."""
+FREEZES: Final = (
+    "this firmware keeps an override for ever, so a thruster would keep its last pulse where the script stops; the "
+    "script adds nothing there: update ArduSub (4.5.7 lets go), or use the companion"
+)
 LOOK_S: Final = 2.5
 """The script beats twice a second."""
 POLL_S: Final = 0.02
@@ -169,6 +175,20 @@ class Station:
         except LinkTimeout:
             return False
 
+    def lets_go(self, seconds: float) -> bool | None:
+        """Whether the applet has proved that an override ends by itself; None where it has not tried yet."""
+
+        def proof(message: Any) -> bool | None:
+            mine = message.get_type() == "NAMED_VALUE_FLOAT" and message.name == ENDS
+            return bool(message.value) if mine else None
+
+        try:
+            return self.until(
+                lambda message: (proof(message),) if proof(message) is not None else None, seconds
+            )[0]
+        except LinkTimeout:
+            return None
+
     def ask_files(self, op: ftp.Op, data: bytes = b"", offset: int = 0) -> ftp.Packet:
         """The answer to a request for files, granted or not."""
         self._sequence = (self._sequence + 2) & 0xFFFF
@@ -277,8 +297,9 @@ class Deployment:
         runs = self._station.beating(LOOK_S)
         mode, active, mark = (self._station.read(name) if runs else NAN for name in (MODE, ACTIVE, APPLET))
         made = self._made
+        fault = self.fault or (FREEZES if runs and self._station.lets_go(LOOK_S) is False else "")
         there = None if crc is None else made is not None and crc == file_crc(made.text.encode())
-        return State(self.fault, folder, there, runs, made is not None and mark == made.mark, mode, active)
+        return State(fault, folder, there, runs, made is not None and mark == made.mark, mode, active)
 
     def deploy(self, receipts: Path, tell: Tell) -> Receipt | None:
         """Enable scripting, write the script, start it and prove that it runs; the feed-forward is off afterwards.
@@ -310,6 +331,14 @@ class Deployment:
             raise ParamUnverified(
                 "the script does not run: look at the autopilot's messages; for want of memory raise SCR_HEAP_SIZE"
             )
+        lets_go = self._station.lets_go(BEATS_WITHIN_S)
+        if not lets_go:
+            self._take_out(tell)
+            raise ParamRejected(
+                f"no applet: {FREEZES}; the script was taken out again, reboot the autopilot"
+                if lets_go is False
+                else "the script has not proved that its overrides end by themselves; it was taken out again"
+            )
         if self._station.read(APPLET) != made.mark:
             raise ParamUnverified(
                 "another applet runs than the one that was written: reboot, and deploy again"
@@ -319,6 +348,11 @@ class Deployment:
     def remove(self, tell: Tell) -> None:
         """Take the script out, and prove that nothing of it runs. Raises ParamRejected for an armed vehicle."""
         self._check_disarmed()
+        self._take_out(tell)
+        if self._station.beating(LOOK_S):
+            raise ParamUnverified("an applet runs all the same: reboot the autopilot, and look again")
+
+    def _take_out(self, tell: Tell) -> None:
         folder = self._station.folder()
         if folder is not None:
             tell(f"removing {folder}/{NAME}")
@@ -327,8 +361,6 @@ class Deployment:
             if self._station.crc32(f"{folder}/{NAME}") is not None:
                 raise ParamUnverified(f"{folder}/{NAME} is still there; try again")
             self._restart(tell)
-        if self._station.beating(LOOK_S):
-            raise ParamUnverified("an applet runs all the same: reboot the autopilot, and look again")
 
     def _restart(self, tell: Tell) -> None:
         tell("starting the autopilot's scripts anew")

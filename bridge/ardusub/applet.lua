@@ -322,6 +322,35 @@ local function unproven()
   return string.format("shadow: %d %% of %s explained", math.floor(100 * math.max(worst, 0.0)), named)
 end
 
+-- Proof, disarmed, before anything is added: does an override end by itself? A firmware that never lets go of one
+-- would leave a thruster at its last pulse where this script stops. The first mirror, which drives nothing, is overridden
+-- by a pulse that no thruster turns at, and must be the mixer's again afterwards.
+
+local PROOF_US, PROOF_TICKS = 1503, 20
+local proof = {tick = 0, ends = nil}
+
+local function prove()
+  if proof.ends ~= nil then return end
+  if arming:is_armed() then
+    proof.tick = 0
+    return
+  end
+  local motor = K.factors[1].motor
+  local seen = SRV_Channels:get_output_pwm(32 + motor)
+  if proof.tick == 0 then
+    -- A mirror that a script before this one has left overridden proves it too.
+    if seen == PROOF_US then proof.ends = false end
+    SRV_Channels:set_output_pwm_chan_timeout(motor - 1, PROOF_US, HOLD_MS)
+  elseif proof.tick == 1 and seen ~= PROOF_US then
+    -- Not this output, or not yet: once more.
+    proof.tick = -1
+  elseif proof.tick >= PROOF_TICKS then
+    proof.ends = seen ~= PROOF_US
+  end
+  proof.tick = proof.tick + 1
+  if proof.ends == false then say("no applet: this firmware keeps overrides for ever") end
+end
+
 -- Orders.
 
 local function take_set(values)
@@ -370,6 +399,8 @@ local function order(wanted)
   local why
   if not LEFT_TO_IT[wanted] then
     why = string.format("FF_MODE refused: %g is no mode", wanted)
+  elseif wanted >= ALONE and proof.ends == false then
+    why = "FF_MODE refused: outputs would freeze"
   elseif wanted >= ALONE and not active then
     why = "F1 FF_MODE refused: no active set"
   elseif arming:is_armed() and LEFT_TO_IT[wanted] > LEFT_TO_IT[mode] then
@@ -436,7 +467,7 @@ local function fly(dt)
   end
   local inputs, flight_mode = sticks(), vehicle:get_mode()
   local flown = K.flown[flight_mode]
-  if mode == OFF or not (active and inputs and flown and arming:is_armed()) then
+  if mode == OFF or not (proof.ends and active and inputs and flown and arming:is_armed()) then
     let_go(mirror)
     rest()
     if mode >= ALONE then pause_shadow() else forget_shadow() end
@@ -504,6 +535,8 @@ local function update()
   local wanted = ff_mode:get()
   -- Off first: whatever else waits, it acts in this tick.
   if wanted ~= mode then order(wanted) end
+  prove()
+  if proof.ends == false and mode >= ALONE then order(OFF) end
   fly(dt)
   if scan then
     go_on()
@@ -518,6 +551,7 @@ local function update()
   if since(due_us) > 0.5 then
     due_us = now
     gcs:send_named_float("FF_MODE", mode)
+    if proof.ends ~= nil then gcs:send_named_float("FF_ENDS", proof.ends and 1 or 0) end
     gcs:send_named_float("FF_REF_U", nu[1])
     gcs:send_named_float("FF_REF_V", nu[2])
     gcs:send_named_float("FF_TICK_MS", 1000 * latest)

@@ -200,6 +200,14 @@ def test_a_script_that_can_not_be_loaded_is_noticed(fake, tmp_path):
         deployed(fake, tmp_path)
 
 
+def test_on_a_firmware_that_keeps_overrides_it_takes_itself_out_again(fake, tmp_path):
+    fake.scripting.ends_overrides = False
+    with pytest.raises(ParamRejected, match="keeps an override for ever"):
+        deployed(fake, tmp_path)
+    assert fake.scripting.files == {}
+    assert fake.scripting.scripts == []
+
+
 def test_deployed_again_it_leaves_the_feedforward_off_and_the_set_in_force(fake, tmp_path):
     deployed(fake, tmp_path)
     assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good

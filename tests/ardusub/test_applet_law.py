@@ -31,7 +31,7 @@ def wired(made, thrusters=6):
 class Rig:
     """The script of a vehicle file in the fake, with a set in force, in a mode, armed and flown by sticks."""
 
-    def __init__(self, name="bluerov2", more=None, mode=Mode.ALONE, commits=True):
+    def __init__(self, name="bluerov2", more=None, mode=Mode.ALONE, commits=True, frozen=False):
         self.file = load_vehicle(name)
         self.configuration = next(iter(self.file.vehicle.configurations))
         self.shape = self.file.vehicle.configurations[self.configuration]
@@ -39,8 +39,9 @@ class Rig:
         self.fake.quirks.checks_pilot = False
         made = applet(self.file, self.configuration, self.fake.parameters)
         self.fake.scripting.files["scripts/seatrial.lua"] = made.text.encode()
+        self.fake.scripting.ends_overrides = not frozen
         self.fake.scripting.boot(0.0)
-        self.fake.run(0.5)
+        self.fake.run(0.8)
         (self.script,) = self.fake.scripting.scripts
         self.set(more or {})
         if commits:
@@ -236,6 +237,31 @@ def test_a_script_that_stops_leaves_the_mixers_output_50_ms_later():
     began_s = rig.fake.clock.now_s
     assert rig.fake.until(lambda: not differs(rig), 1.0)
     assert rig.fake.clock.now_s - began_s <= 0.05 + 1e-9
+
+
+def test_where_overrides_never_end_it_adds_nothing_and_refuses_to():
+    rig = Rig(frozen=True)
+    assert rig.said("keeps overrides for ever")
+    assert rig.said("outputs would freeze")
+    assert rig.fake.parameters["FF_MODE"] == Mode.OFF
+    for sticks in sticks_of(5, 100):
+        assert list(rig.tick(sticks)[:6]) == rig.fake.mixed()[8:14]
+
+
+def test_after_an_update_to_such_a_firmware_the_stored_mode_is_taken_back():
+    rig = Rig()
+    rig.fake.armed = False
+    rig.fake.scripting.ends_overrides = False
+    rig.fake.scripting.boot(rig.fake.clock.now_s)
+    rig.fake.run(1.0)
+    assert rig.fake.parameters["FF_MODE"] == Mode.OFF
+
+
+def test_a_script_that_starts_armed_adds_nothing_until_it_could_prove_itself():
+    rig = Rig()
+    rig.fake.scripting.restart(rig.fake.clock.now_s)
+    for _ in range(100):
+        assert list(rig.tick((600, 0, 0))) == rig.fake.mixed()[:6]
 
 
 def test_a_script_that_fails_says_why_and_leaves_the_mixers_output():

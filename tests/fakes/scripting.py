@@ -13,7 +13,8 @@ SCRIPT_TABLES = ("FF_", "FF0_")
 
 
 class Scripting:
-    """Host of the scripts of `autopilot`, with switches: `damages_files`, `lacks_memory`, `stop()`.
+    """Host of the scripts of `autopilot`, with switches: `damages_files`, `lacks_memory`, `stop()`; `ends_overrides`:
+    False as in a firmware whose Sub never calls SRV_Channels::calc_pwm (seen in 4.5.0-dev).
 
     `kept` are the parameters of scripts on its disk, `overrides` outputs (from 0) with a pulse and its end.
     """
@@ -31,6 +32,7 @@ class Scripting:
         self.turn_rad_s = 0.0
         self.damages_files = False
         self.lacks_memory = False
+        self.ends_overrides = True
         self.kept = {}
 
     # What happens to it.
@@ -70,7 +72,9 @@ class Scripting:
             if script.error:
                 self.autopilot.say(script.error[:50])
         self.scripts = [script for script in self.scripts if script.due_s is not None]
-        self.overrides = {n: (us, end_s) for n, (us, end_s) in self.overrides.items() if end_s > now_s + 1e-9}
+        if self.ends_overrides:
+            held = self.overrides.items()
+            self.overrides = {n: (us, end_s) for n, (us, end_s) in held if end_s > now_s + 1e-9}
 
     def overridden(self, pulses):
         return [self.overrides.get(n, (us,))[0] for n, us in enumerate(pulses)]
@@ -167,7 +171,7 @@ class Scripting:
         """The pulse of the first output with that function: what the mixer gives it."""
         for n in range(1, OUTPUTS + 1):
             if self.autopilot.parameters[f"SERVO{n}_FUNCTION"] == function:
-                return self.autopilot.mixed()[n - 1]
+                return self.overridden(self.autopilot.mixed())[n - 1]
         return None
 
     def override(self, channel, pwm, ms):
