@@ -26,7 +26,7 @@ FILE = load_vehicle("bluerov2")
 SHAPE = FILE.vehicle.configurations["standard"]
 GUIDED = 4
 STOPS = 20
-PACE = 0.4
+PACE = 0.9
 """Of the firmware's time: where it runs as fast as a computer can, its main loop leaves scripts too few turns."""
 NAN = math.nan
 PLANTED = "local now = micros()"
@@ -197,7 +197,7 @@ def test_what_ardusub_offers_by_itself_on_the_same_reference(tmp_path, axis, dof
 
 
 def test_a_script_that_stops_leaves_the_mixers_own_output_each_time(tmp_path):
-    firmware = launched(tmp_path / "sitl", made().replace(PLANTED, ORDERED_TO_FAIL))
+    firmware = launched(tmp_path / "sitl", made().replace(PLANTED, ORDERED_TO_FAIL), pace=0.6)
     try:
         pilot, acts = afloat(firmware, MANUAL, Mode.ALONE)
         firmware.command(dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 36.0, 5000.0)
@@ -218,28 +218,27 @@ def test_a_script_that_stops_leaves_the_mixers_own_output_each_time(tmp_path):
             def look(seen=seen):
                 seen.append((firmware.body.time_s, added(pilot)))
 
-            firmware.run(1.0, *acts, look)
+            firmware.run(0.3, *acts, look)
+            pilot.heard = pilot.of("SERVO_OUTPUT_RAW")
+            firmware.run(0.7, *acts, look)
             last_s = max((at_s for at_s, more in seen if more), default=stopped_s)
             took_ms.append(1e3 * (last_s - stopped_s))
-            kept_up.append(not seen[-1][1] and pilot.sees_armed())
+            kept_up.append(not seen[-1][1])
             assert not beats(pilot)
+            # Started again it proves itself, disarmed, before it adds anything.
+            firmware.arm(False)
             pilot.write("FF_VERSION", 1.0)
-            firmware.run(0.2, *acts)
+            firmware.run(0.3, *acts)
+            assert set(outputs(pilot)) == {1500}
             firmware.command(dialect.MAV_CMD_SCRIPTING, 3.0)
-        pilot.sticks["x"] = 300
-        firmware.command(dialect.MAV_CMD_SCRIPTING, 2.0)
-        firmware.run(1.0, *acts)
-        firmware.arm(False)
-        assert firmware.until(lambda: not pilot.sees_armed(), 10.0, *acts)
-        firmware.run(0.5, *acts)
-        rest = outputs(pilot)
+            assert firmware.until(lambda: named(pilot, "FF_ENDS"), 10.0, *acts)
+            arm(firmware, *acts)
         say(
             f"script stopped or failed {STOPS} times, mixer's own output back {sum(kept_up)} times, "
-            f"{min(took_ms):.0f} to {max(took_ms):.0f} ms after the order; disarmed: {sorted(set(rest))} us"
+            f"{min(took_ms):.0f} to {max(took_ms):.0f} ms after the order"
         )
         assert all(kept_up)
         assert max(took_ms) < 500
-        assert set(rest) == {1500}
     finally:
         firmware.close()
 
