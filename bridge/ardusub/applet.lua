@@ -447,14 +447,15 @@ local function measured_now()
   return {u, v, r}
 end
 
+-- The inputs as the mixer has them. The channels are looked up once: rc:get_pwm waits for the main loop, at times for
+-- longer than an override lasts.
+local channels = {}
+for axis, number in ipairs(K.channels) do
+  channels[axis] = assert(rc:get_channel(number), "seatrial: no input channel " .. number)
+end
+
 local function sticks()
-  local inputs = {}
-  for axis, channel in ipairs(K.channels) do
-    local pwm = rc:get_pwm(channel)
-    if not pwm or pwm < 1000 or pwm > 2000 then return nil end
-    inputs[axis] = (pwm - 1500) / 400
-  end
-  return inputs
+  return {channels[1]:norm_input(), channels[2]:norm_input(), channels[3]:norm_input()}
 end
 
 local function fly(dt)
@@ -465,19 +466,19 @@ local function fly(dt)
     if not mirror[n] then return end
     thrusts[n] = thrust_of(mirror[n])
   end
-  local inputs, flight_mode = sticks(), vehicle:get_mode()
-  local flown = K.flown[flight_mode]
-  if mode == OFF or not (proof.ends and active and inputs and flown and arming:is_armed()) then
+  local flown = K.flown[vehicle:get_mode()]
+  if mode == OFF or not (proof.ends and active and flown and arming:is_armed()) then
     let_go(mirror)
     rest()
     if mode >= ALONE then pause_shadow() else forget_shadow() end
     return
   end
-  local pilot, off = stick_wrench(inputs), {}
+  local pilot, off = stick_wrench(sticks()), {}
   for axis = 1, 3 do off[axis] = axis > flown or lacks(axis) ~= nil end
   follow(pilot, flown, dt)
   local tau = feedforward(nu, nu_dot, true)
-  local measured = measured_now()
+  -- It waits for the filter, which ALONE need not.
+  local measured = mode ~= ALONE and measured_now() or nil
   local held = hold(measured, off, dt)
   local most, step, added, changed = 0.0, K.slope_per_s * math.min(dt, LATEST_S), {0.0, 0.0, 0.0}, false
   before = before or tau

@@ -26,7 +26,8 @@ FILE = load_vehicle("bluerov2")
 SHAPE = FILE.vehicle.configurations["standard"]
 GUIDED = 4
 STOPS = 20
-PACE = 0.9
+HOLD_MS = 50.0
+PACE = 0.4
 """Of the firmware's time: where it runs as fast as a computer can, its main loop leaves scripts too few turns."""
 NAN = math.nan
 PLANTED = "local now = micros()"
@@ -169,6 +170,10 @@ def test_the_applet_follows_the_sticks_reference_several_times_better_than_stick
             latest.append(max(named(pilot, "FF_TICK_MS")))
         words = ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in found.items())
         say(f"applet, {axis}: {words}; its latest tick came after {max(latest):.0f} ms")
+        if max(latest) > HOLD_MS:
+            pytest.skip(
+                "the simulator left the script no turns for longer than an override lasts: no measure of it"
+            )
         assert found[Mode.ALONE] < found[Mode.SHADOW] / 5
         assert found[Mode.BOTH] < found[Mode.SHADOW] / 5
     finally:

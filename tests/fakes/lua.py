@@ -38,7 +38,10 @@ E.gcs = {
 }
 E.arming = {is_armed = function() return host.armed() end}
 E.vehicle = {get_mode = function() return host.mode() end}
-E.rc = {get_pwm = function(_, channel) return host.rc(channel) end}
+local C = {}
+C.__index = C
+function C:norm_input() return (host.rc(self.number) - 1500) / 400 end
+E.rc = {get_channel = function(_, number) return setmetatable({number = number}, C) end}
 E.ahrs = {
   get_velocity_NED = function()
     if host.has_velocity() then return vector(host.velocity(1), host.velocity(2), host.velocity(3)) end
