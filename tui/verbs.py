@@ -59,6 +59,16 @@ _KEYS = {
 }
 
 
+_APPLET = {
+    "deploy": ("put the script in and start it", f"seatrial applet deploy --vehicle bluerov2 {_LINK}"),
+    "check": (
+        "look at wiring and script, and whether it runs; sends no write",
+        f"seatrial applet check --vehicle bluerov2 {_LINK}",
+    ),
+    "remove": ("take the script out", f"seatrial applet remove --vehicle bluerov2 {_LINK}"),
+}
+
+
 @dataclass(frozen=True)
 class Verb:
     """A verb: what it does in a sentence, a command line for its help, and its options."""
@@ -333,6 +343,23 @@ def _vehicle(options: Options) -> None:
         )
         action.value("--out", "FILE", "write the vehicle file", type=NewFile)
         action.json("what was found")
+
+
+@verb(
+    "the feed-forward inside an ArduSub, as a script of its own",
+    f"seatrial applet deploy --vehicle bluerov2 {_LINK}",
+)
+def _applet(options: Options) -> None:
+    for name, parser in actions_of(options.parser, _APPLET):
+        action = Options(parser)
+        action.vehicle("the vehicle file that the script is made of", required=True)
+        action.link()
+        action.system()
+        if name == "deploy":
+            action.value("--receipts", "FOLDER", "where values before and receipt go", default="receipts")
+        if name != "check":
+            action.yes()
+        action.json()
 
 
 @verb(

@@ -70,7 +70,7 @@ def reached(spec: str) -> Link:
 
 
 def launched(
-    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: int
+    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: float
 ) -> "subprocess.Popen[bytes]":
     """Instance `number` of the firmware in `folder`, with `settings` for its parameters."""
     lines = [f"{name} {value}" for name, value in settings.items()]
@@ -78,7 +78,7 @@ def launched(
     with (folder / "out.txt").open("wb") as log:
         return subprocess.Popen(
             [
-                str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "--wipe",
+                str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "-w",
                 "--defaults", "defaults.parm", "--home", "33.81,-118.39,0,0", "--rate", "400",
                 "--speedup", str(speedup), "--serial0", "tcp:0:nowait", "--serial1", "tcp:2:nowait",
             ],
@@ -107,15 +107,20 @@ TICK_S: Final = 0.005
 
 
 class Firmware:
-    """`ardusub --model JSON` in a new `folder`; `ground` and `aboard` are its two links.
+    """`ardusub --model JSON` in `folder`; `ground` and `aboard` are its two links.
 
     `fly` runs a script: every TICK_S of the body's time it goes on to its next `yield`, while the firmware waits.
     """
 
     def __init__(
-        self, path: Path, folder: Path, body: JsonBody, settings: Mapping[str, float] = SETTINGS
+        self,
+        path: Path,
+        folder: Path,
+        body: JsonBody,
+        settings: Mapping[str, float] = SETTINGS,
+        speedup: float = SPEEDUP,
     ) -> None:
-        folder.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
         self.body, self.clock = body, BodyClock(body)
         number = free_instance()
         self._stop, self._ended = threading.Event(), threading.Event()
@@ -126,7 +131,7 @@ class Firmware:
             target=serve, args=(body, PORT + 10 * number, self._stop, self._tick), daemon=True
         )
         self._physics.start()
-        self._process = launched(path, folder, number, settings, SPEEDUP)
+        self._process = launched(path, folder, number, settings, speedup)
         base = 5760 + 10 * number
         self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * link}") for link in range(2))
 

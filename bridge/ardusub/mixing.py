@@ -55,7 +55,7 @@ class Mixer:
         self._factors = factors[self._driven]
         self._curve = curve
         self._matrix = allocation_matrix(configuration)[list(FEEDFORWARD_DOFS)][:, self._driven]
-        self._inverse = np.linalg.pinv(self._matrix)
+        self._inverse: Array = np.asarray(np.linalg.pinv(self._matrix))
         self._unmix = np.linalg.pinv(self._factors)
         limit_n = min(configuration.thruster_limit_n, curve.max_n, -curve.min_n)
         self._pulses = Pulses(curve, LEAST_SHARE * limit_n)
@@ -70,6 +70,22 @@ class Mixer:
                 "the thrusters of the vehicle file do not push as ArduSub's frame takes them to: make the file anew by "
                 "seatrial vehicle guess, or mend SERVOn_FUNCTION and MOT_n_DIRECTION"
             )
+
+    @property
+    def driven(self) -> list[tuple[int, Array]]:
+        """Each motor, from 1, that surge, sway or yaw drives, with its factors (3,)."""
+        motors = np.flatnonzero(self._driven) + 1
+        return [(int(motor), row) for motor, row in zip(motors, self._factors, strict=True)]
+
+    @property
+    def matrix(self) -> Array:
+        """Wrench in surge, sway and yaw per newton of each driven motor, (3, n)."""
+        return self._matrix
+
+    @property
+    def inverse(self) -> Array:
+        """Thrusts of the driven motors per unit of wrench, (n, 3)."""
+        return self._inverse
 
     def wrench(self, inputs: Array) -> Array:
         """Wrench (3,) in surge, sway and yaw, N and N m, of the mixer's inputs (3,)."""

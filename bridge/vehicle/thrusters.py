@@ -72,6 +72,11 @@ class TableCurve:
         self._reverse = _inverse(pwm_us[reverse][::-1], -falling)
 
     @property
+    def points(self) -> tuple[Array, Array]:
+        """Rising pulse widths and the thrust (N) at each."""
+        return self._pwm_us, self._thrust_n
+
+    @property
     def min_n(self) -> float:
         return float(self._thrust_n[0])
 

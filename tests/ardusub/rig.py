@@ -81,6 +81,13 @@ class Pilot:
     def of(self, kind):
         return [m for m in self.heard if m.get_type() == kind]
 
+    def beats_of_autopilot(self):
+        return [m for m in self.of("HEARTBEAT") if m.get_srcComponent() == 1]
+
+    def sees_armed(self):
+        beats = self.beats_of_autopilot()
+        return bool(beats) and bool(beats[-1].base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+
     def texts(self):
         """What was said, the pieces of a long text joined."""
         texts, number = [], 0
@@ -93,23 +100,31 @@ class Pilot:
         return texts
 
 
-def ready(autopilot, aboard, pilot, *acts):
-    """Wait until the autopilot has started: a simulated ArduSub that is ordered about earlier stands still for good."""
+def ready(autopilot, *acts):
+    """Wait until the autopilot has started: a simulated ArduSub that is ordered about earlier stands still for good.
+
+    One of `acts` is the pilot.
+    """
+    (pilot,) = (act for act in acts if isinstance(act, Pilot))
 
     def started():
-        beats = [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 1]
+        beats = pilot.beats_of_autopilot()
         return beats and beats[-1].system_status >= dialect.MAV_STATE_STANDBY
 
-    assert autopilot.until(started, 30.0, aboard, pilot, *acts)
+    assert autopilot.until(started, 30.0, *acts)
 
 
-def arm(autopilot, aboard, pilot, *acts):
-    """Arm, again where it was too early."""
-    for _ in range(20):
-        autopilot.arm()
-        if autopilot.until(lambda: aboard.companion.armed, 1.5, aboard, pilot, *acts):
-            return
-    raise AssertionError(pilot.texts())
+def arm(autopilot, *acts):
+    """Arm, again where it was too early. One of `acts` is the pilot."""
+    (pilot,) = (act for act in acts if isinstance(act, Pilot))
+
+    def armed():
+        if not pilot.sees_armed():
+            autopilot.arm()
+            autopilot.run(1.5, *acts)
+        return pilot.sees_armed()
+
+    assert autopilot.until(armed, 30.0, *acts)
 
 
 def taken(aboard):

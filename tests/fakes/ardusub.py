@@ -7,10 +7,12 @@ the same.
 from collections import deque
 from dataclasses import dataclass, field
 
+from fakes.scripting import Scripting
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.links.memory import memory_pair
+from bridge.wire import ftp
 from bridge.wire.framing import Encoder, Framer, decode
 
 TICK_S = 0.01
@@ -28,7 +30,7 @@ def parameters():
         "VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0, "SCR_ENABLE": 0.0,
         "INS_GYRO_FILTER": 20.0, "INS_ACCEL_FILTER": 20.0,
         **{f"MOT_{n}_DIRECTION": 1.0 for n in range(1, 7)},
-        **{f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 7)},
+        **{f"SERVO{n}_FUNCTION": 32.0 + n if n <= 6 else 0.0 for n in range(1, 17)},
     }  # fmt: skip
 
 
@@ -49,6 +51,7 @@ class Quirks:
     late: tuple[str, ...] = ()
     """Parameters that are there only once `late_s` has passed since boot, as a script's are."""
     late_s: float = 5.0
+    boot_s: float = 2.9
     disarms_without_ground: bool = True
     ground_timeout_s: float = 2.5
     checks_pilot: bool = True
@@ -74,7 +77,9 @@ class Ardusub:
         self.armed, self.mode, self.dead = False, MANUAL, False
         self.sticks, self.gain = (0, 0, 500, 0), 0.5
         self.input_hold = self.roll_pitch = 0.0
-        self.pwm = [1500] * 6
+        self.scripting = Scripting(self)
+        self.pwm = self.mixed()
+        self.booted_s = 0.0
         self.depth_m, self.voltage_v = 2.0, 16.0
         # A link without streams: the joystick's switches (251) come only with the stream that carries them.
         self.intervals = {0: 1.0, 36: 0.5, 30: 0.1}
@@ -112,9 +117,9 @@ class Ardusub:
         pass
 
     def step(self):
-        if self.dead:
-            return
         now_s = self.clock.now_s
+        if self.dead or now_s < self.booted_s:
+            return
         for number, end in enumerate(self.ends):
             while data := end.read(0.0):
                 for frame in self.framers[number].feed(data):
@@ -122,6 +127,7 @@ class Ardusub:
         while self.waiting and self.waiting[0][0] <= now_s:
             self.send(self.waiting.popleft()[1]())
         self.fail_safe(now_s)
+        self.scripting.step(now_s)
         self.stream(now_s)
 
     def hear(self, number, frame, now_s):
@@ -152,19 +158,47 @@ class Ardusub:
             self.sticks = (message.x, message.y, message.z, message.r)
         elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
             self.interval(int(message.param1), message.param2, now_s)
-        elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_COMPONENT_ARM_DISARM:
-            self.armed = bool(message.param1)
-        elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_DO_SET_MODE:
-            self.mode = int(message.param2)
+        elif kind == "COMMAND_LONG":
+            self.ordered(message, now_s)
+        elif kind == "FILE_TRANSFER_PROTOCOL":
+            answer = self.scripting.answer(ftp.decode(bytes(message.payload)))
+            payload = list(answer.encode().ljust(ftp.PAYLOAD_BYTES, b"\0"))
+            source = frame.system, frame.component
+            self.send(dialect.MAVLink_file_transfer_protocol_message(0, *source, payload))
         elif kind == "REQUEST_DATA_STREAM" and message.req_stream_id == 2:
             self.intervals[251], self.due[251] = 1 / message.req_message_rate, now_s
         elif kind == "PARAM_SET":
             self.write(message.param_id, message.param_value, now_s)
-        elif kind == "PARAM_REQUEST_READ" and self.knows(message.param_id):
-            self.later(now_s + self.quirks.read_s, message.param_id)
+        elif kind == "PARAM_REQUEST_READ":
+            names = list(self.parameters)
+            index = message.param_index
+            name = names[index] if 0 <= index < len(names) else message.param_id
+            if self.knows(name):
+                self.later(now_s + self.quirks.read_s, name, max(index, -1) % 65536)
         elif kind == "PARAM_REQUEST_LIST":
-            for name in self.parameters:
-                self.later(now_s + 0.01, name)
+            for index, name in enumerate(self.parameters):
+                self.later(now_s + 0.01, name, index)
+
+    def ordered(self, message, now_s):
+        command, first = message.command, message.param1
+        if command == dialect.MAV_CMD_COMPONENT_ARM_DISARM:
+            self.armed = bool(first)
+            return
+        if command == dialect.MAV_CMD_DO_SET_MODE:
+            self.mode = int(message.param2)
+            return
+        restarts = command == dialect.MAV_CMD_SCRIPTING and first == 3.0
+        reboots = command == dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN and first == 1.0 and not self.armed
+        refused = dialect.MAV_RESULT_DENIED if self.armed else dialect.MAV_RESULT_UNSUPPORTED
+        result = dialect.MAV_RESULT_ACCEPTED if restarts or reboots else refused
+        self.send(dialect.MAVLink_command_ack_message(command, result))
+        if restarts:
+            self.scripting.restart(now_s)
+        elif reboots:
+            self.booted_s = now_s + self.quirks.boot_s
+            self.waiting.clear()
+            self.due = dict.fromkeys(self.intervals, self.booted_s)
+            self.scripting.boot(self.booted_s)
 
     def interval(self, number, micros, now_s):
         if number == WIND and self.quirks.dies_on_wind:
@@ -193,10 +227,10 @@ class Ardusub:
         if not (self.quirks.merges_echoes and waiting):
             self.later(now_s + self.quirks.echo_s, name)
 
-    def later(self, at_s, name):
+    def later(self, at_s, name, index=65535):
         def make():
             return dialect.MAVLink_param_value_message(
-                name.encode(), self.parameters.get(name, 0.0), 9, len(self.parameters), 65535
+                name.encode(), self.parameters.get(name, 0.0), 9, len(self.parameters), index
             )
 
         make.name = name
@@ -224,18 +258,27 @@ class Ardusub:
         self.texts.append(text)
         self.send(dialect.MAVLink_statustext_message(4, text.encode()))
 
+    def mixed(self):
+        """The pulses of all outputs by their functions; those of no motor are off."""
+        motors = dict(enumerate(self.mix(), 33))
+        return [motors.get(self.parameters[f"SERVO{n}_FUNCTION"], 0) for n in range(1, 17)]
+
+    def rc(self, channel):
+        """The pulse of an input, in whole microseconds: 4 yaw, 5 forward, 6 lateral."""
+        x, y, _, r = self.sticks
+        return int(1500 + 0.4 * self.gain * {4: r, 5: x, 6: y}[channel])
+
     def mix(self):
         if not self.armed:
             return [1500] * 6
-        x, y, _, r = self.sticks
-        inputs = [max(-1.0, min(1.0, self.gain * v / 1000)) for v in (x, y, r)]
+        inputs = [max(-1.0, min(1.0, (self.rc(channel) - 1500) / 400)) for channel in (5, 6, 4)]
         sums = [sum(f * i for f, i in zip(row, inputs, strict=True)) for row in VECTORED]
         largest = max(1.0, *(abs(s) for s in sums))
         return [round(1500 + 400 * s / largest) for s in sums]
 
     def stream(self, now_s):
-        self.pwm = self.mix()
-        boot_ms = round(now_s * 1e3)
+        self.pwm = self.scripting.overridden(self.mixed())
+        boot_ms = round((now_s - self.booted_s) * 1e3)
         for number, every_s in self.intervals.items():
             if now_s < self.due[number]:
                 continue
@@ -244,8 +287,9 @@ class Ardusub:
                 flags = 1 | (dialect.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0)
                 self.send(dialect.MAVLink_heartbeat_message(*self.kind, flags, self.mode, 4, 3))
             elif number == 36:
-                pulses = (*self.pwm, *(0,) * 2)
-                self.send(dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *pulses, *(0,) * 8))
+                self.send(dialect.MAVLink_servo_output_raw_message(boot_ms * 1000, 0, *self.pwm))
+            elif number == 2:
+                self.send(dialect.MAVLink_system_time_message(0, boot_ms))
             elif number == 137:
                 hpa = 1013.25 + 1000.0 * 9.81 * self.depth_m / 100
                 self.send(dialect.MAVLink_scaled_pressure2_message(boot_ms, hpa, 0.0, 1000))

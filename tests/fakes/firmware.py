@@ -14,7 +14,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub import firmware
-from bench.ardusub.firmware import SETTINGS, WHY_NOT
+from bench.ardusub.firmware import SETTINGS, SPEEDUP, WHY_NOT
 from bridge.clock import SystemClock
 from bridge.errors import LinkError
 from bridge.simulator.json_plant import json_body
@@ -32,17 +32,27 @@ def binary():
 
 
 class Firmware:
-    """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS."""
+    """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS.
+
+    At a small `speedup` its scripts get their turns on a loaded computer too. `files` are in the folder from the start,
+    by name.
+    """
 
     is_firmware = True
 
-    def __init__(self, folder, vehicle="bluerov2", settings=None, planted=None, depth_m=5.0):
+    def __init__(
+        self, folder, vehicle="bluerov2", settings=None, planted=None, depth_m=5.0, first_output=1, files=None,
+        speedup=SPEEDUP,
+    ):  # fmt: skip
         path = binary()
+        for name, text in (files or {}).items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
         file = load_vehicle(vehicle)
         configuration = next(iter(file.vehicle.configurations))
         truth = replace(load_truth(file, configuration).calm(), onset=planted or {})
-        self.body = json_body(file, configuration, truth, depth_m=depth_m)
-        self.process = firmware.Firmware(path, folder, self.body, {**SETTINGS, **(settings or {})})
+        self.body = json_body(file, configuration, truth, depth_m=depth_m, first_output=first_output)
+        self.process = firmware.Firmware(path, folder, self.body, {**SETTINGS, **(settings or {})}, speedup)
         self.clock = self.process.clock
         self.ground, self.aboard = self.process.ground, self.process.aboard
         self.own = Encoder(255, 190)

@@ -1,0 +1,193 @@
+"""The applet: a Lua script by which ArduSub itself adds the feed-forward to its mixer's output.
+
+`applet.lua` beside this module is the law; here is the vehicle's part, written above it as the table K, and the
+wiring under which it may run. Only where the mixer drives the lower outputs as a mirror, and the thrusters hang on
+those from `FIRST_OUTPUT` on, does a script that stops leave the mixer in charge: the override of an output ends by
+itself. An output that is a script's own (SERVOn_FUNCTION 94 to 109) keeps its last pulse for ever, disarmed too
+(measured, 4.5.7).
+"""
+
+import re
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from bridge.ardusub.frames import FRAME
+from bridge.ardusub.law import (
+    ALT_HOLD,
+    FASTEST,
+    FULL_STICK,
+    MANUAL,
+    MOST_ADDED,
+    REFERENCE_RAD_S,
+    STABILIZE,
+)
+from bridge.ardusub.mixing import FRAMES, LEAST_SHARE, Mixer
+from bridge.ardusub.settings import direction_name
+from bridge.ardusub.wiring import FIRST_MOTOR, OUTPUTS
+from bridge.errors import ConfigError
+from bridge.onboard.store import hull_mark
+from bridge.vehicle import feedforward, shadow
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.controller import GAINS, load_gains
+from bridge.vehicle.parameters import vehicle_table
+from bridge.vehicle.thrusters import Allocator, QuadraticCurve, TableCurve, thrust_curve
+from bridge.wire.readings import CONTRACT_VERSION
+
+NAME: Final = "seatrial.lua"
+ENABLE: Final = "SCR_ENABLE"
+APPLET: Final = "FF_APPLET"
+"""Parameter with the mark of the script that runs, or ran last."""
+FIRST_OUTPUT: Final = 9
+KEY: Final = 113
+"""Of the autopilot's tables of parameters, which scripts share: this and the next."""
+TICK_S: Final = 0.01
+_SCRIPTS: Final = range(94, 110)
+_CHANNELS: Final = (5, 6, 4)
+"""ArduSub's inputs of forward, lateral and yaw."""
+_FLOWN: Final = {STABILIZE: 2, ALT_HOLD: 2, MANUAL: 3}
+_LAW: Final = Path(__file__).with_name("applet.lua")
+_BITS: Final = 0xFFFFFF
+
+
+@dataclass(frozen=True)
+class Applet:
+    """The script's text, and its mark, which it keeps in FF_APPLET."""
+
+    text: str
+    mark: int
+
+
+def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
+    """Why an applet may not run on an autopilot with these parameters, with the way out; "" if it may."""
+    if ENABLE not in values:
+        return f"its firmware has no {ENABLE}, so it can't run scripts: only the companion is left"
+    functions = {n: int(values.get(f"SERVO{n}_FUNCTION", 0)) for n in range(1, OUTPUTS + 1)}
+    if of_script := [n for n, function in functions.items() if function in _SCRIPTS]:
+        return (
+            f"SERVO{of_script[0]}_FUNCTION is {functions[of_script[0]]}, an output of scripts: where a script stops it "
+            "keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
+        )
+    frame = values.get(FRAME, -1.0)
+    if frame not in FRAMES or len(FRAMES[int(frame)]) != thrusters:
+        return f"{FRAME} {frame:g} is not supported for a vehicle file of {thrusters} thrusters"
+    for motor in range(1, thrusters + 1):
+        for output in (motor, FIRST_OUTPUT + motor - 1):
+            if functions[output] != FIRST_MOTOR + motor - 1:
+                return (
+                    f"SERVO{output}_FUNCTION is {functions[output]}, not {FIRST_MOTOR + motor - 1}: wire the thrusters "
+                    f"to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 to "
+                    f"{thrusters} the functions {FIRST_MOTOR} to {FIRST_MOTOR + thrusters - 1}, and leave the lower "
+                    "without a thruster; else a script that stops would not leave the mixer in charge"
+                )
+    return ""
+
+
+def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -> Applet:
+    """The script for a vehicle behind an autopilot with the parameters `values`.
+
+    Raises ConfigError if the vehicle file's thrusters push otherwise than the autopilot's frame takes them to.
+    """
+    vehicle = file.vehicle
+    shape, folder = vehicle.configurations[configuration], file.path.parent
+    curve = thrust_curve(vehicle.thrust_curve, folder)
+    if not isinstance(curve, TableCurve | QuadraticCurve):
+        raise ConfigError("thrust_curve: an applet knows tables and quadratic curves alone")
+    directions = tuple(
+        -1.0 if values.get(direction_name(number), 1.0) < 0 else 1.0
+        for number in range(1, len(shape.thrusters) + 1)
+    )
+    mixer = Mixer(int(values[FRAME]), directions, shape, curve)
+    reach = Allocator(shape, curve).reach()[list(feedforward.FEEDFORWARD_DOFS)]
+    gains, veh_cfg = load_gains(shape.gains, GAINS), vehicle.veh_cfg(configuration)
+    rows = [row for row in vehicle_table(vehicle) if row.veh_cfg == veh_cfg]
+    prefix = f"FF{veh_cfg}_"
+    order = sorted(range(len(rows)), key=lambda index: rows[index].name)
+    table: dict[str, object] = {
+        "key": KEY,
+        "prefix": prefix,
+        "version": CONTRACT_VERSION,
+        "hull": int(hull_mark(vehicle, folder), 16) & _BITS,
+        "first_output": FIRST_OUTPUT,
+        "channels": _CHANNELS,
+        "flown": _FLOWN,
+        "pace": REFERENCE_RAD_S,
+        "fastest": FASTEST,
+        "slope_per_s": feedforward.SLOPE_PER_S,
+        "lead_share": feedforward.LEAD_SHARE,
+        "lead_s": vehicle.thrust_curve.lag_s + 0.5 * TICK_S,
+        "most_added": MOST_ADDED / FULL_STICK,
+        "reach": reach,
+        "limit_n": min(shape.thruster_limit_n, curve.max_n, -curve.min_n),
+        "least_n": LEAST_SHARE * min(shape.thruster_limit_n, curve.max_n, -curve.min_n),
+        "factors": [{"motor": motor, "": row} for motor, row in mixer.driven],
+        "matrix": mixer.matrix,
+        "inverse": mixer.inverse,
+        "mass_kg": shape.dry_mass_kg,
+        "speeds": gains.speeds_m_s,
+        "kp": (gains.surge.kp, gains.sway.kp),
+        "ki": (gains.surge.ki, gains.sway.ki),
+        "integral_share": gains.integral_share,
+        "block_s": shadow.BLOCK_S,
+        "window": round(shadow.WINDOW_S / shadow.BLOCK_S),
+        "moved_s": shadow.MOVED_S,
+        "moved_share": shadow.MOVED_SHARE,
+        "explained": shadow.LEAST_EXPLAINED,
+        "order": [index + 1 for index in order],
+        "params": [
+            {
+                "name": row.name.removeprefix(prefix),
+                "coefficient": row.coefficient,
+                "low": row.low,
+                "high": row.high,
+                "default": row.default,
+            }
+            for row in rows
+        ],
+    }
+    if isinstance(curve, TableCurve):
+        pwm_us, thrust_n = curve.points
+        table["table"] = {
+            "us": pwm_us,
+            "n": thrust_n,
+            "ahead": int(np.flatnonzero(thrust_n <= 0)[-1]) + 1,
+            "astern": int(np.flatnonzero(thrust_n >= 0)[0]) + 1,
+        }
+    else:
+        table |= {"most_n": curve.limit_n, "span_us": curve.span_us, "dead_us": curve.dead_band_us}
+    law = _shortened(_LAW.read_text(encoding="utf-8"))
+    body = f"{_lua(table)}\n{law}"
+    mark = zlib.crc32(body.encode()) & _BITS or 1
+    text = f"-- {NAME}, made by seatrial for {vehicle.name}:{configuration}; do not edit\nlocal K = {body}"
+    return Applet(text.replace("{", f"{{applet = {mark}, ", 1), mark)
+
+
+def _shortened(law: str) -> str:
+    """The law without comments, indents and empty lines: an autopilot's memory is small."""
+    lines = (re.sub(r"^\s*--.*", "", line).strip() for line in law.splitlines())
+    return "\n".join(line for line in lines if line) + "\n"
+
+
+def _lua(value: object) -> str:
+    """A Lua literal; the key "" of a dictionary holds a list whose elements stand beside the other keys."""
+    if isinstance(value, dict):
+        parts = [
+            ", ".join(map(_lua, item))
+            if key == ""
+            else f"[{key}] = {_lua(item)}"
+            if isinstance(key, int)
+            else f"{key} = {_lua(item)}"
+            for key, item in value.items()
+        ]
+        return "{" + ", ".join(parts) + "}"
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return repr(float(value))
+    return "{" + ", ".join(map(_lua, value)) + "}"  # type: ignore[call-overload]
