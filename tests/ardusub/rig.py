@@ -111,20 +111,18 @@ def ready(autopilot, *acts):
         beats = pilot.beats_of_autopilot()
         return beats and beats[-1].system_status >= dialect.MAV_STATE_STANDBY
 
-    assert autopilot.until(started, 30.0, *acts)
+    assert autopilot.until(started, 60.0, *acts)
 
 
 def arm(autopilot, *acts):
     """Arm, again where it was too early. One of `acts` is the pilot."""
     (pilot,) = (act for act in acts if isinstance(act, Pilot))
 
-    def armed():
-        if not pilot.sees_armed():
-            autopilot.arm()
-            autopilot.run(1.5, *acts)
-        return pilot.sees_armed()
-
-    assert autopilot.until(armed, 30.0, *acts)
+    for _ in range(20):
+        autopilot.arm()
+        if autopilot.until(pilot.sees_armed, 1.5, *acts):
+            return
+    raise AssertionError(pilot.texts())
 
 
 def taken(aboard):

@@ -5,7 +5,7 @@ import random
 
 import pytest
 from fakes.ardusub import Ardusub
-from fakes.firmware import Firmware
+from fakes.firmware import RealTime
 from rig import Aboard, Pilot, ready
 from test_applet_law import wired
 
@@ -54,7 +54,7 @@ def autopilot(request, tmp_path):
         made.quirks.read_s = 0.02
         made.link = Ground(made)
     else:
-        made = Firmware(tmp_path / "sitl", settings=WIRED, first_output=9, depth_m=10.0)
+        made = RealTime(tmp_path / "sitl", settings=WIRED, first_output=9, depth_m=10.0)
         name, first = made.ground.name, [made.ground]
         made.link = made.ground = Reconnecting(
             lambda: first.pop() if first else open_link(name), made.clock, name

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL
-from fakes.firmware import Firmware
+from fakes.firmware import RealTime
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Pilot, arm, ready
 
@@ -111,7 +111,7 @@ class Guide:
 def launched(folder, script=None, speedup=PACE, **settings):
     """The firmware with the thrusters on outputs 9 to 14, and a script there from the start."""
     wiring = {f"SERVO{8 + n}_FUNCTION": 32 + n for n in range(1, 7)}
-    return Firmware(
+    return RealTime(
         folder, settings={**wiring, "SCR_ENABLE": 1, **settings}, first_output=9, depth_m=10.0, speedup=speedup,
         files={} if script is None else {"scripts/seatrial.lua": script},
     )  # fmt: skip

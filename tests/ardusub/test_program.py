@@ -12,10 +12,8 @@ from rig import Pilot
 CHECKOUT = Path(__file__).resolve().parents[2]
 
 
-def test_stopped_under_way_the_program_gives_the_sticks_back_and_the_vehicle_stays_armed(
-    tmp_path, monkeypatch
-):
-    firmware = RealTime(tmp_path / "sitl", monkeypatch)
+def test_stopped_under_way_the_program_gives_the_sticks_back_and_the_vehicle_stays_armed(tmp_path):
+    firmware = RealTime(tmp_path / "sitl")
     firmware.aboard.close()
     options = ["--link", firmware.aboard.name, "--parameters", str(tmp_path / "p.json")]
     program = subprocess.Popen(

@@ -111,12 +111,12 @@ class Firmware:
 
 
 class RealTime(Firmware):
-    """No faster than real time, which goes on between two calls."""
+    """No faster than real time, which goes on between two calls; slower at a `speedup` below 1, by the body's time."""
 
-    def __init__(self, folder, monkeypatch, **options):
-        monkeypatch.setattr(firmware, "SPEEDUP", 1)
-        super().__init__(folder, **options)
-        self.clock = SystemClock()
+    def __init__(self, folder, speedup=1, **options):
+        super().__init__(folder, speedup=speedup, **options)
+        if speedup == 1:
+            self.clock = SystemClock()
 
     def begin(self):
         pass
