@@ -61,6 +61,7 @@ def autopilot(request, tmp_path):
         )
     ready(made, Pilot(made))
     yield made
+    made.link.close()
     made.close()
 
 
