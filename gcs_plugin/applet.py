@@ -42,7 +42,7 @@ AGAIN_S: Final = 0.5
 ANSWER_S: Final = 10.0
 BOOT_S: Final = 60.0
 DEAF_S: Final = 2.0
-"""After an order to reboot: what comes until then is of the run before."""
+"""After an order to reboot: messages until then are of the run before."""
 BEATS_WITHIN_S: Final = 10.0
 ENDS: Final = "FF_ENDS"
 """Telemetry of the applet: 1 once it has proved that its overrides end by themselves, 0 if they do not."""
@@ -64,7 +64,7 @@ Found = TypeVar("Found")
 
 @dataclass(frozen=True)
 class State:
-    """What an autopilot has of the applet.
+    """The applet as an autopilot has it.
 
     `fault` says why it may not run there, "" if it may; `folder` is that of the scripts, None while scripting is off;
     `there`: whether the script there is the vehicle file's, None without one; `runs`: a script beats; `is_mine`: it
@@ -96,7 +96,7 @@ class Station:
     def until(
         self, met: Callable[[Any], Found | None], seconds: float, ask: Any = None, what: str = "an answer"
     ) -> Found:
-        """Wait for the message that `met` accepts, and return what it makes of it; `ask` is sent until then.
+        """Wait for the message that `met` accepts, and return its result; `ask` is sent until then.
 
         Raises LinkTimeout.
         """
@@ -291,7 +291,7 @@ class Deployment:
         self._made = None if self.fault else applet(file, configuration, self.present)
 
     def look(self) -> State:
-        """What is there now; sends no write."""
+        """The present state; sends no write."""
         folder = self._station.folder() if self.present.get(ENABLE) == 1 else None
         crc = None if folder is None else self._station.crc32(f"{folder}/{NAME}")
         runs = self._station.beating(LOOK_S)

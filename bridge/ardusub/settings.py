@@ -78,7 +78,7 @@ class Settings:
 
     @property
     def obstacle(self) -> str:
-        """Why the companion may not hold the sticks, and what to do; "" if it may."""
+        """Why the companion may not hold the sticks, and the way out; "" if it may."""
         if not self.complete:
             return "the autopilot's parameters are not read yet"
         if self.values[FRAME] not in FRAMES:

@@ -159,7 +159,7 @@ class PlanFlight:
             self._finish("the plan is flown; it goes back")
 
     def _ask(self) -> None:
-        """Identify what is recorded so far, where that is worth it."""
+        """Identify the recording so far, where that is worth it."""
         if self._unasked and not self._identifying.busy and set(self._wanted.names) <= self._told_of:
             self._identifying.ask()
             self._unasked = False

@@ -285,8 +285,8 @@ def without_doubtful(
 ) -> tuple[Explanation, NDArray[np.float64]]:
     """Drop causes that may be absent, first the cause that saves least in addition to the others.
 
-    Causes at a bound that is a guess are dropped, and all causes of a dive in which the disturbance hides what thrust
-    does. Returns the remaining explanation, and the covariance (k, k) of its parameters.
+    Causes at a bound that is a guess are dropped, and all causes of a dive in which the disturbance hides the
+    thrust. Returns the remaining explanation, and the covariance (k, k) of its parameters.
     """
     if explanation.causes and drowned(disturbance_of(explanation.now)):
         explanation = explained_by((), nominal, library)

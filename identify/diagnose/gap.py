@@ -41,7 +41,7 @@ model.
 
 DROWNED = 0.9
 """Share of the thrusters' variance: where the disturbance takes more in every driven degree of freedom, a dive shows
-nothing of what thrust does, and a cause would describe the sea.
+nothing of thrust, and a cause would describe the sea.
 """
 
 NORMAL = 0.6745
@@ -346,7 +346,7 @@ def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
 
 
 def drowned(disturbance: Sequence[Disturbance]) -> bool:
-    """Whether the disturbance hides what thrust does in every driven degree of freedom."""
+    """Whether the disturbance hides the thrust in every driven degree of freedom."""
     return all(each.share >= DROWNED for each in disturbance if each.driven)
 
 

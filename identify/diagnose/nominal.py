@@ -278,7 +278,7 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
 
 def _without_quick(start: Filters, built: Axes) -> Axes:
     """The axes without degrees of freedom that settle within a few commands, or swing within a slow sample: the
-    recording misses what moves them in between."""
+    recording misses the thrust in between."""
     quick = {
         problem.axis.dof
         for problem, place in zip(start.joint.problems, start.joint.places, strict=True)

@@ -205,7 +205,7 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
 
 
 def idle_note(course: Course) -> tuple[str, ...]:
-    """A note that the thrusters rested for most of the dive: that part tells nothing of what thrust does."""
+    """A note that the thrusters rested for most of the dive: that part tells nothing of thrust."""
     pushing_s = course.step_s * float(np.count_nonzero(np.any(course.asked_n != 0.0, axis=1)))
     long_s = course.step_s * len(course.asked_n)
     if pushing_s > LEAST_PUSHING * long_s:

@@ -1,9 +1,9 @@
 """Thruster pulses between the slow samples of a ground station's log, reckoned by the autopilot's own law.
 
-Such a log has the pulses twice a second, and several times as often what makes them: the pilot's sticks, and the
-attitude, rates and depth that the autopilot answers. But for its integrals, each output is a sum of these with
+Such a log has the pulses twice a second, and several times as often the signals that make them: the pilot's sticks,
+and the attitude, rates and depth that the autopilot answers. But for its integrals, each output is a sum of these with
 constant factors. The factors are those that foretell each sample best from its two neighbours, and so do the sticks'
-delay; by how much they miss it is what remains unknown between two samples.
+delay; by how much they miss it remains unknown between two samples.
 """
 
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ reckoned."""
 
 @dataclass(frozen=True)
 class Law:
-    """What the pulses go with: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each output.
+    """The law of the pulses: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each output.
 
     missed_us (k,): rms by which a sample is missed; share: variance of the misses of all outputs, relative to that of
     samples halfway between their neighbours.
@@ -43,7 +43,7 @@ class Law:
 
 
 def with_reckoned_pulses(dive: Dive) -> Dive:
-    """The dive with pulses every STEP_S in place of slow samples, and a note, if what makes them is recorded."""
+    """The dive with pulses every STEP_S in place of slow samples, and a note, if the pilot's sticks are recorded."""
     pwm = dive.pwm
     if pwm is None or dive.sticks is None or not len(dive.sticks) or not sampled_slowly(pwm):
         return dive
@@ -121,7 +121,7 @@ def _between(of_s: Array, values: Array, time_s: Array) -> Array:
 
 
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
-    """What makes the pulses, (m, p): sticks `delay_s` earlier; angles, rates, depth and velocity where recorded."""
+    """The signals that make the pulses, (m, p): sticks `delay_s` earlier; angles, rates, depth, velocity if recorded."""
     sticks = dive.sticks
     assert sticks is not None
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]

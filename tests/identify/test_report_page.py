@@ -88,7 +88,7 @@ def test_title_verdict_sections_figures_and_tables_come_in_order():
     page = Page(render_report(report(Section("First"), second)))
     words = page.texts_in("h1", "p", "h2", "caption", "th", "td", "figcaption")
     assert words == [
-        *("Title", "Subtitle", "It works."),
+        *("Title", "It works.", "Subtitle"),
         *("First", "Nothing to show."),
         *("Second", "First paragraph.", "A line", "Second paragraph."),
         *("Three things", "Name", "Value", "a", "1 m", "b", "−2 m", "c", "—", "X", "y"),

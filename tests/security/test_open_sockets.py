@@ -86,6 +86,7 @@ def test_a_recording_lists_every_socket_that_it_has(tmp_path, monkeypatch, capsy
 
 
 VERBS = {
+    "applet check": ["--vehicle", "bluerov2"],
     "bridge": ["--vehicle", "ruvifist"],
     "doctor": ["--seconds", "0.1"],
     "fetch": ["--new"],

@@ -69,7 +69,7 @@ def configuration_of(file: VehicleFile) -> str:
 
 
 def lines(state: State) -> list[str]:
-    """What was found, a line each."""
+    """The findings, a line each."""
     said = [f"wiring: {state.fault or 'fail-safe, the mixer is mirrored on the lower outputs'}"]
     if state.folder is None:
         return [*said, "scripting: off"]

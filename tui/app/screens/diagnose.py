@@ -41,7 +41,7 @@ SLIVER: Final = 0.01
 LEAST_NATS: Final = 1.0
 """A candidate with less gain is not worth showing."""
 OF_DRIFT: Final = ("after", "heldout", "by_axis")
-"""What is told of drifts in numbers."""
+"""Drifts in numbers."""
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
     "explained": ("● EXPLAINED", "strong"),
@@ -300,7 +300,7 @@ def _share(shrink: Shrink) -> str:
 
 
 def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
-    """Numbers, and a bar of what stays, solid, and what is closed, shaded; `most` floors fill it."""
+    """Numbers, and a bar, its remaining part solid, the closed part shaded; `most` floors fill it."""
     turning = axis.dof not in DOFS[:3]
     scale, unit = (math.degrees(1.0), "°/s") if turning else (1e3, "mm/s")
     before, after, floor = (significant(scale * value, 2) for value in (axis.before, axis.after, axis.floor))
