@@ -121,7 +121,7 @@ def _between(of_s: Array, values: Array, time_s: Array) -> Array:
 
 
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
-    """The signals that make the pulses, (m, p): sticks `delay_s` earlier; angles, rates, depth, velocity if recorded."""
+    """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth, velocity."""
     sticks = dive.sticks
     assert sticks is not None
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
