@@ -346,8 +346,9 @@ def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
 
 
 def drowned(disturbance: Sequence[Disturbance]) -> bool:
-    """Whether the disturbance hides the thrust in every driven degree of freedom."""
-    return all(each.share >= DROWNED for each in disturbance if each.driven)
+    """Whether the disturbance hides the thrust in every driven degree of freedom; of none it hides nothing."""
+    driven = [each.share for each in disturbance if each.driven]
+    return bool(driven) and min(driven) >= DROWNED
 
 
 def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:

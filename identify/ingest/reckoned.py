@@ -57,7 +57,7 @@ def with_reckoned_pulses(dive: Dive) -> Dive:
     left = pwm.value - _makers(dive, pwm.time_s, law.delay_s) @ law.factors
     value = np.where(acting, _between(pwm.time_s, left, at_s), _between(pwm.time_s, pwm.value, at_s))
     value += np.where(acting, _makers(dive, at_s, law.delay_s) @ law.factors, 0.0)
-    low, high = pwm.value.min(axis=0), pwm.value.max(axis=0)
+    low, high = np.nanmin(pwm.value, axis=0), np.nanmax(pwm.value, axis=0)
     note = (
         f"Thruster commands come at {pwm.rate_hz:.1f} Hz; between them they are reckoned from the sticks and the "
         f"attitude, which foretell {100 * (1 - law.share):.0f} % of what happens there. The rest is taken for a noise, "

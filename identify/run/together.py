@@ -103,6 +103,9 @@ def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive
         counts=counts,
         runs=runs,
         left_out=tuple(left_out.items()),
+        reckoned=max(
+            (dive.reckoned for dive in dives if dive.reckoned), key=lambda each: each.share, default=None
+        ),
         notes=_notes(dives, everywhere, left_out),
     )
 

@@ -353,6 +353,9 @@ def test_nothing_is_named_where_the_disturbance_hides_what_thrust_does(heavy_veh
         tuple(Disturbance(dof, 1.0, share, True, True) for dof, share in (("surge", 0.95), ("heave", least)))
         for least in (0.91, 0.5)
     )
+    held = tuple(replace(each, driven=False) for each in drowned)
+    monkeypatch.setattr(module, "disturbance_of", lambda _: held)
+    assert without_doubtful(found, nominal, HEAVY_LIBRARY)[0].causes
     monkeypatch.setattr(module, "disturbance_of", lambda _: clear)
     assert without_doubtful(found, nominal, HEAVY_LIBRARY)[0].causes
     monkeypatch.setattr(module, "disturbance_of", lambda _: drowned)

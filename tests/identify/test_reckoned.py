@@ -15,6 +15,7 @@ from identify.effects.effect import QUICK_COMMANDS
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.reckoned import STEP_S, with_reckoned_pulses
+from identify.run.together import joined
 
 FILE = load_vehicle("bluerov2")
 LONG_S, OFTEN_S, SELDOM_S = 200.0, 0.05, 0.5
@@ -94,6 +95,14 @@ def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judge
     assert (known.sampled_s, loose.sampled_s) == (0.0, 0.5 * SELDOM_S)
     assert QUICK_COMMANDS in lacking([by_law], shape)
     assert QUICK_COMMANDS not in lacking([replace(by_law, reckoned=None)], shape)
+
+
+def test_of_runs_joined_to_one_dive_the_least_known_holds():
+    early, late = (with_reckoned_pulses(recorded(seed)[0]) for seed in (1, 2))
+    late = replace(late, name="e", sha256="1" * 64, reckoned=replace(late.reckoned, share=0.4))
+    assert joined([early, late]).reckoned == joined([late, early]).reckoned == late.reckoned
+    as_logged = replace(early, reckoned=None)
+    assert joined([as_logged, late]).reckoned == late.reckoned
 
 
 @pytest.mark.soak
