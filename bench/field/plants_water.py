@@ -22,13 +22,14 @@ def sign(rng: np.random.Generator) -> float:
 def lines(
     rng: np.random.Generator, time_s: Array, low_s: float, high_s: float, count: int
 ) -> tuple[Array, Array]:
-    """A sum of `count` sines with drawn periods, of variance 1, and its rate; (n,) each."""
+    """A sum of `count` sines with drawn periods, of mean square 1 over the times, and its rate; (n,) each."""
     value, rate = np.zeros_like(time_s), np.zeros_like(time_s)
     for period_s in rng.uniform(low_s, high_s, count):
         omega, phase = 2 * np.pi / period_s, rng.uniform(0, 2 * np.pi)
         value += np.sqrt(2 / count) * np.sin(omega * time_s + phase)
         rate += np.sqrt(2 / count) * omega * np.cos(omega * time_s + phase)
-    return value, rate
+    size = float(np.sqrt(np.mean(value**2)))
+    return value / size, rate / size
 
 
 def steady_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: float) -> Planted:

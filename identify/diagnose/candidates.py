@@ -87,6 +87,12 @@ class Cause:
         parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)
         return any(parameter.at_guess(value) for parameter, value in parameters)
 
+    @property
+    def at_end(self) -> bool:
+        """Whether a parameter lies at an end of its range."""
+        parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)
+        return any(value in (parameter.low, parameter.high) for parameter, value in parameters)
+
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)
 
@@ -141,17 +147,18 @@ def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Sett
     settings = []
     for effect in effects:
         for size in effect.sizes:
-            steps = _steps(effect, size)
+            steps = _steps(effect, size, course)
             settings.append(Setting(effect, tuple(range(len(columns), len(columns) + len(steps))), steps))
             columns += [(effect, _at(effect, step)) for step in steps]
     return tuple(settings), side_by_side(lambda each: each[0].act(course, each[1]), columns)
 
 
-def _steps(effect: Effect, size: float) -> Array:
-    """Steps (k, p) of one parameter each from absence, `size` times its start; from infinity, to its start."""
+def _steps(effect: Effect, size: float, course: Course) -> Array:
+    """Steps (k, p) of one parameter each from absence, `size` times its start; from infinity, to a share of the most
+    that was asked."""
     none, start = effect.none(), effect.start()
     if not np.isfinite(none).all():
-        return np.array([start / size])
+        return np.full((1, len(none)), np.abs(course.asked_n).max() / (1.0 + size))
     return np.diag(size * (start - none))
 
 

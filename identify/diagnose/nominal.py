@@ -16,8 +16,9 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.diagnose.candidates import Cause
-from identify.diagnose.innovations import by_present_thrust, course_of, mean_before, predicted, reading_error
+from identify.diagnose.innovations import mean_before, reading_error
 from identify.diagnose.mounting import mirrored, swapped
+from identify.diagnose.predicted import by_present_thrust, course_of, predicted
 from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal

@@ -71,6 +71,9 @@ SIMPLER_SHARE = 5e-3
 An attitude that is off by two degrees tilts a weight by as much.
 """
 
+CLIMB_SHARE = 0.1
+"""Share of the nats saved at fixed noise levels that a climb of the filters may end short by."""
+
 LATE_S = 0.02
 """Delay or lag of the thrust from which the search begins with it."""
 
@@ -114,7 +117,7 @@ def explain(
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
         settled, settled_fit = _settled(nominal, weighing, better, at)
         new = {*_labels(better)} - {*_labels(fit)}
-        if settled.now.log_posterior < weighing.now.log_posterior - AMBIGUOUS_NATS:
+        if settled.now.log_posterior < weighing.now.log_posterior - _nats_uncertain(better, fit):
             # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
             if new:
                 refused |= new
@@ -130,6 +133,14 @@ def explain(
     weighing, fit = _with_likeliest_timing(nominal, weighing, fit, at)
     weighing, fit = _with_usual_values(nominal, weighing, fit, at)
     return Explanation(fit, weighing, weighing.now)
+
+
+def _nats_uncertain(better: Fitted, fit: Fitted) -> float:
+    """Nats by which the filters may be less likely with better causes, for no other reason than where a climb ends.
+
+    A steady push makes them no likelier: the filters are fitted with trims, so that the disturbance takes none of it.
+    """
+    return max(AMBIGUOUS_NATS, CLIMB_SHARE * (better.gain - fit.gain))
 
 
 def _with_likeliest_timing(
@@ -425,11 +436,17 @@ def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
 
 
 def _shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
-    """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them."""
-    if cause.effect.witnessed or not remainder.fit.causes:
+    """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them.
+
+    Those of steady pushes count where it acts in the same degrees of freedom: the filters are fitted with trims, and a
+    push without them saves far more than the dive tells of it.
+    """
+    fit = remainder.fit
+    if cause.effect.witnessed or not fit.causes:
         return 0.0
     left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
-    return left * max(remainder.fit.motion_nats, 0.0)
+    steady = fit.motion_nats - fit.unsteady_nats
+    return left * max(fit.unsteady_nats + min(steady, remainder.overlap(cause)), 0.0)
 
 
 def _least_gain(cause: Cause) -> float:
@@ -459,14 +476,14 @@ def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fi
 
 def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
     """The best fit, or a fit with a one-parameter cause that does nearly as well: a weight rather than a push in any
-    direction."""
+    direction, and rather than a thruster that gives nothing at all, as near as that can come to a weight."""
     best = max(fits, key=lambda each: each.gain, default=None)
     if best is None:
         return None
     least = best.gain - _nats_for_simplicity(best, others)
     return min(
         (fit for fit in fits if fit.gain > least),
-        key=lambda each: (not _is_one_number(each.causes[-1]), -each.gain),
+        key=lambda each: (not _is_one_number(each.causes[-1]), each.causes[-1].at_end, -each.gain),
     )
 
 

@@ -143,7 +143,7 @@ class Fitted:
     value (rows,): the remainder left to the nominal model. slopes (rows, k): of the parameters `at` (k pairs of cause
     and parameter), with covariance (k, k). residual_squares: sum of squares of `value` less the best nominal model.
     gain: nats saved on held-out pieces, `std` its standard error over pieces. motion_nats: nats saved in sample by
-    the vehicle's motion alone.
+    the vehicle's motion alone; unsteady_nats: those that steady pushes in each degree of freedom do not save.
     """
 
     causes: tuple[Cause, ...]
@@ -155,6 +155,7 @@ class Fitted:
     gain: float
     std: float
     motion_nats: float
+    unsteady_nats: float
 
 
 @dataclass(frozen=True)
@@ -240,8 +241,9 @@ class Weighing:
             if small or not best.at or all(cause.effect.linear for cause in best.causes):
                 break
         best = self._searched(best)
-        gain, std, motion_nats = self._held(best)
-        return replace(best, gain=gain, std=std, motion_nats=motion_nats)
+        gain, std, lean = self._held(best)
+        motion_nats, unsteady_nats = self._in_motion(best, lean)
+        return replace(best, gain=gain, std=std, motion_nats=motion_nats, unsteady_nats=unsteady_nats)
 
     def _searched(self, fit: Fitted) -> Fitted:
         """The fit with each parameter on which the motion depends in steps, where no slope leads, at the best value
@@ -348,14 +350,11 @@ class Weighing:
         m, free = len(self._square), inverse(square)
         step = free[m:] @ np.concatenate([cross[:, -1], products[:-1, -1]])
         left = float(products[-1, -1] - cross[:, -1] @ self._inverse_square @ cross[:, -1])
-        return Fitted(causes, at, new[-1], new[:-1].T, free[m:, m:], left, 0.0, 0.0, 0.0), step
+        return Fitted(causes, at, new[-1], new[:-1].T, free[m:, m:], left, 0.0, 0.0, 0.0, 0.0), step
 
-    def _held(self, fit: Fitted) -> tuple[float, float, float]:
-        """Evaluate a fit on held-out pieces and in the motion.
-
-        Returns the nats saved on held-out pieces over the nominal model alone, their standard error, and the nats
-        saved in sample by the vehicle's motion.
-        """
+    def _held(self, fit: Fitted) -> tuple[float, float, Array]:
+        """Nats saved by a fit on held-out pieces over the nominal model alone, their standard error, and the sizes
+        (m, 2) of the nominal columns without and with the fit."""
         columns = np.vstack([fit.slopes.T, self.rows.value, fit.value]).T
         cross = self.rows.nuisance.products_with(columns, self.rows.piece)
         taken = self._inverse_square @ cross.sum(axis=0)
@@ -369,11 +368,29 @@ class Weighing:
             out = np.arange(len(products)) % FOLDS == fold
             size = inverse(square[~out].sum(axis=0) + scarce) @ right[~out].sum(axis=0)
             gains[out] += right[out] @ size - 0.5 * np.einsum("i,pij,j->p", size, square[out], size)
-        nominal, in_motion = self.moving
-        moved, lean = columns[: nominal.places[-1].stop, -2:], taken[:, -2:]
+        return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains))), taken[:, -2:]
+
+    def _in_motion(self, fit: Fitted, lean: Array) -> tuple[float, float]:
+        """Nats saved in sample by the vehicle's motion, and those of them that steady pushes do not save; lean (m, 2):
+        sizes of the nominal columns without and with the fit."""
+        nominal, square = self.moving
+        steady, by_nominal, free = self._steady
+        end = nominal.places[-1].stop
+        moved = np.column_stack([self.rows.value[:end], fit.value[:end]])
         left = (moved**2).sum(axis=0) - 2.0 * (lean * nominal.crossed(moved)).sum(axis=0)
-        left += (lean * (in_motion @ lean)).sum(axis=0)
-        return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains))), 0.5 * float(left[0] - left[1])
+        left += (lean * (square @ lean)).sum(axis=0)
+        pushed = steady.crossed(moved) - by_nominal @ lean
+        unsteady = left - (pushed * (free @ pushed)).sum(axis=0)
+        return 0.5 * float(left[0] - left[1]), 0.5 * float(unsteady[0] - unsteady[1])
+
+    @cached_property
+    def _steady(self) -> tuple[Blocks, Array, Array]:
+        """Columns of a steady push in each degree of freedom on the axes' rows, their products (s, m) with the nominal
+        columns, and the inverse (s, s) of their square."""
+        count = len(self.now.course.time_s)
+        pushes = [Act(wrench=np.tile(unit, (count, 1))) for unit in np.eye(len(DOFS))]
+        columns = self.rows.blocks(pushes, self.now.course).first(len(self.rows.axes))
+        return columns, columns.crossed(self.moving[0].dense()), np.asarray(np.linalg.pinv(columns.square()))
 
 
 def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:

@@ -206,8 +206,8 @@ class Effect:
     - witnessed: a sensor of its own identifies it, without the motion, and no other effect can mimic it.
     - lasting: it belongs to the vehicle; otherwise to a single dive, as water and tether do.
     - timing: how it makes the thrust late, by a "lag" or a "delay"; "" if it does not.
-    - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: `start` divided by
-      the size); more than one if its shape changes with its size.
+    - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: the most that was
+      asked over one more than the size); more than one if its shape changes with its size.
     - steep: its shape changes so abruptly that a size holds for no other than itself.
     """
 

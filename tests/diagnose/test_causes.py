@@ -20,7 +20,7 @@ from identify.diagnose.result import Disturbance, Finding
 from identify.diagnose.search import explained_by, remainder_nats
 from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
-from identify.effects.actuators import DEAD_ZONE, SATURATION
+from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
@@ -31,7 +31,7 @@ from identify.effects.sensors import DVL_BIAS
 
 def fit_of(gain: float, *effects: Effect) -> Fitted:
     causes = tuple(Cause(effect, effect.start()) for effect in effects)
-    return Fitted(causes, (), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), 0.0, gain, 1.0, gain)
+    return Fitted(causes, (), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), 0.0, gain, 1.0, gain, gain)
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,26 @@ def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
     found = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
     assert found.causes[-1].effect is THRUST_BIAS
     assert search._simplest([], fit_of(0.0)) is None
+
+
+def test_a_weight_is_taken_for_a_thruster_that_gives_nothing_at_all_when_it_does_as_well() -> None:
+    """The fit of a thruster that would have to pull ends at none."""
+    nothing, half = (
+        replace(fit_of(gain, weak(7)), causes=(Cause(weak(7), np.array([size])),))
+        for gain, size in ((100.0, 0.0), (100.0, 0.5))
+    )
+    weight = fit_of(99.0, NET_BUOYANCY)
+    for some in ([nothing, weight], [weight, nothing]):
+        found = search._simplest(some, fit_of(0.0))
+        assert found.causes[-1].effect is NET_BUOYANCY
+    assert search._simplest([half, weight], fit_of(0.0)) is half
+    assert search._simplest([nothing, fit_of(90.0, NET_BUOYANCY)], fit_of(0.0)) is nothing
+
+
+def test_a_steady_push_may_leave_the_filters_as_likely_as_they_were() -> None:
+    """They are fitted with trims, so that only the climb's own end tells them apart."""
+    assert search._nats_uncertain(fit_of(5.0, NET_BUOYANCY), fit_of(0.0)) == pytest.approx(3.0)
+    assert search._nats_uncertain(fit_of(254.0, NET_BUOYANCY), fit_of(0.0)) == pytest.approx(25.4)
 
 
 def test_what_was_taken_for_being_simpler_is_not_swapped_back() -> None:
@@ -255,12 +275,25 @@ def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accep
 def test_a_further_cause_has_to_save_more_than_a_shadow_and_more_behind_a_filter(causes, filtered, nats):
     """A thousandth of what far better told ones save, and an autopilot's filter makes seven of it."""
     apart = SimpleNamespace(
-        fit=SimpleNamespace(motion_nats=20_000.0, causes=causes),
+        fit=SimpleNamespace(unsteady_nats=20_000.0, motion_nats=50_000.0, causes=causes),
         weighing=SimpleNamespace(now=SimpleNamespace(filtered=filtered)),
         overlap=lambda _: 0.0,
         saved_overlap=lambda _: 0.0,
     )
     assert remainder_nats(apart, Cause(CG_OFFSET, CG_OFFSET.start())) == pytest.approx(nats)
+
+
+def test_a_steady_push_casts_its_shadow_only_where_a_further_cause_acts_too():
+    """Of 30 000 nats of a push, those that the further cause could share, and the 20 000 of all other causes."""
+    fit = SimpleNamespace(unsteady_nats=20_000.0, motion_nats=50_000.0, causes=("a push",))
+    for shared, nats in ((4_000.0, 24.0), (40_000.0, 50.0)):
+        apart = SimpleNamespace(
+            fit=fit,
+            weighing=SimpleNamespace(now=SimpleNamespace(filtered=())),
+            overlap=lambda _, shared=shared: shared,
+            saved_overlap=lambda _: 0.0,
+        )
+        assert remainder_nats(apart, Cause(CG_OFFSET, CG_OFFSET.start())) == pytest.approx(nats)
 
 
 def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_other_periods_of_a_sea() -> (
@@ -394,7 +427,7 @@ def fitted(effect, values, std):
     nothing = np.zeros(0)
     at = tuple((0, p) for p in range(len(std)))
     cause = Cause(effect, np.array(values, dtype=float))
-    return Fitted((cause,), at, nothing, nothing, np.diag(np.square(std)), 0.0, 100.0, 1.0, 100.0)
+    return Fitted((cause,), at, nothing, nothing, np.diag(np.square(std)), 0.0, 100.0, 1.0, 100.0, 100.0)
 
 
 @pytest.mark.parametrize(

@@ -15,16 +15,9 @@ from identify.diagnose.evidence import (
     pieces_of,
     products_of,
 )
-from identify.diagnose.innovations import (
-    Predicted,
-    autoregression_of,
-    euler_ahead,
-    mean_before,
-    predicted,
-    reading_ahead,
-    value_before,
-)
+from identify.diagnose.innovations import autoregression_of, mean_before, value_before
 from identify.diagnose.nominal import thinned
+from identify.diagnose.predicted import Predicted, euler_ahead, predicted, reading_ahead
 from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Dive, Signal
@@ -173,6 +166,24 @@ def test_an_angle_between_two_readings_is_the_first_turned_on_at_the_predicted_r
     assert seen[before] == pytest.approx(0.1 + 0.2 * (time_s[before] - 0.5), abs=1e-4)
     assert heading[before] == pytest.approx(2.0, abs=0.005)
     assert seen[time_s > 1.01][0] == pytest.approx(0.602, abs=1e-3)
+
+
+def test_the_noise_of_frequent_tilts_is_averaged_and_the_predicted_turn_is_not():
+    rng = np.random.default_rng(100_006)
+    time_s = np.arange(0.0, 60.0, 0.02)
+    nu = np.zeros((len(time_s), 6))
+    nu[:, 4] = 0.3 * np.cos(time_s)
+    read = slice(None, None, 2)
+    pitch = 0.3 * np.sin(time_s[read]) + 0.005 * rng.standard_normal(len(time_s[read]))
+    attitude = Signal(time_s[read], quaternions_from_euler(0.0 * pitch, pitch, np.full(len(pitch), 2.0)))
+    off = euler_ahead(attitude, Predicted(time_s, nu, np.zeros_like(nu)), np.zeros(0))[:, 1] - 0.3 * np.sin(
+        time_s
+    )
+    assert np.std(off[time_s > 5.0]) < 0.3 * 0.005
+    # Each run is averaged by itself.
+    apart = euler_ahead(attitude, Predicted(time_s, nu, np.zeros_like(nu)), np.array([30.0]))[:, 1]
+    np.testing.assert_allclose(apart[time_s < 29.9], (off + 0.3 * np.sin(time_s))[time_s < 29.9], atol=1e-9)
+    assert np.abs(apart - off - 0.3 * np.sin(time_s)).max() > 1e-4
 
 
 def test_a_depth_between_two_readings_is_the_first_and_the_predicted_way_down_since():
@@ -355,6 +366,16 @@ def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(nominal):
     moving = table[rows.dof >= 0]
     assert fit.motion_nats == pytest.approx(
         0.5 * float((moving[:, 0] ** 2 - moving[:, 1] ** 2).sum()) + moved, rel=1e-6
+    )
+    course = weighing.now.course
+    pushes = [Act(wrench=np.tile(unit, (len(course.time_s), 1))) for unit in np.eye(6)]
+    steady = rows.columns(pushes, course)[rows.dof >= 0]
+    taken = [
+        float(np.sum((steady @ np.linalg.lstsq(steady, each, rcond=None)[0]) ** 2))
+        for each in moving[:, :2].T
+    ]
+    assert fit.motion_nats - fit.unsteady_nats == pytest.approx(
+        0.5 * (taken[0] - taken[1]), rel=1e-6, abs=1e-6
     )
 
 

@@ -85,7 +85,7 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
     for bent in (None, lambda part: np.roll(part, 10, axis=0)):
         spoilt, drag = with_drag(nominal, bent)
         weighing = weighing_of(spoilt, LIBRARY)
-        fit = replace(weighing.fitted([drag]), motion_nats=1e5)
+        fit = replace(weighing.fitted([drag]), motion_nats=1e5, unsteady_nats=1e5)
         rest = FormRemainder(weighing, fit)
         large = Cause(QUADRATIC_DRAG, 100 * fit.causes[0].values)
         many = FormRemainder(weighing, replace(fit, causes=(large,)))
@@ -100,7 +100,9 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
 def fitted(causes, nats):
     """A fit that saves so many nats, and shows in the motion."""
     shows = 100.0 * len(causes)
-    return Fitted(tuple(causes), (), np.zeros(1), np.zeros((1, 0)), np.zeros((0, 0)), 1.0, nats, 1.0, shows)
+    return Fitted(
+        tuple(causes), (), np.zeros(1), np.zeros((1, 0)), np.zeros((0, 0)), 1.0, nats, 1.0, shows, shows
+    )
 
 
 def saving(nats):

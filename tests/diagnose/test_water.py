@@ -7,12 +7,14 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.diagnose.candidates import Cause
+from identify.diagnose.innovations import reading_error
 from identify.diagnose.nominal import _alike, nominal_of, refitted
 from identify.diagnose.simulation import beyond_motion_of, velocity_error_of
 from identify.dive import Signal
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.estimators.axes import Axis
+from identify.estimators.innovations import VELOCITY
 from identify.ingest.rotation import attitude_at, to_body
 
 CURRENT = np.array([0.12, -0.08])
@@ -39,6 +41,20 @@ def test_less_its_current_a_dive_is_one_in_still_water(still_and_drifting):
     np.testing.assert_allclose(less.course.nu[50:, :2], still.course.nu[50:, :2], atol=0.01)
     ground, _ = less.course.over_ground
     np.testing.assert_allclose(ground[50:, :2], drifting.course.nu[50:, :2], atol=0.02)
+
+
+def test_an_autopilot_shows_a_current_in_body_axes_of_as_long_ago_as_it_smooths(still_and_drifting):
+    """It smooths velocity over ground in north and east, and turns it by the attitude of that time."""
+    _, drifting = still_and_drifting
+    problem, course = drifting.joint.problems[0], drifting.course
+    course = replace(course, euler=np.column_stack([0.0 * course.euler[:, :2], 0.5 * course.since_s]))
+    act = STEADY_CURRENT.act(course, CURRENT)
+    late = replace(problem, axis=replace(problem.axis, smoothing_s=0.2))
+    off = reading_error(late, act, course)
+    heading = 0.5 * (problem.axis.time_s - 0.2 - course.time_s[0])
+    seen = (problem.axis.state_read == VELOCITY) & (problem.axis.time_s > course.time_s[0] + 1.0)
+    expected = CURRENT[0] * np.cos(heading) + CURRENT[1] * np.sin(heading)
+    np.testing.assert_allclose(off[seen], expected[seen], atol=1e-4)
 
 
 def test_a_current_is_no_error_of_a_sensor(still_and_drifting):

@@ -9,6 +9,7 @@ import pytest
 
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster
 from bridge.vehicle.thrusters import shaft_speed
+from identify.diagnose.candidates import settings_of
 from identify.effects import actuators, supply, wake
 from identify.effects.actuators import SATURATION
 from identify.effects.course import Course, lagged, thrust_by_shaft
@@ -245,3 +246,12 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
     seen = thrust_by_shaft(CURVE, rpm) - asked.thrust_n
     assert seen[:, :7] == pytest.approx(act.shaft_n[:, :7])
     assert np.isnan(seen[:, 7]).all()
+
+
+def test_a_limit_is_tried_at_shares_of_the_most_that_was_asked(rich_course: Course) -> None:
+    """A pilot who asks for 1 N of thrusters of 35 N still finds a limit of half of that."""
+    gentle = replace(rich_course, asked_n=rich_course.asked_n / np.abs(rich_course.asked_n).max())
+    settings, acts = settings_of((SATURATION,), gentle)
+    limits = [float(setting.steps[0, 0]) for setting in settings]
+    assert limits == pytest.approx([1 / 1.5, 1 / 2, 1 / 3, 1 / 5])
+    assert all(np.any(act.wrench) for act in acts)
