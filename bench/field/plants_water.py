@@ -26,8 +26,8 @@ def lines(
     value, rate = np.zeros_like(time_s), np.zeros_like(time_s)
     for period_s in rng.uniform(low_s, high_s, count):
         omega, phase = 2 * np.pi / period_s, rng.uniform(0, 2 * np.pi)
-        value += np.sqrt(2 / count) * np.sin(omega * time_s + phase)
-        rate += np.sqrt(2 / count) * omega * np.cos(omega * time_s + phase)
+        value += np.sin(omega * time_s + phase)
+        rate += omega * np.cos(omega * time_s + phase)
     size = float(np.sqrt(np.mean(value**2)))
     return value / size, rate / size
 
