@@ -5,7 +5,7 @@ import io
 import json
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bench.field.beside import NAMES, Foretold, drifts_of, foretold_by
 from bench.field.draw import draw
+from bench.field.export import COMPANION, Rates
 from bench.remembered import Data
 
 Array = NDArray[np.float64]
@@ -28,6 +29,7 @@ class Planned:
     seed: int
     number: int
     effect: str
+    rates: Rates = COMPANION
 
     @property
     def name(self) -> str:
@@ -36,7 +38,7 @@ class Planned:
 
 def planned_job(one: Planned) -> Data:
     """Make a dive of the plan, diagnose it, and return the result."""
-    case = draw(one.seed, one.number, one.effect)
+    case = replace(draw(one.seed, one.number, one.effect), rates=one.rates)
     with tempfile.TemporaryDirectory() as folder:
         for name, data in case.files().items():
             (Path(folder) / name).write_bytes(data)

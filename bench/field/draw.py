@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bench.field.autopilot import Autopilot, draw_autopilot
 from bench.field.autopilot_filter import VelocityFilter, draw_filter
-from bench.field.export import down, packed, tlog_of, told
+from bench.field.export import COMPANION, Rates, down, packed, tlog_of, told
 from bench.field.felt import Felt, felt
 from bench.field.mission import TICK_S, Pilot, draw_mission, draw_pilot, sticks_of
 from bench.field.plants import PLANTS
@@ -56,6 +56,7 @@ class FieldCase:
     seconds: tuple[float, float]
     planted: Planted | None
     size: float
+    rates: Rates = COMPANION
 
     @property
     def name(self) -> str:
@@ -81,7 +82,7 @@ class FieldCase:
     def recording(self, which: int) -> bytes:
         """The `.tlog` of a dive."""
         rng = np.random.default_rng([self.seed, self.number, 33, which])
-        return tlog_of(told(self.flown(which), self.sensors, self.filter, rng), LOST, rng)
+        return tlog_of(told(self.flown(which), self.sensors, self.filter, rng), LOST, rng, self.rates)
 
     def files(self) -> dict[str, bytes]:
         """All files of the case's folder, by name."""

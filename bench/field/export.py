@@ -22,10 +22,31 @@ UNIX_US = 1_760_000_000_000_000
 BOOT_S = 47
 """Boot time at the beginning of the recording, s."""
 
-FAST, SLOW, SECOND = 1, 2, 20
-"""Ticks between messages of 20, 10 and 1 Hz."""
+SLOW, SECOND = 2, 20
+"""Ticks between messages of 10 and 1 Hz."""
 
 DELAY_US = {"fast": 4000, "slow": 6000}
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Ticks between the messages of a kind; 0 for messages that are not sent."""
+
+    pulses: int = 1
+    imu: int = 1
+    position: int = SLOW
+    pressure: int = SLOW
+    sticks: int = 0
+
+
+COMPANION = Rates()
+"""A log from the vehicle's own computer."""
+
+STATION = Rates(pulses=10, imu=10, position=6, pressure=10, sticks=1)
+"""A ground station's own log: pulses, accelerometer and pressure twice a second, position 3.3 Hz, and the sticks that
+it sends; attitude at 20 Hz."""
+
+FULL_STICK = 1000
 MODE_ALT_HOLD = 2
 _STAMP = struct.Struct(">Q")
 
@@ -35,7 +56,7 @@ class Told:
     """Contents of the messages, SI units, a row per message.
 
     Fast: attitude (n, 6) roll pitch yaw and rates, pwm (n, k), force (n, 3), gyro (n, 3); slow: position (m, 3),
-    velocity (m, 3) NED, depth (m,); once a second: supply (s, 2).
+    velocity (m, 3) NED, depth (m,); once a second: supply (s, 2). sticks (n, 4): -FULL_STICK to FULL_STICK, sent.
     """
 
     attitude: Array
@@ -46,6 +67,7 @@ class Told:
     velocity: Array
     depth: Array
     supply: Array
+    sticks: Array
 
 
 def euler(state: Array) -> Array:
@@ -88,15 +110,23 @@ def told(flown: Flown, sensors: Sensors, own: VelocityFilter, rng: np.random.Gen
         velocity,
         ticks.state[::SLOW, 2] + noise[::SLOW, 6],
         supply,
+        _sticks(flown.sticks.asked[:, :4]),
     )
 
 
-def tlog_of(heard: Told, lost: float, rng: np.random.Generator) -> bytes:
+def _sticks(asked: Array) -> Array:
+    """Positions (n, 4) of the sticks; the thrust goes with the square of a pulse's distance from neutral."""
+    bent = np.sign(asked) * np.sqrt(np.abs(asked))
+    return FULL_STICK * bent / np.maximum(np.abs(bent).max(axis=0), 1e-9)
+
+
+def tlog_of(heard: Told, lost: float, rng: np.random.Generator, rates: Rates = COMPANION) -> bytes:
     """The recording, with a share `lost` of its frames missing."""
-    encoder = Encoder(1, 1)
+    vehicle, station = Encoder(1, 1), Encoder(255, 190)
     records: list[bytes] = []
-    for late_us, time_s, message in _messages(heard):
-        raw = encoder.encode(message)
+    for late_us, time_s, message in _messages(heard, rates):
+        sent = isinstance(message, dialect.MAVLink_manual_control_message)
+        raw = (station if sent else vehicle).encode(message)
         if rng.random() >= lost:
             records.append(_STAMP.pack(UNIX_US + round(1e6 * time_s) + late_us) + raw)
     return b"".join(records)
@@ -107,17 +137,16 @@ def packed(data: bytes) -> bytes:
     return gzip.compress(data, 6, mtime=0)
 
 
-def _messages(heard: Told) -> Iterator[tuple[int, float, object]]:
+def _messages(heard: Told, rates: Rates) -> Iterator[tuple[int, float, object]]:
     for tick in range(len(heard.pwm)):
         time_s = tick * TICK_S
         boot_ms = round(1000 * (BOOT_S + time_s))
         if tick % SECOND == 0:
             yield from ((0, time_s, message) for message in _each_second(heard, tick // SECOND, boot_ms))
-        yield from ((DELAY_US["fast"], time_s, message) for message in _fast(heard, tick, boot_ms))
-        if tick % SLOW == 0:
-            yield from (
-                (DELAY_US["slow"], time_s, message) for message in _slow(heard, tick // SLOW, boot_ms)
-            )
+        for message in _fast(heard, tick, boot_ms, rates):
+            yield DELAY_US["fast"], time_s, message
+        for message in _slow(heard, tick, boot_ms, rates):
+            yield DELAY_US["slow"], time_s, message
 
 
 def _each_second(heard: Told, row: int, boot_ms: int) -> Iterator[object]:
@@ -132,21 +161,28 @@ def _each_second(heard: Told, row: int, boot_ms: int) -> Iterator[object]:
     yield dialect.MAVLink_battery_status_message(0, 0, 0, 32767, cells, round(100 * amps), -1, -1, -1)
 
 
-def _fast(heard: Told, row: int, boot_ms: int) -> Iterator[object]:
-    yield dialect.MAVLink_attitude_message(boot_ms, *heard.attitude[row].tolist())
-    pulses = [round(pulse) for pulse in heard.pwm[row].tolist()]
-    yield dialect.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *(pulses + [0] * 16)[:16])
-    force = [round(1000 * value / GRAVITY_M_S2) for value in heard.force[row].tolist()]
-    gyro = [round(1000 * value) for value in heard.gyro[row].tolist()]
-    yield dialect.MAVLink_scaled_imu2_message(boot_ms, *force, *gyro, 0, 0, 0)
+def _fast(heard: Told, tick: int, boot_ms: int, rates: Rates) -> Iterator[object]:
+    yield dialect.MAVLink_attitude_message(boot_ms, *heard.attitude[tick].tolist())
+    if tick % rates.pulses == 0:
+        pulses = [round(pulse) for pulse in heard.pwm[tick].tolist()]
+        yield dialect.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *(pulses + [0] * 16)[:16])
+    if tick % rates.imu == 0:
+        force = [round(1000 * value / GRAVITY_M_S2) for value in heard.force[tick].tolist()]
+        gyro = [round(1000 * value) for value in heard.gyro[tick].tolist()]
+        yield dialect.MAVLink_scaled_imu2_message(boot_ms, *force, *gyro, 0, 0, 0)
+    if rates.sticks and tick % rates.sticks == 0:
+        yield dialect.MAVLink_manual_control_message(1, *map(round, heard.sticks[tick].tolist()), 0)
 
 
-def _slow(heard: Told, row: int, boot_ms: int) -> Iterator[object]:
-    yield dialect.MAVLink_local_position_ned_message(
-        boot_ms, *heard.position[row].tolist(), *heard.velocity[row].tolist()
-    )
-    water = Water()
-    pascal = water.density_kg_m3 * water.gravity_m_s2 * float(heard.depth[row])
-    yield dialect.MAVLink_scaled_pressure2_message(
-        boot_ms, water.surface_pressure_hpa + pascal / 100.0, 0.0, 1850
-    )
+def _slow(heard: Told, tick: int, boot_ms: int, rates: Rates) -> Iterator[object]:
+    row = tick // SLOW
+    if tick % rates.position == 0:
+        yield dialect.MAVLink_local_position_ned_message(
+            boot_ms, *heard.position[row].tolist(), *heard.velocity[row].tolist()
+        )
+    if tick % rates.pressure == 0:
+        water = Water()
+        pascal = water.density_kg_m3 * water.gravity_m_s2 * float(heard.depth[row])
+        yield dialect.MAVLink_scaled_pressure2_message(
+            boot_ms, water.surface_pressure_hpa + pascal / 100.0, 0.0, 1850
+        )

@@ -50,10 +50,11 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Flown:
-    """A dive: `ticks` as the kernel filled them, the noise (n, 8) of the autopilot's readings, and the sea's wrench
-    (n, 6) at the ticks."""
+    """A dive: the pilot's sticks, `ticks` as the kernel filled them, the noise (n, 8) of the autopilot's readings, and
+    the sea's wrench (n, 6) at the ticks."""
 
     site: FieldSite
+    sticks: Sticks
     ticks: kernel.Ticks
     noise: Array
     sea: Array
@@ -130,4 +131,4 @@ def fly(
         site.body(), site.hull, site.prop, autopilot, fresh(site.depth_m, heading), water, supply, sticks.asked,
         sticks.leg, site.pilot.leash_m, noise, LAG_S, start, ticks,
     )  # fmt: skip
-    return Flown(site, ticks, noise, drawn[:: kernel.EACH][:count])
+    return Flown(site, sticks, ticks, noise, drawn[:: kernel.EACH][:count])

@@ -16,7 +16,7 @@ from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
 from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
 from bench.field.draw import NONE, FieldCase, draw, effects_of, stays_down
-from bench.field.export import euler, tlog_of, told
+from bench.field.export import STATION, euler, tlog_of, told
 from bench.field.felt import felt, missing_wrench
 from bench.field.plants import PLANTS
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
@@ -57,7 +57,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
 
 def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
     flown = case().flown(0)
-    flown = type(flown)(flown.site, flown.ticks, np.zeros_like(flown.noise), flown.sea)
+    flown = replace(flown, noise=np.zeros_like(flown.noise))
     rng = np.random.default_rng(0)
     found = messages(tlog_of(told(flown, QUIET, HONEST, rng), 0.0, rng))
     ticks, nu = flown.ticks, flown.ticks.state[:, 7:13]
@@ -94,6 +94,24 @@ def test_messages_come_as_often_as_a_stock_autopilot_sends_them_and_no_others() 
     stamp, first = found["SERVO_OUTPUT_RAW"][0]
     assert first.time_usec == 1_000_000 * 47
     assert 0 <= stamp - 1_760_000_000_000_000 < 10_000
+
+
+def test_a_ground_station_logs_pulses_twice_a_second_and_the_sticks_that_it_sends() -> None:
+    one = replace(case(), rates=STATION)
+    found = messages(one.recording(0))
+    rates = {name: round(len(rows) / SECONDS, 1) for name, rows in found.items()}
+    slow = dict.fromkeys(("SERVO_OUTPUT_RAW", "SCALED_IMU2", "SCALED_PRESSURE2"), 2.0)
+    assert {name: rates[name] for name in slow} == pytest.approx(slow, abs=0.2)
+    assert rates["LOCAL_POSITION_NED"] == pytest.approx(3.3, abs=0.2)
+    sent = [message for _, message in found["MANUAL_CONTROL"]]
+    assert {message.get_srcSystem() for message in sent} == {255}
+    sticks = np.array([[message.x, message.y, message.z, message.r] for message in sent])
+    assert np.abs(sticks).max() == 1000
+    # The pulse at which a stick stands is as far from neutral as the stick: thrust goes with the square of it.
+    asked = one.flown(0).sticks.asked[:, 0]
+    full = np.abs(asked).max()
+    heard = np.interp(np.arange(len(asked)), np.linspace(0, len(asked) - 1, len(sticks)), sticks[:, 0])
+    assert np.corrcoef(np.sign(heard) * heard**2, asked / full)[0, 1] > 0.98
 
 
 def test_three_frames_in_a_thousand_are_lost() -> None:
