@@ -96,9 +96,9 @@ def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None 
 
 
 def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
-    """Label of each dive in the table: its mode, with the dive's name if two dives share the mode."""
+    """Label of each dive in the table: its mode, after the dive's name if two dives share the mode."""
     named = [
-        mode if mode and modes.count(mode) == 1 else f"{dive.name} {mode}".strip()
+        mode if mode and modes.count(mode) == 1 else f"{dive.name.removesuffix(f'-{mode}')} {mode}".strip()
         for mode, dive in zip(modes, dives, strict=True)
     ]
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]

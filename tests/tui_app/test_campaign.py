@@ -56,6 +56,7 @@ BOTH = replace(SHADOW, mode="both")
         (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "the feed-forward acts: fly"),
         (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
         (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
+        (replace(BOTH, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what causes it"),
         (replace(BOTH, since=True, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
         (replace(BOTH, since=True, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),

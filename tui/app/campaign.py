@@ -80,7 +80,7 @@ IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {di
 UPLOAD = Next(
     Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
 )
-ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare the model with it, and upload it")
+ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
@@ -92,6 +92,7 @@ FLY = Next(Task.FLY, ("recording.next",), "the feed-forward acts: fly; then begi
 DIAGNOSE = Next(
     Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
 )
+MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 NOTHING_LEFT = replace(FLY, words="nothing is left to explain: fly on; then begin the next dive")
 LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
 OF_OTHERS: Final = {
@@ -140,7 +141,7 @@ def _after_upload(campaign: Campaign) -> Next:
     acts = campaign.mode in (Mode.ALONE.word, Mode.BOTH.word)
     if campaign.since and not campaign.flown:
         return VALIDATE
-    if campaign.since and campaign.go is False and campaign.flown != Mode.OFF.word:
+    if campaign.since and campaign.go is False and campaign.flown == Mode.SHADOW.word:
         return LOOK
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
         return _diagnosed(campaign)
@@ -155,7 +156,7 @@ def _after_upload(campaign: Campaign) -> Next:
 
 def _diagnosed(campaign: Campaign) -> Next:
     if not campaign.verdict:
-        return DIAGNOSE
+        return MENDS if campaign.go is False else DIAGNOSE
     return NOTHING_LEFT if campaign.verdict == "no_gap" else LOOK_CLOSER
 
 
