@@ -57,6 +57,12 @@ def speed(value: float, per: str) -> str:
     return f"{significant(scale * value, 2)} {shown}"
 
 
+def unbroken(sentence: str) -> str:
+    """The sentence with non-breaking spaces between numbers and their units, and about arrows, for a page."""
+    arrows = sentence.replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
+    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", arrows)
+
+
 def count(number: int) -> str:
     """A whole number in groups of three digits."""
     return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
