@@ -2,7 +2,8 @@
 
     service.py --port 80 --page 8000 COMMAND...
 
-Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends when it ends. A
+Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends when it ends; where its
+link did not work it starts it again, since BlueOS may start extensions before its MAVLink endpoints. A
 connection is passed on whole, after a look at its first line, so that the page's web sockets work as well. Standard
 library alone.
 """
@@ -23,6 +24,9 @@ ASKED: Final = "/register_service"
 LONGEST_LINE: Final = 8192
 FIRST_LINE_S: Final = 10.0
 CHUNK: Final = 65536
+NO_LINK: Final = 3
+"""Exit code of seatrial where a link does not work."""
+AGAIN_S: Final = 5.0
 
 
 def response(status: str, kind: str, body: bytes) -> bytes:
@@ -86,8 +90,10 @@ async def _copy(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> N
             target.write_eof()
 
 
-async def run(port: int, page: int, command: Sequence[str], host: str = EVERYWHERE) -> int:
-    """Serve until `command` ends; its exit code."""
+async def run(
+    port: int, page: int, command: Sequence[str], host: str = EVERYWHERE, again_s: float = AGAIN_S
+) -> int:
+    """Serve until `command` ends for another reason than its link; its exit code."""
     server = await Front(page).serve(port, host)
     where = "every network of this container" if host == EVERYWHERE else f"the network of {host}"
     for one in server.sockets:
@@ -97,13 +103,19 @@ async def run(port: int, page: int, command: Sequence[str], host: str = EVERYWHE
         )
     sys.stderr.flush()
     async with server:
-        process = await asyncio.create_subprocess_exec(*command)
-        try:
-            return await process.wait()
-        finally:
-            if process.returncode is None:
-                process.terminate()
-                await process.wait()
+        while (code := await _done(command)) == NO_LINK:
+            await asyncio.sleep(again_s)
+        return code
+
+
+async def _done(command: Sequence[str]) -> int:
+    process = await asyncio.create_subprocess_exec(*command)
+    try:
+        return await process.wait()
+    finally:
+        if process.returncode is None:
+            process.terminate()
+            await process.wait()
 
 
 def main(words: Sequence[str]) -> int:

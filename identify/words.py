@@ -58,9 +58,10 @@ def speed(value: float, per: str) -> str:
 
 
 def unbroken(sentence: str) -> str:
-    """The sentence with non-breaking spaces between numbers and their units, and about arrows, for a page."""
-    arrows = sentence.replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
-    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", arrows)
+    """The sentence for a page: no line breaks between a number and its unit, about an arrow, or within NO-GO."""
+    whole = sentence.replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
+    whole = whole.replace("NO-GO", "NO\N{NON-BREAKING HYPHEN}GO")
+    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", whole)
 
 
 def count(number: int) -> str:

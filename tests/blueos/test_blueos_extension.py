@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from bridge import exit_codes
+
 ROOT = Path(__file__).resolve().parents[2]
 BLUEOS = ROOT / "blueos"
 REPOSITORY = "owner/name"
@@ -202,8 +204,16 @@ def test_what_is_no_request_gets_no_registration(service, request_):
 
 
 def test_it_ends_as_its_command_ends(service):
-    command = [sys.executable, "-c", "raise SystemExit(3)"]
-    assert asyncio.run(service.run(0, 1, command, "127.0.0.1")) == 3
+    command = [sys.executable, "-c", "raise SystemExit(4)"]
+    assert asyncio.run(service.run(0, 1, command, "127.0.0.1")) == 4
+
+
+def test_it_starts_again_where_the_link_did_not_work_yet(service, tmp_path):
+    assert service.NO_LINK == exit_codes.LINK
+    tries = tmp_path / "tries"
+    program = f"f = open({str(tries)!r}, 'a+'); f.write('x'); raise SystemExit(3 if f.tell() < 3 else 0)"
+    assert asyncio.run(service.run(0, 1, [sys.executable, "-c", program], "127.0.0.1", 0.0)) == 0
+    assert tries.read_text(encoding="utf-8") == "xxx"
 
 
 def test_the_front_lists_the_socket_that_it_opens(service, capsys):

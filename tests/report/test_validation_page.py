@@ -161,7 +161,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
         "Surge",
         "What go and no-go rest on",
     ]
-    assert report.verdict.startswith("off: NO-GO. 'off' errs")
+    assert report.verdict.startswith("off: NO\N{NON-BREAKING HYPHEN}GO. 'off' errs")
     ((go, sentence),) = report.sections[0].judged
     assert not go
     assert sentence.startswith("off: NO-GO, don't raise it: surge mass.")
