@@ -11,8 +11,9 @@ library alone.
 import argparse
 import asyncio
 import contextlib
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -128,7 +129,17 @@ def main(words: Sequence[str]) -> int:
     arguments = parser.parse_args(words)
     if not arguments.command:
         parser.error("give the COMMAND that serves the page")
-    return asyncio.run(run(arguments.port, arguments.page, arguments.command))
+    with contextlib.suppress(asyncio.CancelledError):
+        return asyncio.run(_until_told(run(arguments.port, arguments.page, arguments.command)))
+    return 0
+
+
+async def _until_told(work: Coroutine[None, None, int]) -> int:
+    """A container's first process hears of its end only by a handler of its own."""
+    ends = asyncio.ensure_future(work)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, ends.cancel)
+    return await ends
 
 
 if __name__ == "__main__":

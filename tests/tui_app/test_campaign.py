@@ -32,6 +32,7 @@ BOTH = replace(SHADOW, mode="both")
     ("campaign", "task", "words"),
     [
         (Campaign(), Task.CONNECT, "connect the vehicle"),
+        (replace(DIVED, vehicle=False), Task.VEHICLE, "say which vehicle this is"),
         (Campaign(linked=True), Task.RECORD, "record a dive"),
         (HERE, Task.DIVE, "dive surge, sway and yaw"),
         (replace(HERE, heard=False), Task.DIVE, "dive surge, sway and yaw"),

@@ -10,6 +10,7 @@ from bridge.vehicle.mode import BY_WORD, Mode
 class Task(Enum):
     """The step to take."""
 
+    VEHICLE = auto()
     CONNECT = auto()
     RECORD = auto()
     DIVE = auto()
@@ -31,6 +32,7 @@ class Task(Enum):
 class Campaign:
     """The state of a campaign, as far as this computer knows it.
 
+    `vehicle`: its file is known, or nobody may say which it is.
     `heard`: the vehicle is; `recording`: a recording runs; `over`: its dive is over; `linked`: it is known which links
     to record. `working` is the long verb that runs, "" for none.
     `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
@@ -41,6 +43,7 @@ class Campaign:
     whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
     """
 
+    vehicle: bool = True
     heard: bool = False
     recording: bool = False
     over: bool = False
@@ -70,6 +73,7 @@ class Next:
 
 
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
+VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
 DIVE = Next(
@@ -108,6 +112,8 @@ def next_of(campaign: Campaign) -> Next:
         return Next(Task.WAIT, (f"screen.{campaign.working}",), f"{campaign.working} is at work: wait for it")
     if campaign.over and campaign.recording:
         return END
+    if not campaign.vehicle:
+        return VEHICLE
     if not campaign.dive:
         return _with_dive(DIVE if campaign.recording else _to_vehicle(campaign, RECORD), campaign)
     if campaign.uploaded:

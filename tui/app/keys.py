@@ -120,6 +120,14 @@ EVERYWHERE: Final = (
         "app.connect",
     ),
     Action(
+        "vehicle.name",
+        "ctrl+k",
+        "Vehicle",
+        "say which vehicle file the dives are of that name none",
+        HIDDEN,
+        "app.name_vehicle",
+    ),
+    Action(
         "recording.begin",
         "ctrl+g",
         "Record",
