@@ -373,7 +373,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.desk.vehicle = typed.strip()
             self._step = None
 
-        self.push_screen(AskScreen(f"Its file, or {', '.join(shipped_vehicles())}", "takes it"), answered)
+        self.push_screen(
+            AskScreen(f"The vehicle's file, or {', '.join(shipped_vehicles())}", "takes it"), answered
+        )
 
     async def _go(self, choice: Choice, connect: Callable[[Choice], None]) -> None:
         """Go a way: where that begins a recording, say so."""
