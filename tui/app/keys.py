@@ -123,7 +123,7 @@ EVERYWHERE: Final = (
         "vehicle.name",
         "ctrl+k",
         "Vehicle",
-        "say which vehicle file the dives are of that name none",
+        "the vehicle file of dives that name none",
         HIDDEN,
         "app.name_vehicle",
     ),
