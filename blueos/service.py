@@ -2,7 +2,8 @@
 
     service.py --port 80 --page 8000 COMMAND...
 
-Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends when it ends. A
+Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends when it ends; where its
+link did not work it starts it again, since BlueOS may start extensions before its MAVLink endpoints. A
 connection is passed on whole, after a look at its first line, so that the page's web sockets work as well. Standard
 library alone.
 """
@@ -10,8 +11,9 @@ library alone.
 import argparse
 import asyncio
 import contextlib
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +25,9 @@ ASKED: Final = "/register_service"
 LONGEST_LINE: Final = 8192
 FIRST_LINE_S: Final = 10.0
 CHUNK: Final = 65536
+NO_LINK: Final = 3
+"""Exit code of seatrial where a link does not work."""
+AGAIN_S: Final = 5.0
 
 
 def response(status: str, kind: str, body: bytes) -> bytes:
@@ -86,8 +91,10 @@ async def _copy(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> N
             target.write_eof()
 
 
-async def run(port: int, page: int, command: Sequence[str], host: str = EVERYWHERE) -> int:
-    """Serve until `command` ends; its exit code."""
+async def run(
+    port: int, page: int, command: Sequence[str], host: str = EVERYWHERE, again_s: float = AGAIN_S
+) -> int:
+    """Serve until `command` ends for another reason than its link; its exit code."""
     server = await Front(page).serve(port, host)
     where = "every network of this container" if host == EVERYWHERE else f"the network of {host}"
     for one in server.sockets:
@@ -97,13 +104,19 @@ async def run(port: int, page: int, command: Sequence[str], host: str = EVERYWHE
         )
     sys.stderr.flush()
     async with server:
-        process = await asyncio.create_subprocess_exec(*command)
-        try:
-            return await process.wait()
-        finally:
-            if process.returncode is None:
-                process.terminate()
-                await process.wait()
+        while (code := await _done(command)) == NO_LINK:
+            await asyncio.sleep(again_s)
+        return code
+
+
+async def _done(command: Sequence[str]) -> int:
+    process = await asyncio.create_subprocess_exec(*command)
+    try:
+        return await process.wait()
+    finally:
+        if process.returncode is None:
+            process.terminate()
+            await process.wait()
 
 
 def main(words: Sequence[str]) -> int:
@@ -116,7 +129,17 @@ def main(words: Sequence[str]) -> int:
     arguments = parser.parse_args(words)
     if not arguments.command:
         parser.error("give the COMMAND that serves the page")
-    return asyncio.run(run(arguments.port, arguments.page, arguments.command))
+    with contextlib.suppress(asyncio.CancelledError):
+        return asyncio.run(_until_told(run(arguments.port, arguments.page, arguments.command)))
+    return 0
+
+
+async def _until_told(work: Coroutine[None, None, int]) -> int:
+    """A container's first process hears of its end only by a handler of its own."""
+    ends = asyncio.ensure_future(work)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, ends.cancel)
+    return await ends
 
 
 if __name__ == "__main__":

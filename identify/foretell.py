@@ -29,7 +29,7 @@ from identify.diagnose.result import Accepted, Hull
 from identify.dive import Array, Dive, Signal
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
-from identify.glance.foretold import SMALL, change_words, is_alike
+from identify.glance.foretold import SMALL, is_alike, rows_words
 from identify.glance.raising import in_one_mode
 from identify.validate import LEAST_SPEED, SETTLED_S, WholeError, whole_errors
 from identify.words import listed, speed
@@ -138,12 +138,7 @@ def foretell(
 
 def foretold_lines(foresight: Foresight) -> tuple[str, ...]:
     """Lines for a crew: the foretold errors of each mode, and reasons for axes that are not foretold."""
-    lines = []
-    for mode in dict.fromkeys(row.mode for row in foresight.rows):
-        rows = [row for row in foresight.rows if row.mode == mode]
-        said = ", ".join(f"{row.axis} {change_words(row)}" for row in rows)
-        lines.append(f"foretold for the next dive in {mode}, rms over the whole mission: {said}")
-    return (*lines, *filter(None, map(_credit_line, foresight.credits)), *foresight.why)
+    return (*rows_words(foresight.rows), *filter(None, map(_credit_line, foresight.credits)), *foresight.why)
 
 
 def _credit_line(credit: Credit) -> str:

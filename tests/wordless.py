@@ -1,6 +1,6 @@
 """Run the main flows, with every sentence of ours replaced by "x" if asked to, and print their outcome without words.
 
-python tests/wordless.py FOLDER [x]
+python tests/wordless.py FOLDER SECONDS_OF_THE_DIVE [x]
 """
 
 import ast
@@ -100,7 +100,7 @@ def bare(value: Any) -> Any:
     return value if isinstance(value, int | bool) else None
 
 
-def identified_and_diagnosed(folder: Path) -> Any:
+def identified_and_diagnosed(folder: Path, seconds: float) -> Any:
     """A dive with a hidden effect: identified and diagnosed, its check dive too short at first; then on the app."""
     from bridge.errors import FitError
     from identify.challenge.case import check_of, dive_of, draw_case
@@ -111,7 +111,7 @@ def identified_and_diagnosed(folder: Path) -> Any:
     from tui.app.screens.identify_lines import load_identified
     from tui.show import plain
 
-    case = draw_case(300_051, names=["quadratic_drag"], seconds=66.0)
+    case = draw_case(300_051, names=["quadratic_drag"], seconds=seconds)
     dive, check = dive_of(case), check_of(case)
     steps: list[Any] = []
     identification = identify(
@@ -197,13 +197,13 @@ def switched() -> Any:
 
 
 if __name__ == "__main__":
-    if "x" in sys.argv[2:]:
+    if "x" in sys.argv[3:]:
         sys.meta_path.insert(0, Finder)  # type: ignore[arg-type]
     sys.path += [str(ROOT / "tests"), str(ROOT / "tests" / "ground")]
     place = Path(sys.argv[1])
     flows = {
         "uploaded": uploaded(place),
         "switched": switched(),
-        "identified": identified_and_diagnosed(place),
+        "identified": identified_and_diagnosed(place, float(sys.argv[2])),
     }
     (place / "flows.json").write_text(json.dumps(bare(flows), indent=1), encoding="utf-8")

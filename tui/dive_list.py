@@ -50,7 +50,7 @@ class Glance:
 class DiveRow:
     """A dive in a list; `notes` and `events` are the crew's own words, each event with its time.
 
-    `learnt` describes the results next to it, `worked_on` names their kinds ("identified", "diagnosed"); `conditions`
+    `learnt` describes the results next to it, `worked_on` names their kinds ("identified", "validated"); `conditions`
     describes the dive's conditions in a line. `damaged` says why its `dive.yaml` can't be read,
     `underway` that it is being recorded and holds nothing yet.
     """

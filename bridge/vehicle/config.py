@@ -320,6 +320,11 @@ class VehicleFile:
         return self.configuration or self.vehicle.configuration_at(index)
 
 
+def shipped_vehicles() -> list[str]:
+    """The names of the vehicle files in configs/vehicles."""
+    return sorted(p.stem for p in (CONFIGS / "vehicles").glob("*.yaml") if not p.stem.endswith(".truth"))
+
+
 def load_vehicle(argument: str) -> VehicleFile:
     """Load the vehicle of `FILE[:CONFIGURATION]`; a bare name is looked up in configs/vehicles.
 
@@ -344,7 +349,7 @@ def load_vehicle(argument: str) -> VehicleFile:
 
 def _nearest(name: str) -> str:
     """Suggest a name in place of a vehicle file that does not exist."""
-    names = sorted(p.stem for p in (CONFIGS / "vehicles").glob("*.yaml") if not p.stem.endswith(".truth"))
+    names = shipped_vehicles()
     near = difflib.get_close_matches(name, names, n=1)
     if near:
         return f"did you mean '{near[0]}'?"

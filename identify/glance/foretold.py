@@ -85,6 +85,15 @@ def change_words(row: Foretold) -> str:
     return f"{before}{flown} -> {speed(row.after, row.unit)}"
 
 
+def rows_words(rows: Sequence[Foretold]) -> tuple[str, ...]:
+    """A sentence for each mode: `foretold for the next dive in both, ...: surge 13 -> 6.0 mm/s`."""
+    return tuple(
+        f"foretold for the next dive in {mode}, rms over the whole mission: "
+        + ", ".join(f"{row.axis} {change_words(row)}" for row in rows if row.mode == mode)
+        for mode in dict.fromkeys(row.mode for row in rows)
+    )
+
+
 def began(dive: Dive) -> str:
     """When a dive began, by the vehicle's clock or else by its name: UTC text, "" if unknown."""
     unix_s = date_in_name(dive.name) if dive.unix_at_boot_s is None else dive.unix_at_boot_s + dive.span_s[0]

@@ -1,7 +1,6 @@
 """Pages of a diagnosis, and of the comparison of a dive with a simulator, as a crew reads them on a boat."""
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +22,7 @@ from identify.diagnose.thrust_ratio import ThrustRatio
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table
-from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
+from identify.words import MISSING, capital, fixed, seconds, significant, unbroken, unit, with_interval
 
 NOISE = (
     "Noise alone: the drift that sensor noise and a stationary disturbance would make on this very dive, on average "
@@ -99,11 +98,6 @@ def sections(d: Diagnosis) -> tuple[Section, ...]:
     if d.notes:
         parts.append(Section("Notes", "\n\n".join(d.notes)))
     return tuple(part for part in parts if part is not None)
-
-
-def unbroken(sentence: str) -> str:
-    """The sentence with non-breaking spaces between numbers and their units."""
-    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", sentence)
 
 
 def _where(d: Diagnosis) -> Section:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import attrgetter
 
 import numpy as np
 
@@ -33,13 +34,15 @@ from identify.validate import (
     TrackingErrors,
     measured_speed,
 )
-from identify.words import MISSING, fixed, speed
+from identify.words import MISSING, fixed, speed, unbroken
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),
     1: ("sway speed v, m/s", "sway force Y, N"),
     5: ("yaw rate r, rad/s", "yaw moment N, N m"),
 }
+
+DECIMALS = {"mm/s": 1, "deg/s": 2}
 
 LEAST_SAMPLES = 20
 """With fewer samples, no error curve is drawn."""
@@ -56,7 +59,7 @@ ALIKE = 0.05
 
 @dataclass(frozen=True)
 class Reference:
-    """Published errors of others, by axis and phase, in the units of the runs that they are compared with.
+    """Published errors of others, by axis and phase, m/s or rad/s.
 
     `label` heads their column, `source` says where they come from: `Vangi et al., Table 5`.
     """
@@ -67,7 +70,7 @@ class Reference:
 
 
 def validation_report(validation: Validation) -> Report:
-    """Build the page. The verdict says which mode errs least, and by how much."""
+    """Build the page. The verdict says GO or NO-GO, whether it came as foretold, which mode errs least, by how much."""
     runs = validation.runs
     dives = {run.label: run.dive for run in runs}
     errors = {run.label: run.errors for run in runs}
@@ -75,6 +78,7 @@ def validation_report(validation: Validation) -> Report:
     file, lever_m = validation.file, validation.lever_m
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
+    goes = [f"{label}: {'GO' if raising.go else 'NO-GO'}." for label, raising in judged.items()]
     foretold = [f"{run.label}: {verdict_of(run.held)}" for run in runs if run.held]
     notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
     sections = (
@@ -87,7 +91,7 @@ def validation_report(validation: Validation) -> Report:
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
         "; ".join(f"{label}: {dive.name}" for label, dive in dives.items()),
-        " ".join((*foretold, verdict(errors))),
+        unbroken(" ".join((*goes, *foretold, verdict(errors)))),
         tuple(section for section in sections if section is not None),
     )
 
@@ -298,24 +302,28 @@ def _error_table(
     axis: str, wrench_unit: str, errors: Mapping[str, TrackingErrors], paper: Reference | None
 ) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
-    unit = next(run.unit for run in runs if run)
+    scale, unit = _shown(DOFS.index(axis))
+    places = DECIMALS[unit]
 
-    def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
-        return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
+    def row(
+        name: str, decimals: int, value: Callable[[AxisErrors], float], factor: float = 1.0
+    ) -> tuple[str, ...]:
+        return name, *(MISSING if run is None else fixed(factor * value(run), decimals) for run in runs)
 
+    speeds: dict[str, Callable[[AxisErrors], float]] = {
+        phase: partial(AxisErrors.phase, name=phase) for phase in PHASES
+    }
+    speeds["Acceleration, delay taken out"] = attrgetter("acceleration_less_delay")
     rows: tuple[tuple[str, ...], ...] = (
-        *(row(f"{phase}, {unit}", 4, partial(AxisErrors.phase, name=phase)) for phase in PHASES),
-        row(f"Acceleration, delay taken out, {unit}", 4, lambda run: run.acceleration_less_delay),
+        *(row(f"{words}, {unit}", places, value, scale) for words, value in speeds.items()),
         row("Delay, ms", 0, lambda run: 1000 * run.delay_s),
         row(f"Steady |PID|, {wrench_unit}", 2, lambda run: run.pid_magnitude),
         row(f"Steady |PID − feed-forward|, {wrench_unit}", 2, lambda run: run.pid_minus_ff),
     )
     columns: tuple[str, ...] = (f"{axis.capitalize()} motion", *errors)
-    caption = (
-        f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis, unit)}"
-    )
+    caption = f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis)}"
     if paper and any((axis, phase) in paper.values for phase in PHASES):
-        paper_cells = [fixed(paper.values.get((axis, phase), math.nan), 4) for phase in PHASES]
+        paper_cells = [fixed(scale * paper.values.get((axis, phase), math.nan), places) for phase in PHASES]
         paper_cells += [MISSING] * (len(rows) - len(paper_cells))
         rows = tuple((*cells, value) for cells, value in zip(rows, paper_cells, strict=True))
         columns = (*columns, paper.label)
@@ -323,19 +331,30 @@ def _error_table(
     return Table(columns, rows, caption)
 
 
-def _noise_said(errors: Mapping[str, TrackingErrors], axis: str, unit: str) -> str:
+def _noise_said(errors: Mapping[str, TrackingErrors], axis: str) -> str:
+    scale, unit = _shown(DOFS.index(axis))
     noises = {name: axis_errors.noise for name, run in errors.items() if (axis_errors := run.axis(axis))}
-    said = [f"{name} {fixed(noise, 4)}" for name, noise in noises.items() if math.isfinite(noise)]
+    said = [
+        f"{name} {fixed(scale * noise, DECIMALS[unit])}"
+        for name, noise in noises.items()
+        if math.isfinite(noise)
+    ]
     return f" Noise of the sensor that is left in it, {unit} rms: {', '.join(said)}." if said else ""
 
 
 def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     """Error of the mean speed, by the held speed."""
     runs = [run.axis(axis) for run in errors.values()]
-    unit = next(run.unit for run in runs if run)
+    scale, unit = _shown(DOFS.index(axis))
     held = [{s.speed: s for s in run.speeds} if run else {} for run in runs]
     speeds = sorted({speed for of_run in held for speed in of_run})
-    rows = [(f"{speed:.2f}", *(_with_error(of_run.get(speed)) for of_run in held)) for speed in speeds]
+    rows = [
+        (
+            f"{scale * speed:.{DECIMALS[unit] - 1}f}",
+            *(_with_error(of_run.get(speed), scale, DECIMALS[unit]) for of_run in held),
+        )
+        for speed in speeds
+    ]
     caption = (
         f"How much faster (+) or slower (-) than asked the vehicle went on average in {axis} while it held a speed, "
         f"{unit}, with the standard error of that mean over the runs at this speed."
@@ -343,11 +362,11 @@ def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     return Table((f"{axis.capitalize()} speed, {unit}", *errors), tuple(rows), caption)
 
 
-def _with_error(at: SteadyError | None) -> str:
+def _with_error(at: SteadyError | None, scale: float, decimals: int) -> str:
     if at is None:
         return MISSING
-    spread = f" ± {at.standard_error:.4f}" if math.isfinite(at.standard_error) else ""
-    return f"{at.error:+.4f}{spread}".replace("-", "−")
+    spread = f" ± {scale * at.standard_error:.{decimals}f}" if math.isfinite(at.standard_error) else ""
+    return f"{scale * at.error:+.{decimals}f}{spread}".replace("-", "−")
 
 
 def _curves(dof: int, mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> Figure | None:

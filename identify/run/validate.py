@@ -1,9 +1,10 @@
 """Validate dives, one per mode of the feed-forward: how each followed its reference, and whether it may be raised."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Vector3, VehicleFile
@@ -23,6 +24,9 @@ from identify.glance.foretold import (
 )
 from identify.glance.raising import Raising, go_no_go, in_one_mode
 from identify.validate import Row, TrackingErrors, tracking_errors
+
+DAY: Final = re.compile(r"\d{4}-\d\d-\d\dT")
+"""With it the name of a dated dive begins."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +100,14 @@ def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None 
 
 
 def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
-    """Label of each dive in the table: its mode, with the dive's name if two dives share the mode."""
+    """Label of each dive in the table: its mode, after the dive's name if two dives share the mode; without the day
+    that all share."""
+    day = DAY.match(dives[0].name) if len(dives) > 1 else None
+    shared = day[0] if day and all(dive.name.startswith(day[0]) for dive in dives) else ""
+    names = [dive.name.removeprefix(shared) for dive in dives]
     named = [
-        mode if mode and modes.count(mode) == 1 else f"{dive.name} {mode}".strip()
-        for mode, dive in zip(modes, dives, strict=True)
+        mode if mode and modes.count(mode) == 1 else f"{name.removesuffix(f'-{mode}')} {mode}".strip()
+        for mode, name in zip(modes, names, strict=True)
     ]
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 

@@ -8,12 +8,16 @@ import json
 import re
 import shlex
 import socket
+import subprocess
 import sys
 import tomllib
 import warnings
 from pathlib import Path
 
 import pytest
+from waiting import until
+
+from bridge import exit_codes
 
 ROOT = Path(__file__).resolve().parents[2]
 BLUEOS = ROOT / "blueos"
@@ -202,8 +206,28 @@ def test_what_is_no_request_gets_no_registration(service, request_):
 
 
 def test_it_ends_as_its_command_ends(service):
-    command = [sys.executable, "-c", "raise SystemExit(3)"]
-    assert asyncio.run(service.run(0, 1, command, "127.0.0.1")) == 3
+    command = [sys.executable, "-c", "raise SystemExit(4)"]
+    assert asyncio.run(service.run(0, 1, command, "127.0.0.1")) == 4
+
+
+def test_it_starts_again_where_the_link_did_not_work_yet(service, tmp_path):
+    assert service.NO_LINK == exit_codes.LINK
+    tries = tmp_path / "tries"
+    program = f"f = open({str(tries)!r}, 'a+'); f.write('x'); raise SystemExit(3 if f.tell() < 3 else 0)"
+    assert asyncio.run(service.run(0, 1, [sys.executable, "-c", program], "127.0.0.1", 0.0)) == 0
+    assert tries.read_text(encoding="utf-8") == "xxx"
+
+
+def test_told_to_end_it_ends_its_command_and_says_nothing(tmp_path):
+    begun = tmp_path / "begun"
+    program = f"import pathlib, time; pathlib.Path({str(begun)!r}).touch(); time.sleep(600)"
+    line = [sys.executable, str(BLUEOS / "service.py"), "--port", "0", sys.executable, "-c", program]
+    with subprocess.Popen(line, stderr=subprocess.PIPE, text=True) as front:
+        until(begun.exists, 20.0)
+        front.terminate()
+        _, said = front.communicate(timeout=20.0)
+    assert front.returncode == 0
+    assert len(said.splitlines()) == 1
 
 
 def test_the_front_lists_the_socket_that_it_opens(service, capsys):

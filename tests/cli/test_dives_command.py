@@ -104,6 +104,11 @@ def test_the_list_says_length_loss_excitation_notes_and_what_was_learnt(dives, c
     result = {"method": "likelihood", "outcome": "converged", "parameters": []}
     (hovering / "answer.json").write_text(json.dumps(result), encoding="utf-8")
     (hovering / "gap.json").write_text(json.dumps({"verdict": "explained"}), encoding="utf-8")
+    runs = [
+        {"dive": name, "mode": "both", "raising": {"go": go}}
+        for name, go in (("other", True), (hovering.name, False))
+    ]
+    (hovering / "validation.json").write_text(json.dumps(runs), encoding="utf-8")
     (hovering / "hovering.param").write_text("FF0_M_U,100\n", encoding="utf-8")
     (hovering / "hovering.param.json").write_text("{}", encoding="utf-8")
     assert cli.main(["dives", str(dives)]) == exit_codes.PARTLY
@@ -112,6 +117,8 @@ def test_the_list_says_length_loss_excitation_notes_and_what_was_learnt(dives, c
     assert line.split() == ["2026-09-21", "14:13", "1:00", "0.2", "4.9", "-", "U·····", "U·····", "hovering"]
     assert "hovering: identified by likelihood: converged\n" in shown
     assert "hovering: diagnosed: explained\n" in shown
+    assert "hovering: validated in both: NO-GO\n" in shown
+    assert "both: GO" not in shown
     assert "hovering: parameters hovering.param\n" in shown
     assert "hovering: noted: calm, 12 m of tether\n" in shown
     assert "hovering: noted at 2026-11-20T09:20:00Z touched weed\n" in shown

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import sketches
 from pymavlink.dialects.v20.ardupilotmega import MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
+from soak import rest_in_soak
 
 from bridge import exit_codes
 from bridge.reports import read
@@ -36,10 +37,10 @@ def identify(*words):
     return cli.main(["identify", *map(str, words), *method, "--vehicle", VEHICLE])
 
 
-@pytest.fixture(scope="module")
-def minute(tmp_path_factory):
-    """A minute of a dive, as a `.tlog`."""
-    return cut(tmp_path_factory.mktemp("dive") / "minute.tlog", 120.0, 180.0)
+@pytest.fixture(scope="module", params=rest_in_soak((180.0, 240.0)))
+def minute(tmp_path_factory, request):
+    """A minute of a dive, or two, as a `.tlog`."""
+    return cut(tmp_path_factory.mktemp("dive") / "minute.tlog", 120.0, request.param)
 
 
 def cut(path, start_s, end_s):

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from soak import rest_in_soak
 
 from bridge import exit_codes
 from bridge.reports import FORM, VARIABLE, Report, Written, line, read
@@ -16,10 +17,10 @@ from tui import show
 from tui.app.jobs import Done, work
 
 
-@pytest.fixture(scope="module")
-def dive(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ...]:
+@pytest.fixture(scope="module", params=rest_in_soak((45.0, 100.0)))
+def dive(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> tuple[str, ...]:
     """The words that identify a short dive without a hidden effect."""
-    case = draw_case(300_001, kind="none", seconds=45.0)
+    case = draw_case(300_001, kind="none", seconds=request.param)
     folder = tmp_path_factory.mktemp("dive")
     (folder / "dive.tlog").write_bytes(tlog_of(dive_of(case)))
     (folder / "vehicle.yaml").write_text(case.vehicle.text, encoding="utf-8")

@@ -211,10 +211,12 @@ def tables():
         "D_r 1235 3704 N m/(rad/s) 14 disagree": lambda to: identify.tell_comparison(
             to, compare(result, other)
         ),
-        "yaw, rad/s Steady state 0.123 0.123 0.123 0.123": lambda to: put(
+        "yaw Steady state 7.1 deg/s 7.1 deg/s 7.1 deg/s 7.1 deg/s": lambda to: put(
             to, [validate.error_table(runs, rows(len(runs)))]
         ),
-        "yaw, rad/s 0.20 -0.1235 -0.1235 -0.1235 -0.1235": lambda to: put(to, [validate.speed_table(errors)]),
+        "yaw 11 deg/s −7.1 deg/s −7.1 deg/s −7.1 deg/s −7.1 deg/s": lambda to: put(
+            to, [validate.speed_table(errors)]
+        ),
     }
 
 

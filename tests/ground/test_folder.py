@@ -68,6 +68,14 @@ def test_a_dive_simulated_at_once_comes_after_those_that_ended_before_it_was_mad
     assert list_folders(tmp_path) == [afloat, simulated]
 
 
+def test_a_recording_without_a_message_yet_comes_after_a_dive_that_ended_in_the_minute_of_its_name(tmp_path):
+    begins = tmp_path / "2026-11-20T0912Z-begins"
+    begins.mkdir()
+    (begins / "telemetry.tlog").touch()
+    ended = recorded(tmp_path, "ended", SECOND_S - 30, lasts_s=40.0)
+    assert list_folders(tmp_path) == [ended, DiveFolder(begins)]
+
+
 def test_a_name_dates_a_dive_only_where_its_recording_does_not(tmp_path):
     by_name = recorded(tmp_path, "2026-11-20T0913Z-no-clock", 12.0)  # the recorder believed in 1970
     before = recorded(tmp_path, "2026-11-21T0000Z-misnamed", SECOND_S)

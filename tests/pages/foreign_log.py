@@ -11,7 +11,7 @@ FLU = np.array([1.0, -1.0, -1.0])
 RUNS = 3
 
 
-def write_foreign_log(folder: Path, seed: int = 100_011, seconds: float = 66.0) -> None:
+def write_foreign_log(folder: Path, seconds: float, seed: int = 100_011) -> None:
     """Write `our_log.csv`, a row for each time of any sensor, its thirds as runs in `runs`, and `our.yaml`, the vehicle
     file."""
     case = draw_case(seed, names=[], seconds=seconds)

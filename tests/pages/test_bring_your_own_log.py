@@ -5,14 +5,15 @@ import json
 import pytest
 from foreign_log import write_foreign_log
 from page_runner import Typist
+from soak import rest_in_soak
 
 NO_LINK = 0
 
 
-@pytest.fixture(scope="module")
-def followed(tmp_path_factory):
+@pytest.fixture(scope="module", params=rest_in_soak((66.0, 150.0)))
+def followed(tmp_path_factory, request):
     typist = Typist(tmp_path_factory.mktemp("own"), NO_LINK)
-    write_foreign_log(typist.folder)
+    write_foreign_log(typist.folder, request.param)
     typist.follow("docs/howto/bring_your_own_log.md", but=("cp ",))
     yield typist
     typist.close()

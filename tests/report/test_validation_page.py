@@ -16,7 +16,7 @@ from identify.glance.raising import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report, verdict
-from identify.run.validate import Run, Validation
+from identify.run.validate import Run, Validation, validate
 from identify.validate import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe
 
@@ -161,6 +161,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
         "Surge",
         "What go and no-go rest on",
     ]
+    assert report.verdict.startswith("off: NO\N{NON-BREAKING HYPHEN}GO. 'off' errs")
     ((go, sentence),) = report.sections[0].judged
     assert not go
     assert sentence.startswith("off: NO-GO, don't raise it: surge mass.")
@@ -176,8 +177,30 @@ def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
     run = Run("both", dive, tracking_errors(dive), None, "both", (Held(row, 0.0061, 0.18, True),))
     report = validation_report(Validation(FILE, (run,), AT_ORIGIN))
     assert report.verdict.startswith(
-        "both: As foretold: surge 13 (ff) -> 6.0 mm/s, flown 6.1. 'both' errs: in surge"
+        "both: As foretold: surge 13 (ff)\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}6.0\N{NO-BREAK SPACE}mm/s, flown 6.1. "
+        "'both' errs: in surge"
     )
+
+
+@pytest.mark.parametrize(
+    ("names", "labels"),
+    [
+        (
+            ("2026-11-26T1045Z-weak-both", "2026-11-26T1102Z-weak-both"),
+            ["1045Z-weak both", "1102Z-weak both"],
+        ),
+        (
+            ("2026-11-26T1045Z-both", "2026-11-27T1045Z-both"),
+            ["2026-11-26T1045Z both", "2026-11-27T1045Z both"],
+        ),
+        (("lake", "lake"), ["lake both", "lake both (2)"]),
+        (("2026-11-26T1045Z-both",), ["both"]),
+    ],
+)
+def test_dives_in_a_mode_are_named_without_what_they_share(names, labels):
+    dive, both = moving("both", 0.2), Signal(np.array([0.0, 10.0]), np.full((2, 1), 3.0))
+    dives = [replace(dive, name=name, ff_mode=both) for name in names]
+    assert [run.label for run in validate(dives, FILE).runs] == labels
 
 
 def test_every_axis_has_its_rows_whether_it_was_asked_to_move_or_not():
@@ -211,17 +234,17 @@ def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
     surge, sway = tracking_section({"PID alone": alone, "Both": both}, {}).tables
     assert surge.columns == ("Surge motion", "PID alone", "Both")
     assert surge.rows == (
-        ("Acceleration, m/s", "0.0091", "0.0091"),
-        ("Steady state, m/s", "0.0036", "0.0036"),
-        ("Deceleration, m/s", "0.0048", "0.0048"),
-        ("Overall, m/s", "0.0051", "0.0051"),
-        ("Acceleration, delay taken out, m/s", "0.0042", "0.0042"),
+        ("Acceleration, mm/s", "9.1", "9.1"),
+        ("Steady state, mm/s", "3.6", "3.6"),
+        ("Deceleration, mm/s", "4.8", "4.8"),
+        ("Overall, mm/s", "5.1", "5.1"),
+        ("Acceleration, delay taken out, mm/s", "4.2", "4.2"),
         ("Delay, ms", "300", "300"),
         ("Steady |PID|, N", "1.20", "1.20"),
         ("Steady |PID − feed-forward|, N", "2.40", "2.40"),
     )
     assert sway.columns == ("Sway motion", "PID alone", "Both")
-    assert sway.rows[0] == ("Acceleration, m/s", "—", "0.0069")
+    assert sway.rows[0] == ("Acceleration, mm/s", "—", "6.9")
     assert sway.rows[-1] == ("Steady |PID − feed-forward|, N", "—", "—")
 
 
@@ -231,11 +254,11 @@ def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
     errors = {"Both": TrackingErrors("b", (SURGE, YAW))}
     surge, yaw = tracking_section(errors, {}, paper).tables
     assert surge.columns == ("Surge motion", "Both", "Paper, both")
-    assert [row[2] for row in surge.rows] == ["0.0091", "—", "—", "0.0051", "—", "—", "—", "—"]
+    assert [row[2] for row in surge.rows] == ["9.1", "—", "—", "5.1", "—", "—", "—", "—"]
     assert surge.caption.endswith("Paper, both: Vangi et al., Table 5.")
     assert yaw.columns == ("Yaw motion", "Both")
-    assert [row[0].rpartition(", ")[2] for row in yaw.rows] == ["rad/s"] * 5 + ["ms", "N m", "N m"]
-    assert yaw.rows[2] == ("Deceleration, rad/s", "—")
+    assert [row[0].rpartition(", ")[2] for row in yaw.rows] == ["deg/s"] * 5 + ["ms", "N m", "N m"]
+    assert yaw.rows[2] == ("Deceleration, deg/s", "—")
     assert "Vangi" not in yaw.caption
 
 
@@ -247,8 +270,8 @@ def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
         "sway": TrackingErrors("c", (SWAY,)),
     }
     *_, by_speed = tracking_section(errors, {}).tables
-    assert by_speed.columns == ("Surge speed, m/s", "ff", "both", "sway")
+    assert by_speed.columns == ("Surge speed, mm/s", "ff", "both", "sway")
     assert by_speed.rows == (
-        ("0.20", "−0.0012 ± 0.0004", "—", "—"),
-        ("0.40", "+0.0021", "+0.0021", "—"),
+        ("200", "−1.2 ± 0.4", "—", "—"),
+        ("400", "+2.1", "+2.1", "—"),
     )

@@ -32,6 +32,7 @@ BOTH = replace(SHADOW, mode="both")
     ("campaign", "task", "words"),
     [
         (Campaign(), Task.CONNECT, "connect the vehicle"),
+        (replace(DIVED, vehicle=False), Task.VEHICLE, "say which vehicle this is"),
         (Campaign(linked=True), Task.RECORD, "record a dive"),
         (HERE, Task.DIVE, "dive surge, sway and yaw"),
         (replace(HERE, heard=False), Task.DIVE, "dive surge, sway and yaw"),
@@ -56,6 +57,7 @@ BOTH = replace(SHADOW, mode="both")
         (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "the feed-forward acts: fly"),
         (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
         (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
+        (replace(BOTH, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what causes it"),
         (replace(BOTH, since=True, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
         (replace(BOTH, since=True, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),

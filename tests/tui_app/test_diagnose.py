@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import WIDE, Lacks, Sees, plain, played, shows
 
 from bridge.reports import UNKEPT, Report
+from bridge.vehicle.foretold import Foretold
 from bridge.wire.framing import Encoder
+from gcs_plugin.params.files import sidecar_path
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import diagnose
@@ -99,6 +102,16 @@ def test_what_an_earlier_diagnosis_accepted_is_not_offered_for_upload(tmp_path):
     for offset_ns, step in ((-1_000_000_000, Lacks), (1_000_000, Sees)):
         os.utime(param, ns=(written_ns + offset_ns, written_ns + offset_ns))
         played(desk, "4", step("p Parameters"), size=WIDE)
+
+
+def test_what_the_accepted_model_foretells_stands_before_the_drifts(tmp_path):
+    desk, param = desk_with(tmp_path), tmp_path / DIVE / "diagnosed.param"
+    row = Foretold("yaw", "rad/s", "both", "both", 0.0106, 0.0014, 0.1)
+    sidecar_path(param).write_text(json.dumps({"foretold": [asdict(row)]}), encoding="utf-8")
+    foretold = "foretold for the next dive in both, rms over the whole mission: yaw 0.61 -> 0.080 deg/s"
+    played(desk, "4", "s", "s", Sees("HOW FAR"), Lacks(foretold))  # of a model that is no longer there
+    param.write_text("", encoding="utf-8")
+    played(desk, "4", "s", "s", Sees(foretold))
 
 
 def test_the_key_on_dives_diagnoses_the_dive_under_the_mark_at_once(tmp_path):

@@ -140,6 +140,17 @@ def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and
     assert "The DVL had no bottom lock in 1 % of its samples." in lines
 
 
+def test_reasons_and_notes_stand_beside_the_values_where_there_is_room_and_go_on_below(beside_dive):
+    lines = plain(result(beside_dive(), 139))
+    m_u = next(n for n, line in enumerate(lines) if line.startswith("M_u"))
+    assert f"1: {REASON}"[:40] in lines[m_u - 1]
+    assert max(map(len, lines)) <= 139
+    # On a phone nothing is cut: the whole name first, then when it was written.
+    name, written = plain(result(beside_dive(), 40))[:2]
+    assert name == "2026-11-21T0352Z-hovering hovering"
+    assert " UTC ─" in written
+
+
 def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(beside_dive, monkeypatch):
     accepted = {
         BY_NAME[name].parameter_id(0): AcceptedValue(value, None, "")

@@ -12,6 +12,7 @@ from screen_text import WIDE, Lacks, Sees, played, shows, text
 
 from bridge import exit_codes
 from bridge.reports import UNKEPT, Report
+from bridge.vehicle.config import load_vehicle
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.identify_lines import places, words_for
@@ -95,7 +96,20 @@ def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):
 def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
     played(desk(WAITING(), out=dive / "none"), "3", "i", Sees("holds no dive yet; a recording makes one"))
     unnamed = desk(WAITING(), dive=dive.relative_to(Path.cwd()), vehicle="")
-    played(unnamed, "3", "i", Sees("No vehicle file is known"))
+    named = []
+    unnamed.name_vehicle = lambda vehicle: named.append(load_vehicle(vehicle))
+    which = (Sees("NEXT ^k say which vehicle this is"), "ctrl+k", Sees("bluerov2_heavy, bolt, ruvifist"))
+    notices = played(
+        unnamed,
+        "3",
+        "i",
+        Sees("No vehicle file is known"),
+        Sees("^k says which."),
+        *(*which, *"rov", "enter", lambda _: not (named or unnamed.vehicle)),
+        *("ctrl+k", *"bolt", "enter", Lacks("No vehicle file is known"), lambda _: unnamed.vehicle == "bolt"),
+    )
+    assert any(notice.startswith("rov: no such file") for notice in notices)
+    assert [file.vehicle.name for file in named] == ["bolt"]
 
 
 def test_a_dive_that_was_not_identified_says_which_key_does(dive):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from made_parameters import PARAM, FakeVehicle, has, line_of, on_screen, plan, receipt, views
-from screen_text import Lacks, Sees
+from screen_text import WIDE, Lacks, Sees
 
 from bridge.vehicle.config import CONFIGS
 from tui.app.screens import parameters_lines as lines
@@ -129,6 +129,13 @@ def test_the_own_upload_is_shown_until_another_set_flies():
         *("u", "7", "enter", flying.at(5.0, 13247, 1.0), Sees("✓ applied")),
         *(flying.at(20.0, 0, 1.0), lambda _: None, Lacks("✓"), read_again(vehicle, 1)),
     )
+
+
+def test_on_a_wide_screen_each_line_says_what_it_means():
+    means = "total mass in surge: rigid body plus added"
+    vehicle = FakeVehicle()
+    on_screen(vehicle, lambda app: means not in line_of(app, "FF1_M_U"))
+    on_screen(vehicle, lambda app: means in line_of(app, "FF1_M_U"), size=WIDE)
 
 
 @pytest.mark.parametrize(

@@ -115,8 +115,8 @@ def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
 def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
     lines = validate.error_lines(runs(validation()), DIVE, 80)[6:]
     head, acceleration = plain(lines)[:2]
-    assert head.split() == ["surge,", "m/s", "shadow", "ff", "both"]
-    assert acceleration.split() == ["Acceleration", "0.0928", "0.0093", "0.0019"]
+    assert head.split() == ["surge,", "mm/s", "shadow", "ff", "both"]
+    assert acceleration.split() == ["Acceleration", "92.8", "9.3", "1.9"]
     assert roles(lines[1]) == ["quiet", "plain", "plain", "strong"]
     assert roles(lines[0])[1] == "strong"  # the dive that is looked at
 
@@ -162,7 +162,7 @@ def test_a_validation_from_before_has_no_word_of_the_whole_mission():
         del run["whole"], run["as_foretold"]
     (shown, *_) = runs(data)
     assert (shown.whole, shown.foretold) == ({}, "")
-    assert plain(validate.error_lines(runs(data), DIVE, 80))[0].startswith("surge, m/s")
+    assert plain(validate.error_lines(runs(data), DIVE, 80))[0].startswith("surge, mm/s")
 
 
 def test_two_dives_of_one_mode_are_told_apart_by_their_hours():
@@ -173,7 +173,7 @@ def test_two_dives_of_one_mode_are_told_apart_by_their_hours():
 def test_curves_show_the_part_in_which_the_axis_moves():
     lines = plain(validate.curve_lines(runs(validation())[0], "sway", 80, 15))
     titles = [line.split("  ")[0] for line in lines if "━" in line]
-    assert titles == ["sway speed, m/s", "sway error, m/s", "sway force, N"]
+    assert titles == ["sway speed, m/s", "sway error, mm/s", "sway force, N"]
     assert len(lines) == 15
     # Sway runs from 40 to 60 s.
     times = lines[-1].replace(" s", "").split()

@@ -19,7 +19,8 @@ from textual.notifications import Notification, Notify, SeverityLevel
 from textual.worker import WorkerFailed
 
 from bridge import exit_codes
-from bridge.errors import SeatrialError
+from bridge.errors import ConfigError, SeatrialError
+from bridge.vehicle.config import shipped_vehicles
 from gcs_plugin.bell import Bell
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
@@ -354,6 +355,27 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
                 self.run_worker(self._go(choice, connect), group="record", exclusive=True)
 
         self.push_screen(ConnectScreen(self.desk.ways()), answered)
+
+    def action_name_vehicle(self) -> None:
+        """Ask which vehicle file what names none is of."""
+        name_vehicle = self.desk.name_vehicle
+        if name_vehicle is None or isinstance(self.screen, AskScreen):
+            return
+
+        def answered(typed: str | None) -> None:
+            if not typed or not typed.strip():
+                return
+            try:
+                name_vehicle(typed.strip())
+            except ConfigError as error:
+                self.notify(str(error), severity="error", timeout=TELL_S)
+                return
+            self.desk.vehicle = typed.strip()
+            self._step = None
+
+        self.push_screen(
+            AskScreen(f"The vehicle's file, or {', '.join(shipped_vehicles())}", "takes it"), answered
+        )
 
     async def _go(self, choice: Choice, connect: Callable[[Choice], None]) -> None:
         """Go a way: where that begins a recording, say so."""

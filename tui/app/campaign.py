@@ -10,6 +10,7 @@ from bridge.vehicle.mode import BY_WORD, Mode
 class Task(Enum):
     """The step to take."""
 
+    VEHICLE = auto()
     CONNECT = auto()
     RECORD = auto()
     DIVE = auto()
@@ -31,6 +32,7 @@ class Task(Enum):
 class Campaign:
     """The state of a campaign, as far as this computer knows it.
 
+    `vehicle`: its file is known, or nobody may say which it is.
     `heard`: the vehicle is; `recording`: a recording runs; `over`: its dive is over; `linked`: it is known which links
     to record. `working` is the long verb that runs, "" for none.
     `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
@@ -41,6 +43,7 @@ class Campaign:
     whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
     """
 
+    vehicle: bool = True
     heard: bool = False
     recording: bool = False
     over: bool = False
@@ -70,6 +73,7 @@ class Next:
 
 
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
+VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
 DIVE = Next(
@@ -80,7 +84,7 @@ IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {di
 UPLOAD = Next(
     Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
 )
-ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare the model with it, and upload it")
+ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
@@ -92,6 +96,7 @@ FLY = Next(Task.FLY, ("recording.next",), "the feed-forward acts: fly; then begi
 DIAGNOSE = Next(
     Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
 )
+MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 NOTHING_LEFT = replace(FLY, words="nothing is left to explain: fly on; then begin the next dive")
 LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
 OF_OTHERS: Final = {
@@ -107,6 +112,8 @@ def next_of(campaign: Campaign) -> Next:
         return Next(Task.WAIT, (f"screen.{campaign.working}",), f"{campaign.working} is at work: wait for it")
     if campaign.over and campaign.recording:
         return END
+    if not campaign.vehicle:
+        return VEHICLE
     if not campaign.dive:
         return _with_dive(DIVE if campaign.recording else _to_vehicle(campaign, RECORD), campaign)
     if campaign.uploaded:
@@ -140,7 +147,7 @@ def _after_upload(campaign: Campaign) -> Next:
     acts = campaign.mode in (Mode.ALONE.word, Mode.BOTH.word)
     if campaign.since and not campaign.flown:
         return VALIDATE
-    if campaign.since and campaign.go is False and campaign.flown != Mode.OFF.word:
+    if campaign.since and campaign.go is False and campaign.flown == Mode.SHADOW.word:
         return LOOK
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
         return _diagnosed(campaign)
@@ -155,7 +162,7 @@ def _after_upload(campaign: Campaign) -> Next:
 
 def _diagnosed(campaign: Campaign) -> Next:
     if not campaign.verdict:
-        return DIAGNOSE
+        return MENDS if campaign.go is False else DIAGNOSE
     return NOTHING_LEFT if campaign.verdict == "no_gap" else LOOK_CLOSER
 
 

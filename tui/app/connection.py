@@ -7,7 +7,7 @@ from pathlib import Path
 from bridge.clock import Clock
 from bridge.errors import LinkError
 from bridge.links.link import Link
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
@@ -106,6 +106,13 @@ class Connection:
         else:
             self._recorded = running.links if running is not None else (choice.link,)
             self.record()
+
+    def name_vehicle(self, vehicle: str) -> None:
+        """Go by this FILE[:CONFIGURATION] from now on. Raises ConfigError if there is no such file."""
+        self._file = load_vehicle(vehicle)
+        self._vehicle = vehicle
+        if self.station is not None:
+            self.station.change(self.source(), self.watcher())
 
     def _go_by(self, looked_at: str) -> None:
         if looked_at != self._looked_at and self.station is not None:

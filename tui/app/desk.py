@@ -36,7 +36,9 @@ class Desk:
     folder, `end_recording` ends it: both wait for it, return the folder of the finished dive, and raise
     SeatrialError; None if the app may not give such orders. `links` are those that `record` would record, () while
     none is known; `ways` lists the ways to a vehicle, and `connect` goes one of them, raises SeatrialError, and is
-    None if the app may not. `was_killed` says whether the recording of a process ended without having been told to.
+    None if the app may not. `name_vehicle` takes FILE[:CONFIGURATION] for what names none itself, raises ConfigError if
+    there is no such file, and is None if the app may not. `was_killed` says whether the recording of a process ended
+    without having been told to.
     """
 
     vehicle: str = ""
@@ -53,6 +55,7 @@ class Desk:
     links: Callable[[], tuple[str, ...]] = tuple
     ways: Callable[[], tuple[Way, ...]] = ways_now
     connect: Callable[[Choice], None] | None = None
+    name_vehicle: Callable[[str], None] | None = None
     was_killed: Callable[[int], bool] = lambda _: False
     _meant: tuple[Path, Path | None] | None = field(default=None, init=False)
 

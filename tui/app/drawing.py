@@ -85,6 +85,13 @@ def heading(title: str, note: str, cells: int) -> Line:
     return (*line, (f" {note}", "quiet")) if note else line
 
 
+def titled(title: str, note: str, cells: int) -> Lines:
+    """`heading`; where both have no room, the whole title comes first, and the note below it."""
+    if width(((title, "quiet"), (note, "quiet"))) + 3 <= cells:
+        return (heading(title, note, cells),)
+    return (*wrapped(title, "quiet", cells), heading(note, "", cells))
+
+
 def wrapped(text: str, role: Role, cells: int, indent: str = "", further: str = "") -> Lines:
     """Wrap a sentence into as many lines as it needs; `further` indents those after the first."""
     room = max(cells - len(indent), 10)

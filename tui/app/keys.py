@@ -120,6 +120,14 @@ EVERYWHERE: Final = (
         "app.connect",
     ),
     Action(
+        "vehicle.name",
+        "ctrl+k",
+        "Vehicle",
+        "the vehicle file of dives that name none",
+        HIDDEN,
+        "app.name_vehicle",
+    ),
+    Action(
         "recording.begin",
         "ctrl+g",
         "Record",

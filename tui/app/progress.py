@@ -35,6 +35,9 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
     lacking, told = _told(dive) if dive is not None else ((), None)
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
     return Campaign(
+        vehicle=bool(
+            desk.vehicle or desk.name_vehicle is None or (dive is not None and desk.vehicle_of(dive))
+        ),
         heard=any(not link.lost and link.age_s <= STALE_S for link in picture.links),
         recording=view.records,
         over=view.over,

@@ -165,6 +165,7 @@ def _show(arguments: argparse.Namespace) -> int:
             end_recording=end if acts else None,
             links=connection.links,
             connect=connection.connect if acts else None,
+            name_vehicle=connection.name_vehicle if acts else None,
             was_killed=was_killed,
         ),
         view_only=arguments.view_only,

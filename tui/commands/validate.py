@@ -139,14 +139,14 @@ def error_table(runs: Sequence[str], rows: Sequence[Row]) -> Table:
     return show.Table(
         "mean absolute tracking error",
         ("motion", "phase", *runs),
-        [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
+        [(r.axis, r.phase, *(_speed(v, r.axis) for v in r.values)) for r in rows],
         numbers=runs,
     )
 
 
 def speed_table(errors: dict[str, TrackingErrors]) -> Table:
     """Table of mean-speed errors by axis and commanded speed, one column per run."""
-    units = {axis.axis: axis.unit for tracking in errors.values() for axis in tracking.axes}
+    axes = dict.fromkeys(axis.axis for tracking in errors.values() for axis in tracking.axes)
     held = {
         (axis.axis, at.speed, label): at.error
         for label, tracking in errors.items()
@@ -154,18 +154,14 @@ def speed_table(errors: dict[str, TrackingErrors]) -> Table:
         for at in axis.speeds
     }
     rows = [
-        (f"{axis}, {unit}", f"{speed:.2f}", *(_signed(held.get((axis, speed, label))) for label in errors))
-        for axis, unit in units.items()
-        for speed in sorted({speed for name, speed, _ in held if name == axis})
+        (axis, _speed(at, axis), *(_speed(held.get((axis, at, label), math.nan), axis) for label in errors))
+        for axis in axes
+        for at in sorted({at for name, at, _ in held if name == axis})
     ]
     columns = ("axis", "speed held", *errors)
     return show.Table(
         "mean speed less the speed asked for, while it is held", columns, rows, numbers=columns[1:]
     )
-
-
-def _signed(error: float | None) -> str:
-    return "-" if error is None else f"{error:+.4f}"
 
 
 def _why_nothing(dive: Dive) -> str:
@@ -186,7 +182,7 @@ def _lags(errors: dict[str, TrackingErrors]) -> Table:
             axis.axis,
             label,
             "-" if math.isnan(axis.delay_s) else f"{round(1000 * axis.delay_s)}",
-            _with_unit(axis.acceleration_less_delay, axis.unit),
+            _speed(axis.acceleration_less_delay, axis.axis),
             _with_unit(axis.pid_magnitude, "N" if axis.unit == "m/s" else "N m"),
         )
         for label, tracking in errors.items()

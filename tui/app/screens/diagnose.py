@@ -9,7 +9,10 @@ from typing import Any, ClassVar, Final
 from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.foretold import Foretold
+from gcs_plugin.params.files import sidecar_path
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
+from identify.glance.foretold import rows_words
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
@@ -106,6 +109,14 @@ def answer(data: Any) -> Answer | None:
     try:
         return _answer(data)
     except (KeyError, TypeError, ValueError, AttributeError, ConfigError):
+        return None
+
+
+def foretold(data: Any) -> tuple[str, ...] | None:
+    """What the sidecar of the accepted model foretells for the next dive; None if it is no sidecar."""
+    try:
+        return rows_words([build(Foretold, row, "foretold") for row in data.get("foretold", ())])
+    except (TypeError, ValueError, AttributeError, ConfigError):
         return None
 
 
@@ -356,15 +367,20 @@ class DiagnoseScreen(SectionScreen):
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
         self._kept: Kept[Answer] = Kept(answer)
+        self._foretold: Kept[tuple[str, ...]] = Kept(foretold)
         self._other = 0
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "check":
             return not self.at_work and bool(self.others)
         if action == "parameters":
-            accepted = self.dive is not None and newer(self.dive / PARAM, self.dive / JSON)
-            return not self.at_work and accepted and self.unkept is None
+            return not self.at_work and self._accepts
         return super().check_action(action, parameters)
+
+    @property
+    def _accepts(self) -> bool:
+        """Whether the diagnosis left a model with its causes."""
+        return self.dive is not None and newer(self.dive / PARAM, self.dive / JSON) and self.unkept is None
 
     def action_check(self) -> None:
         self._other = (self._other + 1) % (len(self.others) + 1)
@@ -390,7 +406,15 @@ class DiagnoseScreen(SectionScreen):
 
     def section(self, name: str, cells: int, _: int) -> Lines:
         diagnosis = self.result()
-        return MAKES[name](diagnosis, cells) if diagnosis is not None else ()
+        if diagnosis is None:
+            return ()
+        ahead: tuple[str, ...] = ()
+        if name == "far" and self.dive is not None and self._accepts:
+            ahead = self._foretold.read(sidecar_path(self.dive / PARAM)) or ()
+        return (
+            *(line for words in ahead for line in wrapped(words, "strong", cells)),
+            *MAKES[name](diagnosis, cells),
+        )
 
     def aim(self) -> tuple[str, str]:
         check = self._check_dive()

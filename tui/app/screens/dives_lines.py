@@ -22,9 +22,9 @@ from tui.app.drawing import (
     cut,
     day,
     hanging,
-    heading,
     number,
     stopwatch,
+    titled,
     width,
 )
 from tui.app.header import PHONE
@@ -179,7 +179,7 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
 
     `key` is the key that asks for the conditions.
     """
-    lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
+    lines: list[Line] = [*titled(dive.name, dive.folder.name, cells)]
     if dive.underway:
         lines += hanging(dive.underway, "warn", cells)
     elif recorded:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,7 +21,7 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Array
 from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
-from tui.app.drawing import Line, Lines, apart, cut, day, hanging, heading, number, stopwatch, width
+from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, number, stopwatch, titled, width
 from tui.app.jobs import NOT_KEPT, JobState, newer
 from tui.show import number as significant
 
@@ -33,6 +34,8 @@ SMALLEST: Final = 1e-9
 BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
 WIDE: Final = 120  # cells from which four charts fit side by side
+BETWEEN: Final = 3  # cells between the table and what stands beside it
+LEAST_BESIDE: Final = 48  # cells, below which reasons and notes come under the table
 AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
 NAMED, ACCEPTED = f"{'':7}", f"{'accepted':>8} →"
 AFTER: Final = (
@@ -274,7 +277,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
         return (_bar(PAGE, page, cells),)
     clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
     then = "then parameters, " if goes_on and state.runs else ""
-    lines: list[Line] = [heading(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
+    lines: list[Line] = [*titled(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
     return (*lines, *(_bar(method, report, cells) for method, report in newest.items()))
@@ -355,7 +358,8 @@ def _unit(name: str) -> str:
 
 
 def _abreast(parts: Sequence[Line], each: int) -> Line:
-    return tuple(span for part in parts for span in (*part, (" " * (each - width(part)), "plain")))
+    *before, last = parts
+    return (*(span for part in before for span in (*part, (" " * (each - width(part)), "plain"))), *last)
 
 
 def ended(state: JobState, cells: int) -> Lines:
@@ -375,10 +379,12 @@ def ended(state: JobState, cells: int) -> Lines:
 
 
 def result(shown: Identified, cells: int) -> Lines:
-    """The outcome in a sentence, the doubts in full, parameters next to last accepted values, reasons and notes."""
+    """The outcome in a sentence, the doubts in full, parameters next to last accepted values; then reasons and notes,
+    beside the parameters as far as there is room.
+    """
     good = shown.outcome == "converged" and not shown.doubts
     lines: list[Line] = [
-        heading(f"{shown.dive} {shown.configuration}", f"{day(shown.written_unix_s)} UTC", cells)
+        *titled(f"{shown.dive} {shown.configuration}", f"{day(shown.written_unix_s)} UTC", cells)
     ]
     lines += hanging(_outcome(shown), "strong" if good else "warn", cells)
     for sentence in shown.comparison.sentences if shown.comparison else ():
@@ -386,16 +392,23 @@ def result(shown: Identified, cells: int) -> Lines:
     for doubt in shown.doubts:
         lines += hanging(f"▲ {doubt}", "warn", cells)
     reasons = list(dict.fromkeys(value.reason for value in shown.values if value.reason))
+    rows: list[Line] = []
     if shown.count:
         again = any(math.isfinite(value.accepted) for value in shown.values)
         columns = (NAMED, ACCEPTED, *AFTER) if again else (NAMED, AFTER[0], *AFTER[2:])
-        lines.append(_fitting(tuple((head, "quiet") for head in columns), cells))
-        lines += [_fitting(_row(value, reasons, again=again), cells) for value in shown.values]
-    for n, reason in enumerate(reasons, start=1):
-        lines += hanging(f"{n}: {reason}", "warn", cells)
-    for note in shown.notes:
-        lines += hanging(note, "quiet", cells)
-    return tuple(lines)
+        rows.append(_fitting(tuple((head, "quiet") for head in columns), cells))
+        rows += [_fitting(_row(value, reasons, again=again), cells) for value in shown.values]
+    left = max(map(width, rows), default=0) + BETWEEN
+    height = len(rows) if cells - left >= LEAST_BESIDE else 0
+    beside: list[Line] = []
+    below: list[Line] = []
+    remarks: list[tuple[str, Role]] = [(f"{n}: {reason}", "warn") for n, reason in enumerate(reasons, 1)]
+    for remark, role in (*remarks, *((note, "quiet") for note in shown.notes)):
+        if len(beside) < height:
+            beside += hanging(remark, role, cells - left)
+        else:
+            below += hanging(remark, role, cells)
+    return (*lines, *(_abreast(pair, left) for pair in zip_longest(rows, beside, fillvalue=())), *below)
 
 
 def _outcome(shown: Identified) -> str:

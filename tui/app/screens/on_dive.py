@@ -57,7 +57,8 @@ class DiveScreen(StationScreen):
         if self.dive is None:
             return self.desk.no_dive
         if not self.desk.vehicle_of(self.dive):
-            return f"No vehicle file is known of {self.dive.name}; start `seatrial tui` with --vehicle FILE."
+            says = "" if self.view_only else f"; {self._station_app.key_of_action('vehicle.name')} says which"
+            return f"No vehicle file is known of {self.dive.name}{says}."
         return ""
 
     def on_screen_resume(self) -> None:

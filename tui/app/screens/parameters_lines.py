@@ -9,7 +9,7 @@ from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.comparison import Compared, Comparison
 from gcs_plugin.params.upload import Stage
-from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, around, cut, heading, lines_of, wrapped
+from tui.app.drawing import NOTHING, Line, Lines, Role, Span, ago, around, cut, lines_of, titled, wrapped
 from tui.app.header import PHONE
 from tui.app.jobs import JobState, progress
 
@@ -28,6 +28,10 @@ SHORT: Final = {"not on the vehicle": "absent", "implausible": "unlikely"}
 """Short forms of verdicts for narrow lines; the sentence below the table has the full words."""
 DIGITS: Final = 5
 WIDE: Final = 90  # cells from which every column fits any value, and the last accepted value stands too
+WIDEST, VERDICT = (
+    130,
+    11,
+)  # cells from which the meaning stands at the end of a line, and those of the verdict there
 ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
 IN_HALVES: Final = "Δ/±95%"
@@ -49,7 +53,7 @@ class _Widths:
     half: int
 
 
-ROOMY, TIGHT, OF_A_PHONE = _Widths(13, 13, 10, 11, 8), _Widths(12, 12, 8, 11, 7), _Widths(12, 0, 8, 9, 0)
+ROOMY, TIGHT, OF_A_PHONE = _Widths(14, 13, 10, 11, 8), _Widths(12, 12, 8, 11, 7), _Widths(10, 0, 8, 8, 0)
 
 
 def number(value: float | None, cells: int = 0) -> str:
@@ -104,6 +108,8 @@ def _head(cells: int, back: bool, present: str) -> Line:
     if cells < PHONE:
         return ((head, "quiet"),)
     accepted = f"{'accepted':>{wide.number}}" if cells >= WIDE else ""
+    if cells >= WIDEST:
+        accepted += f"  {'':<{VERDICT}}meaning"
     return ((f"{head} {'unit':<{wide.unit}}{'±95 %':>{wide.half}}{IN_HALVES:>{CHANGE}}{accepted}", "quiet"),)
 
 
@@ -141,7 +147,9 @@ def _row(entry: Compared, chosen: bool, at: bool, became: Written | None, cells:
     if cells >= WIDE:
         line = (*line, (f"{number(entry.accepted, wide.number):>{wide.number}}", "quiet"))
     room = cells - sum(len(text) for text, _ in line) - 2
-    words, role = _words(entry, became, room)
+    words, role = _words(entry, became, min(room, VERDICT - 1) if cells >= WIDEST else room)
+    if cells >= WIDEST and len(words) < VERDICT:
+        return (*line, (f"  {words:<{VERDICT}}", role), (cut(entry.sentence, room - VERDICT), "quiet"))
     return (*line, (f"  {cut(words, room)}", role)) if room > 0 else line
 
 
@@ -202,7 +210,7 @@ def top(
     if done:
         parts = (len(chosen), "written"), (len(shown.staged), "put in force")
         count = ", ".join(f"{number_of} {verb}" for number_of, verb in parts if number_of)
-    lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
+    lines = titled(title, count, cells)
     if stale_s is not None:
         lines += wrapped(f"what the vehicle holds was read {ago(stale_s)}", "stale", cells)
     if shown.doubted:

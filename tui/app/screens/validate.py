@@ -1,6 +1,7 @@
 """Validate: may the feed-forward be raised, how well the vehicle tracked its reference, and the curves."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -46,8 +47,9 @@ MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
 }
 PHASE_CELLS, PHASE_CELLS_OF_A_PHONE = 24, 17
 BOTH_PARTS_CELLS: Final = 13
-LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
-DIGITS: Final = {"m/s": 4, "deg/s": 2}
+LEAST_SPANS: Final = {"m/s": 0.05, "mm/s": 50.0, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
+ERRORS_IN: Final = SHOWN_IN | {"m/s": ("mm/s", 1e3)}
+DIGITS: Final = {"mm/s": 1, "deg/s": 2}
 EFFORT_DIGITS: Final = 2
 AROUND_S: Final = 3.0
 NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
@@ -108,6 +110,8 @@ def _run(data: Mapping[str, Any]) -> Run:
 def _short(label: str, mode: str, dive: str) -> str:
     """The mode; of two dives in one mode, with the hour of each, since their names are long."""
     hour = dive.partition("T")[2][:5]
+    if hour and (number_of := re.search(r"-\d+$", dive)):
+        hour += number_of[0]
     return f"{hour} {mode}".strip() if label != mode and hour else label
 
 
@@ -147,7 +151,7 @@ def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
     lines: list[Line] = []
     for axis in dict.fromkeys(axis for run in runs for axis in run.errors):
         unit = next(run.units[axis] for run in runs if axis in run.units)
-        shown, factor = SHOWN_IN.get(unit, (unit, 1.0))
+        shown, factor = ERRORS_IN[unit]
         head: Line = ((f"{f'{axis}, {shown}':<{left}}", "strong"),)
         for run in runs:
             role: Role = "strong" if run.dive == chosen else "quiet"
@@ -155,7 +159,7 @@ def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
         lines.append(head)
         for key, words in ROWS.items():
             values = [run.errors.get(axis, {}).get(key, math.nan) * factor for run in runs]
-            lines.append(_row(words, values, DIGITS.get(shown, 4), left, width, mark=True))
+            lines.append(_row(words, values, DIGITS[shown], left, width, mark=True))
         for key, words in EFFORTS.items():
             values = [run.errors.get(axis, {}).get(key, math.nan) for run in runs]
             if key == "delay_s":
@@ -173,11 +177,11 @@ def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Line
     keys = WHOLE if width >= BOTH_PARTS_CELLS else WHOLE[:1]
     lines: list[Line] = []
     for axis in dict.fromkeys(axis for run in runs for axis in run.whole):
-        factor, shown, digits = (1e3, "mm/s", 1) if DOFS.index(axis) < 3 else (math.degrees(1.0), "deg/s", 2)
+        shown, factor = ERRORS_IN["m/s" if DOFS.index(axis) < 3 else "rad/s"]
         line: Line = ((f"{f'  {axis}, {shown}':<{left}}", "quiet"),)
         for run in runs:
             parts = (run.whole.get(axis, {}).get(key, math.nan) for key in keys)
-            said = " / ".join(number(factor * value, digits) for value in parts)
+            said = " / ".join(number(factor * value, DIGITS[shown]) for value in parts)
             line = (*line, (f"{cut(said, width - 1):>{width}}", "plain"))
         lines.append(line)
     if not lines:
@@ -236,7 +240,7 @@ def _speed(curve: Followed, cells: int, rows: int) -> Lines:
 
 
 def _difference(curve: Followed, cells: int, rows: int) -> Lines:
-    unit, factor = SHOWN_IN.get(curve.unit, (curve.unit, 1.0))
+    unit, factor = ERRORS_IN[curve.unit]
     error = Curve("measured less reference", factor * (curve.measured - curve.reference))
     return plot(f"{curve.axis} error, {unit}", curve.time_s, error, None, LEAST_SPANS[unit], cells, rows)
 

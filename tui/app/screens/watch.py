@@ -1,6 +1,7 @@
 """Watch: the vehicle's present motion, the health of its sensors, and its messages; or a recorded dive in its place."""
 
 import math
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import ClassVar, Final
@@ -253,17 +254,20 @@ def words(said: tuple[Said, ...], cells: int) -> Lines:
     """The vehicle's messages, the newest first, with the severity as a word."""
     if not said:
         return ((("nothing said", "quiet"),),)
-    return tuple(_message(message, cells) for message in reversed(said))
+    return tuple(line for message in reversed(said) for line in _message(message, cells))
 
 
-def _message(message: Said, cells: int) -> Line:
+def _message(message: Said, cells: int) -> Lines:
     role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
     severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
     head: Line = (
         (f"{utc(message.utc_s)} ", "quiet"),
         (f"{severity:<10}", "quiet" if role == "plain" else role),
     )
-    return (*head, (cut(message.text, cells - width(head)), role))
+    first, *further = textwrap.wrap(
+        message.text, cells, initial_indent=" " * width(head), subsequent_indent="  "
+    ) or [""]
+    return ((*head, (first[width(head) :], role)), *(((line, role),) for line in further))
 
 
 def worst(said: tuple[Said, ...]) -> str:
