@@ -83,7 +83,7 @@ def _forces(dive: Dive) -> list[str]:
     if sampled_slowly(signal):
         notes.append(
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: what they "
-            "did there is taken for a noise. Ask the vehicle for 10 Hz or more."
+            "did there is taken for a noise. Record them at 20 Hz or more."
         )
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):

@@ -33,6 +33,7 @@ from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.estimators.timing import dated, dated_back
+from identify.ingest.commands import SELDOM_HZ
 from identify.side_by_side import both, side_by_side
 
 USUAL_HZ = 25.0
@@ -53,6 +54,9 @@ SURGE, SWAY, ALIKE = 0, 1, 0.2
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
+
+MOST_LATE = 0.75
+"""Slow samples act at most so late, in steps: half a step if each holds until the next, and what the fit may miss."""
 
 STILL_RAD = np.deg2rad(0.1)
 """Roll or pitch without thrust and within this rms is held level, and carries no information."""
@@ -195,7 +199,8 @@ def nominal_of(
     start, unrecorded_axes = both(
         lambda: filters_of(built, shape), lambda: unrecorded(dive, file.vehicle.water)
     )
-    if late_s := late_samples_s(start):
+    late_s = late_samples_s(start)
+    if late_s and not _is_a_delay(late_s, dive, start):
         dive = with_later_commands(dive, late_s)
         built = _axes_of(dive, file, configuration)
         start = filters_of(built, shape)
@@ -254,6 +259,12 @@ def late_samples_s(filters: Filters) -> float:
     precision = np.array([1.0 / variance[at] for _, at in axes])
     weighted = precision @ np.array([filters.theta[at] for _, at in axes])
     return float(weighted / (np.sum(precision - prior) + prior))
+
+
+def _is_a_delay(late_s: float, dive: Dive, filters: Filters) -> bool:
+    """Whether thrust acts later than any way of sampling makes it, in a recording that tells delays at all."""
+    sampled_s = max(problem.axis.sampled_s for problem in filters.joint.problems)
+    return dive.reckoned is None and MOST_LATE * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
 
 
 def with_later_commands(dive: Dive, by_s: float) -> Dive:

@@ -140,7 +140,7 @@ def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) ->
     columns.write_text(map_text)
     pwm = read_dive(data, columns).pwm
     assert pwm.held_at(np.array([0.0, 0.95, 1.0, 3.9, 4.0]))[:, 0].tolist() == [1500, 1500, 1600, 1600, 1600]
-    assert pwm.rate_hz == pytest.approx(10.0)
+    assert pwm.rate_hz == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])

@@ -10,6 +10,7 @@ import pytest
 from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
 from identify.diagnose.nominal import late_samples_s, nominal_of, with_later_commands
+from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
@@ -18,7 +19,7 @@ from identify.estimators.filters import filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
-from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
+from identify.ingest.commands import logged_at_changes, sampled_seldom, sampled_slowly, spread, with_spread_commands
 from identify.ingest.rotation import quaternions_from_euler
 
 HEAVE, YAW = 2, 5
@@ -127,7 +128,10 @@ def test_a_clock_s_samples_are_no_changes_and_quick_ones_hold():
     assert sampled_slowly(changing)
     lost = np.delete(np.arange(len(time_s)), [5, 6, 20])
     assert sampled_slowly(Signal(time_s[lost], changing.value[lost]))
-    quick = commanded(YAW, time_s / 5, np.sin(time_s))
+    often = commanded(YAW, time_s / 5, np.sin(time_s))
+    assert sampled_slowly(often)
+    assert not sampled_seldom(often)
+    quick = commanded(YAW, time_s / 10, np.sin(time_s))
     assert not sampled_slowly(quick)
     assert not logged_at_changes(quick)
     pressed = commanded(YAW, 10.0 * np.arange(12), np.arange(12.0))
@@ -143,6 +147,14 @@ def test_between_slow_samples_the_wrench_changes_evenly_and_what_it_hides_is_a_f
     assert forces.sampled_s == pytest.approx(0.5)
     assert forces.hidden[YAW] == pytest.approx(2.0 * np.sqrt(0.5 / 12.0))
     assert "a delay or a lag of the thrusters can't be judged" in forces.notes[-1]
+
+
+def test_samples_of_a_steady_change_hide_nothing():
+    time_s = np.arange(0.0, 30.0, 0.2)
+    forces = wrench(replace(one_axis(YAW), tau_cmd=commanded(YAW, time_s, 0.3 * time_s)), FILE, "only")
+    assert forces.sampled_s == pytest.approx(0.2)
+    assert forces.hidden[YAW] == pytest.approx(0.0, abs=1e-9)
+    assert forces.notes == ("The wrench is TAU_CMD as recorded.",)
 
 
 def test_slow_samples_of_a_quick_command_still_tell_of_yaw():
@@ -179,6 +191,19 @@ def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
     model = nominal_of(dive, FILE, "only")
     lacking = simulation_of(model, model.theta, model.motion.nu).lacking[:, YAW]
     assert np.std(lacking) < 0.2 * np.std(force)
+
+
+@pytest.mark.parametrize("true_s", [0.0, 0.3])
+def test_samples_of_a_fast_loop_five_times_a_second_are_late_by_the_thrusters_delay_alone(true_s):
+    fine_s = np.arange(0.0, SECONDS - 1.0, 0.05)
+    force = 4.0 * np.sin(0.4 * fine_s + 0.008 * fine_s**2)
+    at_s, speed, _ = (part[::10] for part in moved(YAW, fine_s, force))
+    gyro = Signal(at_s + true_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
+    dive = Dive("fast", Path("fast.csv"), "1" * 64, tau_cmd=commanded(YAW, fine_s, force), gyro=gyro)
+    model = fitted_nominal(
+        replace(dive, tau_cmd=Signal(fine_s[::4], dive.tau_cmd.value[::4])), FILE, "only"
+    )
+    assert model.late_thrust_s == (pytest.approx(true_s, abs=0.06), 0.0)
 
 
 def test_quick_commands_are_as_late_as_they_were():
