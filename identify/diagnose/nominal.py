@@ -109,9 +109,10 @@ class Nominal:
     motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
     controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
     already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
-    and lag of the thrust beyond the vehicle file's, as found when the velocity was dated. witnesses: further sensors
-    that show effects. accepted: earlier effects, removed from forces, readings and witnesses. mirrored: degrees of
-    freedom that run against their thrust; swapped: pairs that follow each other's thrust.
+    and lag of the thrust beyond the vehicle file's, as found when the velocity was dated; late_samples_s: delay of slow
+    samples of commands, which the forces include. witnesses: further sensors that show effects. accepted: earlier
+    effects, removed from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust;
+    swapped: pairs that follow each other's thrust.
     """
 
     built: Axes
@@ -129,6 +130,7 @@ class Nominal:
     swapped: tuple[tuple[int, int], ...] = ()
     timing_s: tuple[float, float] | None = None
     late_thrust_s: tuple[float, float] = (0.0, 0.0)
+    late_samples_s: float = 0.0
 
     @property
     def unheard(self) -> tuple[int, ...]:
@@ -200,7 +202,9 @@ def nominal_of(
         lambda: filters_of(built, shape), lambda: unrecorded(dive, file.vehicle.water)
     )
     late_s = late_samples_s(start)
-    if late_s and not _is_a_delay(late_s, dive, start):
+    if _is_a_delay(late_s, dive, start):
+        late_s = 0.0
+    if late_s:
         dive = with_later_commands(dive, late_s)
         built = _axes_of(dive, file, configuration)
         start = filters_of(built, shape)
@@ -237,6 +241,7 @@ def nominal_of(
         swapped=crossed,
         timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
         late_thrust_s=(dive.thrust_delay_s, dive.thrust_lag_s),
+        late_samples_s=late_s,
     )
 
 

@@ -73,8 +73,13 @@ def logged_at_changes(commands: Signal) -> bool:
 
 
 def sampled_slowly(commands: Signal) -> bool:
-    """Whether the commands between two messages are unknown."""
+    """Whether the commands between two messages are unknown, by their rate."""
     return len(commands) >= FEWEST and commands.rate_hz < SLOW_HZ and not logged_at_changes(commands)
+
+
+def unknown_between(dive: Dive, commands: Signal) -> bool:
+    """Whether the commands of a dive are unknown between two messages, as far as it is known how they were logged."""
+    return sampled_slowly(commands) if dive.commands_hold is None else not dive.commands_hold
 
 
 def sampled_seldom(commands: Signal) -> bool:

@@ -19,7 +19,13 @@ from identify.estimators.filters import filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
-from identify.ingest.commands import logged_at_changes, sampled_seldom, sampled_slowly, spread, with_spread_commands
+from identify.ingest.commands import (
+    logged_at_changes,
+    sampled_seldom,
+    sampled_slowly,
+    spread,
+    with_spread_commands,
+)
 from identify.ingest.rotation import quaternions_from_euler
 
 HEAVE, YAW = 2, 5
@@ -154,7 +160,7 @@ def test_samples_of_a_steady_change_hide_nothing():
     forces = wrench(replace(one_axis(YAW), tau_cmd=commanded(YAW, time_s, 0.3 * time_s)), FILE, "only")
     assert forces.sampled_s == pytest.approx(0.2)
     assert forces.hidden[YAW] == pytest.approx(0.0, abs=1e-9)
-    assert forces.notes == ("The wrench is TAU_CMD as recorded.",)
+    assert forces.notes[-1] == "The wrench is TAU_CMD as recorded."
 
 
 def test_slow_samples_of_a_quick_command_still_tell_of_yaw():
@@ -193,17 +199,27 @@ def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
     assert np.std(lacking) < 0.2 * np.std(force)
 
 
-@pytest.mark.parametrize("true_s", [0.0, 0.3])
-def test_samples_of_a_fast_loop_five_times_a_second_are_late_by_the_thrusters_delay_alone(true_s):
-    fine_s = np.arange(0.0, SECONDS - 1.0, 0.05)
-    force = 4.0 * np.sin(0.4 * fine_s + 0.008 * fine_s**2)
+def five_a_second(force: np.ndarray, late_s: float) -> Dive:
+    """A dive whose commands change 20 times a second, act `late_s` later, and were recorded 5 times a second."""
+    fine_s = 0.05 * np.arange(len(force))
     at_s, speed, _ = (part[::10] for part in moved(YAW, fine_s, force))
-    gyro = Signal(at_s + true_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
-    dive = Dive("fast", Path("fast.csv"), "1" * 64, tau_cmd=commanded(YAW, fine_s, force), gyro=gyro)
-    model = fitted_nominal(
-        replace(dive, tau_cmd=Signal(fine_s[::4], dive.tau_cmd.value[::4])), FILE, "only"
-    )
-    assert model.late_thrust_s == (pytest.approx(true_s, abs=0.06), 0.0)
+    gyro = Signal(at_s + late_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
+    recorded = commanded(YAW, fine_s[::4], force[::4])
+    return Dive("fast", Path("fast.csv"), "1" * 64, tau_cmd=recorded, gyro=gyro)
+
+
+@pytest.mark.parametrize("true_s", [0.0, 0.3])
+def test_thrust_of_a_fast_loop_that_was_sampled_slowly_is_late_by_its_delay_alone(true_s):
+    force = np.repeat(np.random.default_rng(3).uniform(-6.0, 6.0, 230), 7)[:1580]
+    assert fitted_nominal(five_a_second(force, true_s), FILE, "only").late_thrust_s == (true_s, 0.0)
+
+
+def test_a_delay_beyond_what_sampling_makes_is_left_for_the_causes():
+    time_s = 0.05 * np.arange(1580)
+    dive = five_a_second(4.0 * np.sin(0.4 * time_s + 0.008 * time_s**2), 0.3)
+    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) > 0.15
+    (recorded,), (fitted,) = build_axes(dive, FILE, "only").axes, nominal_of(dive, FILE, "only").built.axes
+    np.testing.assert_array_equal(fitted.force, recorded.force)
 
 
 def test_quick_commands_are_as_late_as_they_were():
