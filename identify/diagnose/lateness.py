@@ -13,7 +13,7 @@ from identify.diagnose.nominal import MOST_LATE, Nominal
 from identify.diagnose.result import Finding, Value
 from identify.dive import Dive
 from identify.estimators.misfit import doubts_of
-from identify.ingest.commands import sampled_seldom, sampled_slowly
+from identify.ingest.commands import loop_is_recorded, sampled_seldom, sampled_slowly
 from identify.statistics import Z95, birge_mean
 
 EARLY, HELD = -0.1, 0.3
@@ -25,11 +25,11 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     """The dive with commands that hold, or are samples of a faster loop, where its thrust shows other than their rate.
 
     Thrust of a loop that is much faster than the recording acts half a step earlier than thrust that holds. A delay of
-    the thrusters hides the first, and can look like the second. Of a dive with pulses and TAU_CMD the loop is known.
+    the thrusters hides the first, and can look like the second. Where the controller logs its own wrench the loop is known.
     """
     commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
-    both_recorded = dive.thruster_commands is not None and dive.tau_cmd is not None
-    if commands is None or both_recorded or dive.reckoned is not None or sampled_seldom(commands):
+    known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
+    if commands is None or known or sampled_seldom(commands):
         return dive
     step_s = 1.0 / commands.rate_hz
     if sampled_slowly(commands):

@@ -79,7 +79,16 @@ def sampled_slowly(commands: Signal) -> bool:
 
 def unknown_between(dive: Dive, commands: Signal) -> bool:
     """Whether the commands of a dive are unknown between two messages, as far as it is known how they were logged."""
-    return sampled_slowly(commands) if dive.commands_hold is None else not dive.commands_hold
+    if dive.commands_hold is not None:
+        return not dive.commands_hold
+    return sampled_seldom(commands) if loop_is_recorded(dive) else sampled_slowly(commands)
+
+
+def loop_is_recorded(dive: Dive) -> bool:
+    """Whether the controller logs what it asks for, each time that it does: its wrench beside pulses, or what it was
+    made of."""
+    pulses = dive.thruster_commands is not None and dive.tau_cmd is not None
+    return pulses or dive.tau_pid is not None or dive.nu_fb is not None
 
 
 def sampled_seldom(commands: Signal) -> bool:
@@ -117,6 +126,7 @@ def with_spread_commands(dive: Dive) -> Dive:
         pwm=changed.get("pwm", dive.pwm),
         thrust_cmd=changed.get("thrust_cmd", dive.thrust_cmd),
         tau_cmd=changed.get("tau_cmd", dive.tau_cmd),
+        commands_hold=True,
         notes=(*dive.notes, note),
     )
 

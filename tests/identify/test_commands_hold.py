@@ -11,6 +11,7 @@ from identify.diagnose.lateness import with_known_holding
 from identify.diagnose.recording import fitted_nominal
 from identify.dive import Dive, Signal
 from identify.estimators.lateness import by_lateness
+from identify.ingest.commands import unknown_between
 
 
 def logged(loop_s: float, log_s: float) -> Dive:
@@ -46,3 +47,11 @@ def test_the_loop_is_known_where_pulses_and_the_controller_s_wrench_are_recorded
 def test_the_force_before_a_run_s_first_step_is_no_change():
     force = np.array([[0.0, 0.0], [-15.0, -15.0], [-15.0, -15.0]])
     np.testing.assert_array_equal(by_lateness(force, np.array([0.0, 0.025, 0.025])), 0.0)
+
+
+def test_ten_commands_a_second_are_those_of_a_controller_that_logs_its_own_wrench():
+    dive = logged(0.1, 0.1)
+    assert unknown_between(dive, dive.tau_cmd)
+    assert not unknown_between(replace(dive, tau_pid=dive.tau_cmd), dive.tau_cmd)
+    seldom = Signal(dive.tau_cmd.time_s[::5], dive.tau_cmd.value[::5])
+    assert unknown_between(replace(dive, tau_pid=dive.tau_cmd), seldom)
