@@ -25,7 +25,7 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     """The dive with commands that hold, or are samples of a faster loop, where its thrust shows other than their rate.
 
     Thrust of a loop that is much faster than the recording acts half a step earlier than thrust that holds. A delay of
-    the thrusters hides the first, and can look like the second. Where the controller logs its own wrench the loop is known.
+    the thrusters hides the first, and can look like the second. Where the controller logs its wrench the loop is known.
     """
     commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
     known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
