@@ -144,7 +144,9 @@ class Dive:
     recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. thrust_cmd: (n, thrusters) N
     that each thruster is asked for, before its lag, if the recording states them instead of pulses. effort: (n,
     thrusters) commands from -1 to 1, which are pulses once the vehicle is known. sticks: (n, 4) x y z r of the pilot,
-    of 1000. reckoned: how far pulses between slow samples are known. rpm: (n, thrusters), signed. voltage: (n, 1) V.
+    of 1000. commands_hold: whether each command holds until the next, rather than being a sample of a faster loop; None
+    as its rate says. reckoned: how far pulses between slow samples are known. rpm: (n, thrusters), signed. voltage:
+    (n, 1) V.
     tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
     heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
@@ -189,6 +191,7 @@ class Dive:
     thrust_lag_s: float = 0.0
     unix_at_boot_s: float | None = None
     motors: int = 0
+    commands_hold: bool | None = None
     reckoned: Reckoned | None = None
     opening: str = ""
     notes: tuple[str, ...] = ()

@@ -23,7 +23,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
-from identify.ingest.commands import held_commands, never_known, sampled_slowly
+from identify.ingest.commands import held_commands, never_known, sampled_seldom, unknown_between
 from identify.statistics import bulk_std
 
 NOTABLE_DIFFERENCE = 0.05
@@ -160,7 +160,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         variance = _hidden(dive, vehicle, directory, configuration_name)
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
-        if sampled_slowly(dive.thruster_commands):
+        if unknown_between(dive, dive.thruster_commands):
             return _sampled(from_pwm, curve, "pwm", notes, rounded, breaks_s)
         likeliest = Signal(from_pwm.time_s, _unrounded(from_pwm, variance, breaks_s))
         history = _history(likeliest, curve, "pwm", notes, breaks_s)
@@ -181,7 +181,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
             of=dive.source,
         )
     notes = (*notes, "The wrench is TAU_CMD as recorded.")
-    if sampled_slowly(commanded):
+    if unknown_between(dive, commanded):
         return _sampled(commanded, curve, "tau_cmd", notes, np.zeros(6), breaks_s)
     return _history(commanded, curve, "tau_cmd", notes, breaks_s)
 
@@ -242,15 +242,20 @@ def _sampled(
     breaks_s: Array,
 ) -> WrenchHistory:
     """Return the history for slow samples. A change at an unknown time between two samples is wrong by its size times
-    the root of a twelfth of the sample interval, per root of that interval."""
+    the root of a twelfth of the sample interval, per root of that interval; steady changes, of which each sample lies
+    halfway between its neighbours, hide less (`_reckoned`)."""
     step_s = 1.0 / asked.rate_hz
     changes = np.diff(asked.value, axis=0)
-    hidden = np.sqrt(rounded + np.nanmean(changes**2, axis=0) * step_s / 12.0)
-    note = (
-        f"Thruster commands are known every {step_s:.2g} s alone: a delay or a lag of the thrusters can't be judged; "
-        "record them at 10 Hz or more for that."
-    )
-    history = _history(evenly_between(asked), curve, source, (*notes, note), breaks_s)
+    beyond = 0.5 * np.diff(changes, axis=0)
+    unsteady = np.minimum(np.nanmean(changes**2, axis=0), 2.0 * np.nanmean(beyond**2, axis=0))
+    hidden = np.sqrt(rounded + unsteady * step_s / 12.0)
+    if sampled_seldom(asked):
+        note = (
+            f"Thruster commands are known every {step_s:.2g} s alone: a delay or a lag of the thrusters can't be "
+            "judged; record them at 10 Hz or more for that."
+        )
+        notes = (*notes, note)
+    history = _history(evenly_between(asked), curve, source, notes, breaks_s)
     return replace(history, hidden=hidden, sampled_s=step_s)
 
 

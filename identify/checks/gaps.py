@@ -5,7 +5,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DOFS
 from identify.checks.frozen import axis_key
 from identify.dive import Array, Dive
-from identify.ingest.commands import sampled_slowly
+from identify.ingest.commands import unknown_between
 from identify.words import axes_named
 
 HEAVE = 2
@@ -80,10 +80,10 @@ def _forces(dive: Dive) -> list[str]:
     if signal is None:
         return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
     notes = []
-    if sampled_slowly(signal):
+    if unknown_between(dive, signal):
         notes.append(
-            f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: what they "
-            "did there is taken for a noise. Ask the vehicle for 10 Hz or more."
+            f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
+            "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
         )
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):

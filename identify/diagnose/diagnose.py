@@ -39,7 +39,7 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
-from identify.diagnose.lateness import lateness_of
+from identify.diagnose.lateness import lateness_of, with_known_holding
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
@@ -148,6 +148,10 @@ def diagnose(
     full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks, shape)
     holds, not_held = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration)
+    if (known_dive := with_known_holding(dive, fitted)) is not dive:
+        dive = known_dive
+        check = check and replace(check, commands_hold=dive.commands_hold)
+        fitted = fitted_nominal(dive, file, configuration)
     nominal = with_accepted(fitted, holds)
     tried = library_with_changes(_judged(effects or (), lacks, shape) or full_library, holds)
 

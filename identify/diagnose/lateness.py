@@ -5,13 +5,39 @@ disagree beyond their errors, the error of the mean grows by as much (Birge 1932
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from identify.diagnose.nominal import Nominal
+from identify.diagnose.nominal import MOST_LATE, Nominal
 from identify.diagnose.result import Finding, Value
+from identify.dive import Dive
 from identify.estimators.misfit import doubts_of
+from identify.ingest.commands import loop_is_recorded, sampled_seldom, sampled_slowly
 from identify.statistics import Z95, birge_mean
+
+EARLY, HELD = -0.1, 0.3
+"""Shares of the step between two commands: thrust that acts earlier than by the first is no thrust of commands that
+hold, and thrust that acts later than by the second none of a faster loop."""
+
+
+def with_known_holding(dive: Dive, now: Nominal) -> Dive:
+    """The dive with commands that hold, or are samples of a faster loop, where its thrust shows other than their rate.
+
+    Thrust of a loop that is much faster than the recording acts half a step earlier than thrust that holds. A delay of
+    the thrusters hides the first, and can look like the second. Where the controller logs its wrench the loop is known.
+    """
+    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
+    known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
+    if commands is None or known or sampled_seldom(commands):
+        return dive
+    step_s = 1.0 / commands.rate_hz
+    if sampled_slowly(commands):
+        held = HELD * step_s < now.late_samples_s < MOST_LATE * step_s
+        return replace(dive, commands_hold=True) if held else dive
+    late = lateness_of((), now)
+    early = late is not None and late.high95 < 0.0 and -step_s < late.value < EARLY * step_s
+    return replace(dive, commands_hold=False) if early else dive
 
 
 def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:

@@ -34,6 +34,7 @@ from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.estimators.timing import dated, dated_back
+from identify.ingest.commands import SELDOM_HZ
 from identify.side_by_side import both, side_by_side
 
 USUAL_HZ = 25.0
@@ -54,6 +55,9 @@ SURGE, SWAY, ALIKE = 0, 1, 0.2
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
+
+MOST_LATE = 0.75
+"""Slow samples act at most so late, in steps: half a step if each holds until the next, and what the fit may miss."""
 
 STILL_RAD = np.deg2rad(0.1)
 """Roll or pitch without thrust and within this rms is held level, and carries no information."""
@@ -106,9 +110,10 @@ class Nominal:
     motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
     controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
     already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
-    and lag of the thrust beyond the vehicle file's, as found when the velocity was dated. witnesses: further sensors
-    that show effects. accepted: earlier effects, removed from forces, readings and witnesses. mirrored: degrees of
-    freedom that run against their thrust; swapped: pairs that follow each other's thrust.
+    and lag of the thrust beyond the vehicle file's, as found when the velocity was dated; late_samples_s: delay of slow
+    samples of commands, which the forces include. witnesses: further sensors that show effects. accepted: earlier
+    effects, removed from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust;
+    swapped: pairs that follow each other's thrust.
     """
 
     built: Axes
@@ -126,6 +131,7 @@ class Nominal:
     swapped: tuple[tuple[int, int], ...] = ()
     timing_s: tuple[float, float] | None = None
     late_thrust_s: tuple[float, float] = (0.0, 0.0)
+    late_samples_s: float = 0.0
 
     @property
     def unheard(self) -> tuple[int, ...]:
@@ -196,7 +202,10 @@ def nominal_of(
     start, unrecorded_axes = both(
         lambda: filters_of(built, shape), lambda: unrecorded(dive, file.vehicle.water)
     )
-    if late_s := late_samples_s(start):
+    late_s = late_samples_s(start)
+    if _is_a_delay(late_s, dive, start):
+        late_s = 0.0
+    if late_s:
         dive = with_later_commands(dive, late_s)
         built = _axes_of(dive, file, configuration)
         start = filters_of(built, shape)
@@ -233,6 +242,7 @@ def nominal_of(
         swapped=crossed,
         timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
         late_thrust_s=(dive.thrust_delay_s, dive.thrust_lag_s),
+        late_samples_s=late_s,
     )
 
 
@@ -255,6 +265,12 @@ def late_samples_s(filters: Filters) -> float:
     precision = np.array([1.0 / variance[at] for _, at in axes])
     weighted = precision @ np.array([filters.theta[at] for _, at in axes])
     return float(weighted / (np.sum(precision - prior) + prior))
+
+
+def _is_a_delay(late_s: float, dive: Dive, filters: Filters) -> bool:
+    """Whether thrust acts later than any way of sampling makes it, in a recording that tells delays at all."""
+    sampled_s = max(problem.axis.sampled_s for problem in filters.joint.problems)
+    return dive.reckoned is None and MOST_LATE * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
 
 
 def with_later_commands(dive: Dive, by_s: float) -> Dive:

@@ -19,7 +19,7 @@ from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE
 from identify.forces import asked_thrusts, evenly_between, tells_thrusters, unrounded_thrusts
-from identify.ingest.commands import sampled_slowly
+from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
 from identify.side_by_side import side_by_side
 
@@ -144,7 +144,7 @@ def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
     shape = file.vehicle.configurations[configuration]
     if tells_thrusters(dive, shape):
         asked = asked_thrusts(dive, file, configuration)
-        if not sampled_slowly(asked):
+        if not unknown_between(dive, asked):
             return unrounded_thrusts(asked, dive, file, configuration)
     elif dive.tau_cmd is not None and len(dive.tau_cmd):
         asked = dive.tau_cmd
@@ -154,7 +154,7 @@ def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
             "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW",
             of=dive.name,
         )
-    return evenly_between(asked) if sampled_slowly(asked) else asked
+    return evenly_between(asked) if unknown_between(dive, asked) else asked
 
 
 def _mean_ahead(held: Signal, time_s: Array) -> Array:

@@ -29,7 +29,7 @@ from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvab
 from identify.estimators.timing import coarse_delay_s
 from identify.forces import tells_thrusters, wrench
 from identify.identifiability import MOST_ADDED
-from identify.ingest.commands import sampled_slowly
+from identify.ingest.commands import sampled_seldom
 from identify.statistics import Z95
 from identify.words import listed, significant
 
@@ -131,7 +131,7 @@ def _has_velocity(dive: Dive) -> bool:
 
 def _seldom(dive: Dive, shape: Configuration) -> bool:
     commands = dive.thruster_commands if tells_thrusters(dive, shape) else dive.tau_cmd
-    return dive.reckoned is not None or (commands is not None and sampled_slowly(commands))
+    return dive.reckoned is not None or (commands is not None and sampled_seldom(commands))
 
 
 def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nominal | None = None) -> Nominal:

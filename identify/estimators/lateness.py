@@ -41,7 +41,11 @@ def by_lateness(force: Array, half_s: Array, lag_s: float = LATER_S) -> Array:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
     out = np.zeros(len(half_s))
-    after = force[0, 0]
+    # An empty step holds no force of the attitude, which in a later run can be far from none.
+    first = 0
+    while first < len(half_s) - 1 and half_s[first] <= 0:
+        first += 1
+    after = force[first, 0]
     for i in range(len(half_s)):
         if half_s[i] > 0:
             before = after

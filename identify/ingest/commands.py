@@ -20,8 +20,12 @@ HELD_S = 0.5
 """Longest gap between two known commands that is bridged: short compared with the seconds in which the speed changes.
 """
 
-SLOW_HZ = 4.0
-"""Commands at this rate or faster hold until the next: a vehicle hardly moves before that."""
+SLOW_HZ = 12.0
+"""Commands at this rate or faster hold until the next. Below it, half a step is a delay that shows: thrust of a fast
+loop, sampled at 5 or 10 Hz and held, seems to act 50 to 20 ms before it is asked for."""
+
+SELDOM_HZ = 4.0
+"""Samples of commands below this rate tell no delay and no lag of the thrusters."""
 
 LONE_S = 2.0
 """No logger samples at longer intervals: commands further apart are logged as they change, whether regular or not."""
@@ -37,7 +41,7 @@ steps.
 FEWEST = 10
 """With fewer messages, a regular clock can't be recognised."""
 
-SPREAD_HZ = 10.0
+SPREAD_HZ = 20.0
 
 Span = tuple[float, float]
 
@@ -56,7 +60,7 @@ def driven_outputs(time_s: Array, pwm_us: Array) -> Signal | None:
 
 def logged_at_changes(commands: Signal) -> bool:
     """Whether commands (n, k) at a low rate were logged as they changed."""
-    if len(commands) < 2 or commands.rate_hz >= SLOW_HZ:
+    if len(commands) < 2 or commands.rate_hz >= SELDOM_HZ:
         return False
     before, after = commands.value[:-1], commands.value[1:]
     same = (before == after) | (np.isnan(before) & np.isnan(after))
@@ -69,8 +73,27 @@ def logged_at_changes(commands: Signal) -> bool:
 
 
 def sampled_slowly(commands: Signal) -> bool:
-    """Whether the commands between two messages are unknown."""
+    """Whether the commands between two messages are unknown, by their rate."""
     return len(commands) >= FEWEST and commands.rate_hz < SLOW_HZ and not logged_at_changes(commands)
+
+
+def unknown_between(dive: Dive, commands: Signal) -> bool:
+    """Whether the commands of a dive are unknown between two messages, as far as it is known how they were logged."""
+    if dive.commands_hold is not None:
+        return not dive.commands_hold
+    return sampled_seldom(commands) if loop_is_recorded(dive) else sampled_slowly(commands)
+
+
+def loop_is_recorded(dive: Dive) -> bool:
+    """Whether the controller logs what it asks for, each time that it does: its wrench beside pulses, or what it was
+    made of."""
+    pulses = dive.thruster_commands is not None and dive.tau_cmd is not None
+    return pulses or dive.tau_pid is not None or dive.nu_fb is not None
+
+
+def sampled_seldom(commands: Signal) -> bool:
+    """Whether the commands between two messages are unknown for so long that they hide when the thrusters act."""
+    return sampled_slowly(commands) and commands.rate_hz < SELDOM_HZ
 
 
 def spread(commands: Signal, end_s: float) -> Signal:
@@ -103,6 +126,7 @@ def with_spread_commands(dive: Dive) -> Dive:
         pwm=changed.get("pwm", dive.pwm),
         thrust_cmd=changed.get("thrust_cmd", dive.thrust_cmd),
         tau_cmd=changed.get("tau_cmd", dive.tau_cmd),
+        commands_hold=True,
         notes=(*dive.notes, note),
     )
 

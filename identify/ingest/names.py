@@ -69,6 +69,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     (EARTH_VELOCITY, r"v([nedu])|(?:.*_)?(?:v|vel|velocity)_([ned])", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity|speed)_?(north|east|down|up)", ""),
     (EARTH_VELOCITY, r"(north|east|down|up)_(?:vel|velocity|speed)", ""),
+    (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity)_(?:ned|enu)_([xyz012])", ""),
     ("gyro", r"(?:.*_)?(?:angular_velocity|angular_rate|ang_vel|gyroscope|gyro|gyr|rates?|omega)_?([xyz012])", ""),
     ("velocity", r"(?:.*_)?(?:linear_velocity|body_velocity|velocity_body|velocity|vel)_([xyz012])", ""),
     ("velocity", r"([uvw])(?:_dvl|_body|_b)?|dvl_([uvwxyz])|dvl_v([xyz])", ""),
@@ -102,6 +103,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("rpm", r"(?:.*_)?(?:esc|motor|thruster|prop|propeller)_?(\d+)(?:_.*)?_(?:rpm|speed|rps)", ""),
     ("pwm", r"(?:.*_)?(?:pwm|servo|output|out|channels|control|effort|esc|motor|thruster|actuator|act)_?(\d+)"
             r"(?:_(?:raw|pwm|command|cmd|output))?", ""),
+    ("pwm", r"(?:.*_)?(?:force|thrust)s?_?(\d+)|(?:.*_)?(?:motor|thruster|prop|propeller)_?(\d+)_(?:force|thrust)", ""),
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
     ("tau_cmd", r"(?:.*_)?(force_[xyz]|torque_[xyz])", ""),
@@ -186,6 +188,8 @@ def named(topic: str, field: str) -> Named | None:
                 place = _AXES[signal].get(word, _XYZ.get(word, -1))
             family = f"{rank}:{plain[:start]}*{plain[end:]}"
             if signal == EARTH_VELOCITY:
+                if "_enu_" in plain:
+                    return Named("velocity", (1, 0, 2)[place], family, unit, rank, "ENU")
                 return Named("velocity", place, family, unit, rank, "ENU" if word in _UP else "NED")
             return Named(signal, place, family, unit, rank, "FLU" if word in _LEFT else "")
     return None

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Array, Dive, Reckoned, Signal
-from identify.ingest.commands import sampled_slowly
+from identify.ingest.commands import sampled_seldom
 from identify.ingest.rotation import euler_angles
 
 STEP_S: Final = 0.02
@@ -45,7 +45,7 @@ class Law:
 def with_reckoned_pulses(dive: Dive) -> Dive:
     """The dive with pulses every STEP_S in place of slow samples, and a note, if the pilot's sticks are recorded."""
     pwm = dive.pwm
-    if pwm is None or dive.sticks is None or not len(dive.sticks) or not sampled_slowly(pwm):
+    if pwm is None or dive.sticks is None or not len(dive.sticks) or not sampled_seldom(pwm):
         return dive
     law = law_of(dive, pwm)
     if law is None or law.share > MOST_MISSED:

@@ -90,6 +90,7 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
             signals[name] = spread(signals[name], end_s)
     return {
         **signals,
+        "commands_hold": columns.commands_hold or None,
         "velocity_is_filtered": columns.velocity_is_filtered,
         "notes": (*recorded.notes, *notes, *columns.notes),
         "counts": {f"rows of {name}" if name else "rows": len(rows.time_s) for name, rows in tables.items()},

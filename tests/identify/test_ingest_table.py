@@ -138,9 +138,11 @@ def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) ->
     data, columns = tmp_path / "held.csv", tmp_path / "held.yaml"
     data.write_text(rows)
     columns.write_text(map_text)
-    pwm = read_dive(data, columns).pwm
+    dive = read_dive(data, columns)
+    pwm = dive.pwm
+    assert dive.commands_hold
     assert pwm.held_at(np.array([0.0, 0.95, 1.0, 3.9, 4.0]))[:, 0].tolist() == [1500, 1500, 1600, 1600, 1600]
-    assert pwm.rate_hz == pytest.approx(10.0)
+    assert pwm.rate_hz == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])

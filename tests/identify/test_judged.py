@@ -10,6 +10,7 @@ import pytest
 from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
 from identify.diagnose.nominal import late_samples_s, nominal_of, with_later_commands
+from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
@@ -18,7 +19,13 @@ from identify.estimators.filters import filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
-from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
+from identify.ingest.commands import (
+    logged_at_changes,
+    sampled_seldom,
+    sampled_slowly,
+    spread,
+    with_spread_commands,
+)
 from identify.ingest.rotation import quaternions_from_euler
 
 HEAVE, YAW = 2, 5
@@ -127,7 +134,10 @@ def test_a_clock_s_samples_are_no_changes_and_quick_ones_hold():
     assert sampled_slowly(changing)
     lost = np.delete(np.arange(len(time_s)), [5, 6, 20])
     assert sampled_slowly(Signal(time_s[lost], changing.value[lost]))
-    quick = commanded(YAW, time_s / 5, np.sin(time_s))
+    often = commanded(YAW, time_s / 5, np.sin(time_s))
+    assert sampled_slowly(often)
+    assert not sampled_seldom(often)
+    quick = commanded(YAW, time_s / 10, np.sin(time_s))
     assert not sampled_slowly(quick)
     assert not logged_at_changes(quick)
     pressed = commanded(YAW, 10.0 * np.arange(12), np.arange(12.0))
@@ -143,6 +153,14 @@ def test_between_slow_samples_the_wrench_changes_evenly_and_what_it_hides_is_a_f
     assert forces.sampled_s == pytest.approx(0.5)
     assert forces.hidden[YAW] == pytest.approx(2.0 * np.sqrt(0.5 / 12.0))
     assert "a delay or a lag of the thrusters can't be judged" in forces.notes[-1]
+
+
+def test_samples_of_a_steady_change_hide_nothing():
+    time_s = np.arange(0.0, 30.0, 0.2)
+    forces = wrench(replace(one_axis(YAW), tau_cmd=commanded(YAW, time_s, 0.3 * time_s)), FILE, "only")
+    assert forces.sampled_s == pytest.approx(0.2)
+    assert forces.hidden[YAW] == pytest.approx(0.0, abs=1e-9)
+    assert forces.notes[-1] == "The wrench is TAU_CMD as recorded."
 
 
 def test_slow_samples_of_a_quick_command_still_tell_of_yaw():
@@ -179,6 +197,29 @@ def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
     model = nominal_of(dive, FILE, "only")
     lacking = simulation_of(model, model.theta, model.motion.nu).lacking[:, YAW]
     assert np.std(lacking) < 0.2 * np.std(force)
+
+
+def five_a_second(force: np.ndarray, late_s: float) -> Dive:
+    """A dive whose commands change 20 times a second, act `late_s` later, and were recorded 5 times a second."""
+    fine_s = 0.05 * np.arange(len(force))
+    at_s, speed, _ = (part[::10] for part in moved(YAW, fine_s, force))
+    gyro = Signal(at_s + late_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
+    recorded = commanded(YAW, fine_s[::4], force[::4])
+    return Dive("fast", Path("fast.csv"), "1" * 64, tau_cmd=recorded, gyro=gyro)
+
+
+@pytest.mark.parametrize("true_s", [0.0, 0.3])
+def test_thrust_of_a_fast_loop_that_was_sampled_slowly_is_late_by_its_delay_alone(true_s):
+    force = np.repeat(np.random.default_rng(3).uniform(-6.0, 6.0, 230), 7)[:1580]
+    assert fitted_nominal(five_a_second(force, true_s), FILE, "only").late_thrust_s == (true_s, 0.0)
+
+
+def test_a_delay_beyond_what_sampling_makes_is_left_for_the_causes():
+    time_s = 0.05 * np.arange(1580)
+    dive = five_a_second(4.0 * np.sin(0.4 * time_s + 0.008 * time_s**2), 0.3)
+    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) > 0.15
+    (recorded,), (fitted,) = build_axes(dive, FILE, "only").axes, nominal_of(dive, FILE, "only").built.axes
+    np.testing.assert_array_equal(fitted.force, recorded.force)
 
 
 def test_quick_commands_are_as_late_as_they_were():

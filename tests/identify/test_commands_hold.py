@@ -1,0 +1,57 @@
+"""Whether thruster commands hold until the next, or are samples of a faster loop, by when their thrust acts."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_judged import FILE, SECONDS, YAW, commanded, moved
+
+from identify.diagnose.lateness import with_known_holding
+from identify.diagnose.recording import fitted_nominal
+from identify.dive import Dive, Signal
+from identify.estimators.lateness import by_lateness
+from identify.ingest.commands import unknown_between
+
+
+def logged(loop_s: float, log_s: float) -> Dive:
+    """A dive whose commands change every `loop_s`, and of which those every `log_s` were recorded."""
+    rng = np.random.default_rng(3)
+    time_s = loop_s * np.arange(int((SECONDS - 1.0) / loop_s))
+    knots_s = np.arange(0.0, SECONDS, 0.35)
+    force = 4.0 * np.interp(time_s, knots_s, rng.uniform(-1.0, 1.0, len(knots_s)))
+    at_s, speed, _ = (part[::5] for part in moved(YAW, time_s, force))
+    gyro = Signal(at_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed + 1e-3 * rng.normal(size=len(speed))]))
+    every = round(log_s / loop_s)
+    return Dive(
+        "log", Path("log.csv"), "1" * 64, tau_cmd=commanded(YAW, time_s[::every], force[::every]), gyro=gyro
+    )
+
+
+@pytest.mark.parametrize(
+    ("loop_s", "log_s", "hold"),
+    [(0.01, 0.05, False), (0.05, 0.05, None), (0.1, 0.1, True), (0.01, 0.1, None)],
+    ids=["a fast loop at 20 Hz", "a loop of 20 Hz", "a loop of 10 Hz", "a fast loop at 10 Hz"],
+)
+def test_thrust_tells_a_loop_s_commands_from_samples_of_a_faster_one(loop_s, log_s, hold):
+    dive = logged(loop_s, log_s)
+    assert with_known_holding(dive, fitted_nominal(dive, FILE, "only")).commands_hold is hold
+
+
+def test_the_loop_is_known_where_pulses_and_the_controller_s_wrench_are_recorded():
+    dive = logged(0.1, 0.1)
+    both = replace(dive, pwm=Signal(dive.tau_cmd.time_s, np.full((len(dive.tau_cmd), 6), 1500.0)))
+    assert with_known_holding(both, fitted_nominal(dive, FILE, "only")) is both
+
+
+def test_the_force_before_a_run_s_first_step_is_no_change():
+    force = np.array([[0.0, 0.0], [-15.0, -15.0], [-15.0, -15.0]])
+    np.testing.assert_array_equal(by_lateness(force, np.array([0.0, 0.025, 0.025])), 0.0)
+
+
+def test_ten_commands_a_second_are_those_of_a_controller_that_logs_its_own_wrench():
+    dive = logged(0.1, 0.1)
+    assert unknown_between(dive, dive.tau_cmd)
+    assert not unknown_between(replace(dive, tau_pid=dive.tau_cmd), dive.tau_cmd)
+    seldom = Signal(dive.tau_cmd.time_s[::5], dive.tau_cmd.value[::5])
+    assert unknown_between(replace(dive, tau_pid=dive.tau_cmd), seldom)
