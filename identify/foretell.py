@@ -17,9 +17,8 @@ import numpy as np
 from bridge.errors import SeatrialError
 from bridge.simulator.direct import Noise, TruthRun, simulate_truth
 from bridge.simulator.truth import GAIN, PLANTED, Truth
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, gain_name
 from bridge.vehicle.config import Configuration, VehicleFile
-from bridge.vehicle.effect_coefficients import gain_name
 from bridge.vehicle.feedforward import AXES, FEEDFORWARD_DOFS
 from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError, FitError, LogError
-from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
+from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Configuration, Damping, Prior, VehicleFile
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose import diagnose as search
 from identify.diagnose import wording
 from identify.diagnose.result import Diagnosis, Finding, Value, by_axis, plain

@@ -7,7 +7,7 @@ import pytest
 from flown_again import BEGAN_S, FED, FILE, SHORT, TRUTH, accepted, dived, fitted, weak
 from soak import rest_in_soak
 
-from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in

@@ -16,8 +16,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, drift_of
 from identify.batch.effect_drift import EffectDrift, chance_words, effect_drifts
 from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Result, job_for
-from identify.batch.page import MARKS, batch_report, doubt_mark
-from identify.batch.page_causes import cause_words
+from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
 from identify.batch.recordings import Found, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here

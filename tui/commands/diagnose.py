@@ -13,9 +13,8 @@ from rich.console import Console
 from bridge import exit_codes
 from bridge.errors import ConfigError, FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS, effect_coefficients
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.version import installed
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import Interval, Sidecar
@@ -32,7 +31,7 @@ from identify.dive import Dive
 from identify.glance.foretold import began
 from identify.identification import Outcome, worst
 from identify.repeats.answer import plain, sentences
-from identify.repeats.usual import Usual, usual_from
+from identify.repeats.marks import Usual, usual_from
 from identify.run.diagnose import Before, diagnose, effects_without, published
 from identify.run.identify import compiles_first, runs_told
 from identify.run.recordings import Reading, runs_in, stray_bytes
