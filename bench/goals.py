@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.tally import Tally, inside95, root_mean_square
-from bench.words import paragraph
+from bench.words import in_a_word, paragraph, table
 
 JUDGED = ("likelihood", "pinn")
 RATIO_GOAL = 1.15
@@ -44,19 +44,24 @@ def lines(tallies: Sequence[Tally]) -> list[str]:
     ]
     judged = {tallied.method: tallied for tallied in tallies if tallied.method in JUDGED and tallied.cases}
     results = {method: verdicts(tallied) for method, tallied in judged.items()}
-    rows = ["Goals:", "", f"| goal | {' | '.join(JUDGED)} |", "|---" * (len(JUDGED) + 1) + "|"]
-    for i, goal in enumerate(words):
-        cells = [
-            f"{results[m][i][0]}: {in_a_word(results[m][i][1])}" if m in results else "nothing to judge"
-            for m in JUDGED
-        ]
-        rows.append(f"| {goal} | {' | '.join(cells)} |")
+    rows = [
+        (
+            goal,
+            *(
+                f"{results[m][i][0]}: {in_a_word(results[m][i][1])}" if m in results else "nothing to judge"
+                for m in JUDGED
+            ),
+        )
+        for i, goal in enumerate(words)
+    ]
     refused = "; ".join(
         f"`{method}` {tallied.refused} of {tallied.refused + len(tallied.cases)} ({100 * tallied.refused_share:.1f} %)"
         for method, tallied in judged.items()
     )
     return [
-        *rows,
+        "Goals:",
+        "",
+        *table(("goal", *JUDGED), rows),
         "",
         *paragraph(
             "Every figure of an error is of stated coefficients alone: one that a method refuses though its bound is",
@@ -66,8 +71,3 @@ def lines(tallies: Sequence[Tally]) -> list[str]:
             "share itself.",
         ),
     ]
-
-
-def in_a_word(met: bool) -> str:
-    """Whether a goal is met, as one word."""
-    return "met" if met else "**missed**"

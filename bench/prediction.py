@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from bench.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.forward import WINDOW_S, moved, run_forward, starts
-from bench.goals import in_a_word
 from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, MISSIONS, SIMULATED, stamp
-from bench.words import paragraph
+from bench.words import in_a_word, paragraph, table
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
@@ -140,9 +139,8 @@ def _lines(found: Mapping[str, Data]) -> list[str]:
             "the mean of the columns' ratios. `lost`: windows in which the model ran away; they are in no mean.",
         ),
         "",
-        f"| parameters of | {' | '.join(head)} | over the floor | states |",
-        "|---" * (len(head) + 3) + "|",
     ]
+    rows = []
     whole = [name + WHOLE for name in methods() if name in PRODUCT]
     for name in (*methods(), *whole, FLOOR):
         of_method = {group: _all(windows[group], name) for group in groups}
@@ -154,10 +152,11 @@ def _lines(found: Mapping[str, Data]) -> list[str]:
         )
         states = [data["stated"].get(name) for data in found.values()]
         number = "-" if states[0] is None else f"{np.mean(states):.1f}"
-        lines.append(f"| {TITLES.get(name, name)} | {' | '.join(cells)} | {ratio:.2f} | {number} |")
+        rows.append((TITLES.get(name, name), *cells, f"{ratio:.2f}", number))
     counts = ", ".join(
         f"{g}: {len(windows[g])} dives, {len(_all(windows[g], FLOOR))} windows" for g in groups
     )
+    lines += table(("parameters of", *head, "over the floor", "states"), rows)
     lines += ["", f"{counts}.", "", *_verdict(windows), ""]
     if "pinn" not in PRODUCT:
         lines += [NOT_HERE, ""]

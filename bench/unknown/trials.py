@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from bench.diagnosis.recorded import recorded_dive
-from bench.diagnosis.trials import effects_for
+from bench.diagnosis.trials import effects_for, recorded_dive
 from bench.remembered import Data, Job
 from bench.unknown.planted import unknown_of
 from bridge.errors import SeatrialError

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.bags import BARE, DECODED, FORMS, MAP, OURS, hour, table
+from bench.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
 from identify.ingest.open import read_dive
 
 SECONDS = 3
@@ -28,7 +28,7 @@ def measured(bare_s: float, ours_s: float) -> dict[str, object]:
 
 
 def test_the_slowest_form_is_judged_by_the_goal() -> None:
-    lines = table({".bag": measured(2.0, 1.0), ".mcap": measured(1.0, 2.5)})
+    lines = lines_of({".bag": measured(2.0, 1.0), ".mcap": measured(1.0, 2.5)})
     assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in lines
     assert "Goal of 3 times bare: 2.5 at most, met." in lines
-    assert "Goal of 3 times bare: 4 at most, **missed**." in table({".db3": measured(1.0, 4.0)})
+    assert "Goal of 3 times bare: 4 at most, **missed**." in lines_of({".db3": measured(1.0, 4.0)})
