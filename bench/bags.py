@@ -133,9 +133,9 @@ def _messages(store: Any, seconds: int) -> Iterator[tuple[str, str, int, Any]]:
         yield "/dvl", "geometry_msgs/msg/TwistStamped", time_ns, kind["TwistStamped"](head, twist)
 
 
-def lines_of(found: dict[str, Data]) -> list[str]:
+def lines_of(by_form: dict[str, Data]) -> list[str]:
     """The page's lines."""
-    messages = next(iter(found.values()))["messages"]
+    messages = next(iter(by_form.values()))["messages"]
     lines = [
         "## Opening a bag",
         "",
@@ -147,7 +147,7 @@ def lines_of(found: dict[str, Data]) -> list[str]:
         "",
     ]
     ratios, rows = [], []
-    for form, data in found.items():
+    for form, data in by_form.items():
         bare_s, ours_s, decoded_s = (data["seconds"][name] for name in (BARE, OURS, DECODED))
         ratios.append(ours_s / bare_s)
         cells = (

@@ -228,17 +228,17 @@ def _lines(results: dict[str, Data]) -> list[str]:
     for name, onset in ONSETS.items():
         dives = [data for key, data in results.items() if key.startswith(f"{name} ")]
         after = [data["after_s"] for data in dives if data["after_s"] is not None]
-        found = sum(after_s <= WITHIN_S for after_s in after)
+        in_time = sum(after_s <= WITHIN_S for after_s in after)
         named = sum(data["named"] for data in dives)
         share = f"{named / len(after):.0%}" if after else "-"
         median = f"{np.median(after):.0f} s" if after else "-"
-        shares = f"{found / len(dives):.0%}", f"{len(after) / len(dives):.0%}"
+        shares = f"{in_time / len(dives):.0%}", f"{len(after) / len(dives):.0%}"
         rows.append((onset.words, len(dives), *shares, median, share))
     early = sum(data["early"] for key, data in results.items() if not key.startswith("calm "))
     minutes = sum(not key.startswith("calm ") for key in results) * BEFORE_S / 60
-    found_within = f"found within {WITHIN_S:g} s", f"within {AFTER_S:g} s"
+    within = f"found within {WITHIN_S:g} s", f"within {AFTER_S:g} s"
     lines += [
-        *table(("what sets in", "dives", *found_within, "median time", "named"), rows),
+        *table(("what sets in", "dives", *within, "median time", "named"), rows),
         "",
         *paragraph(
             f"False alarms: {false} in {hours:.1f} h of {len(calm)} whole missions without any effect, and {early}",

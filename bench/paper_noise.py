@@ -93,12 +93,12 @@ def surge_mass(nu: Array, nu_dot: Array, tau: Array) -> float:
 
 def page(figure: Path) -> str:
     """The section of docs/benchmarks.md; writes the plot to the page `figure`."""
-    found = noise_table(np.random.default_rng(SEED))
-    _plot(found, figure)
-    cutoffs = [f"{cutoff:g} Hz" if cutoff < 5 else "no filter" for cutoff in found.cutoff_hz]
+    biases = noise_table(np.random.default_rng(SEED))
+    _plot(biases, figure)
+    cutoffs = [f"{cutoff:g} Hz" if cutoff < 5 else "no filter" for cutoff in biases.cutoff_hz]
     rows = [
         (f"{noise:g}", *(f"{error:+.1f} %" for error in errors))
-        for noise, errors in zip(found.noise_m_s2, found.error_percent, strict=True)
+        for noise, errors in zip(biases.noise_m_s2, biases.error_percent, strict=True)
     ]
     lines = [
         "## The paper's mass against noise and cut-off",
@@ -113,11 +113,11 @@ def page(figure: Path) -> str:
     return "\n".join(lines)
 
 
-def _plot(found: NoiseTable, path: Path) -> None:
-    noise = np.array(found.noise_m_s2)
-    drawn = [i for i, cutoff in enumerate(found.cutoff_hz) if cutoff in DRAWN_HZ]
-    words = [f"{found.cutoff_hz[i]:g} Hz" if found.cutoff_hz[i] < 5 else "no filter" for i in drawn]
-    lines = [Line(noise, found.error_percent[:, i], words[k], k) for k, i in enumerate(drawn)]
+def _plot(biases: NoiseTable, path: Path) -> None:
+    noise = np.array(biases.noise_m_s2)
+    drawn = [i for i, cutoff in enumerate(biases.cutoff_hz) if cutoff in DRAWN_HZ]
+    words = [f"{biases.cutoff_hz[i]:g} Hz" if biases.cutoff_hz[i] < 5 else "no filter" for i in drawn]
+    lines = [Line(noise, biases.error_percent[:, i], words[k], k) for k, i in enumerate(drawn)]
     panel = lines_panel(
         "error of the mass, %",
         "noise of the acceleration, m/s²",

@@ -116,9 +116,9 @@ def _errors(
     return {"off_m": distances, "stated": stated}
 
 
-def _lines(found: Mapping[str, Data]) -> list[str]:
+def _lines(results: Mapping[str, Data]) -> list[str]:
     windows = {
-        group: [data["off_m"] for key, data in found.items() if key.startswith(group)]
+        group: [data["off_m"] for key, data in results.items() if key.startswith(group)]
         for group in (*CONFIGURATIONS, DRAWN)
     }
     groups = [group for group, dives in windows.items() if dives]
@@ -150,7 +150,7 @@ def _lines(found: Mapping[str, Data]) -> list[str]:
         ratio = np.mean(
             [_rms(of_method[group][kept[group]]) / _rms(floor[group][kept[group]]) for group in groups]
         )
-        states = [data["stated"].get(name) for data in found.values()]
+        states = [data["stated"].get(name) for data in results.values()]
         number = "-" if states[0] is None else f"{np.mean(states):.1f}"
         rows.append((TITLES.get(name, name), *cells, f"{ratio:.2f}", number))
     counts = ", ".join(

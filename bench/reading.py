@@ -88,25 +88,25 @@ def _theirs(log: Path) -> int:
     return count
 
 
-def lines_of(found: Data) -> list[str]:
+def lines_of(timed: Data) -> list[str]:
     """The page's lines."""
-    theirs_s = found["seconds"][THEIRS]
-    ratio = theirs_s / found["seconds"][OURS]
+    theirs_s = timed["seconds"][THEIRS]
+    ratio = theirs_s / timed["seconds"][OURS]
     rows = [
         (
             name,
-            found["messages"][name],
+            timed["messages"][name],
             f"{seconds:.3g}",
-            f"{found['messages'][name] / seconds:.3g}",
+            f"{timed['messages'][name] / seconds:.3g}",
             f"{theirs_s / seconds:.3g} x",
         )
-        for name, seconds in found["seconds"].items()
+        for name, seconds in timed["seconds"].items()
     ]
     return [
         "## Opening a recording",
         "",
         *paragraph(
-            f"The log of the paper's survey, {found['bytes'] / 1e6:.1f} MB, read by each in turn in one run, the",
+            f"The log of the paper's survey, {timed['bytes'] / 1e6:.1f} MB, read by each in turn in one run, the",
             f"median of {ROUNDS}. Every reader checks every checksum; the arrays are also on one clock and in SI",
             "units, which pymavlink's messages are not yet.",
         ),
@@ -118,12 +118,12 @@ def lines_of(found: Data) -> list[str]:
     ]
 
 
-def hour_lines(found: Data) -> list[str]:
+def hour_lines(timed: Data) -> list[str]:
     """Sentences on opening the recording of an hour."""
-    ours_s, theirs_s = found["seconds"][OURS], found["seconds"][THEIRS]
+    ours_s, theirs_s = timed["seconds"][OURS], timed["seconds"][THEIRS]
     return [
         *paragraph(
-            f"The recording of an hour, {found['messages'][OURS]} messages in {found['bytes'] / 1e6:.1f} MB, opens in",
+            f"The recording of an hour, {timed['messages'][OURS]} messages in {timed['bytes'] / 1e6:.1f} MB, opens in",
             f"{ours_s:.2g} s; pymavlink takes {theirs_s:.3g} s, {theirs_s / ours_s:.3g} times as long.",
         ),
         "",

@@ -156,18 +156,18 @@ def _afloat(folder: Path) -> Iterator[Path]:
             vehicle.terminate()
 
 
-def lines_of(found: Data, dive_s: float) -> list[str]:
+def lines_of(timed: Data, dive_s: float) -> list[str]:
     """The page's lines."""
-    whole_s, keys = found["reached"][-1], found["keys"]
+    whole_s, keys = timed["reached"][-1], timed["keys"]
     verdict = "met" if whole_s <= GOAL_S and keys <= GOAL_KEYS else "missed"
-    rows = [(name, f"{seconds:.1f}") for name, seconds in zip(STEPS, found["reached"], strict=True)]
+    rows = [(name, f"{seconds:.1f}") for name, seconds in zip(STEPS, timed["reached"], strict=True)]
     return [
         "## From a dive to a verified upload",
         "",
         *paragraph(
             f"The paper's hovering dive of {dive_s:.0f} s, its simulated vehicle afloat and recorded beside it, and",
             f"the app by its keys at {SIZE[0]} x {SIZE[1]}: {keys} keys, digits and Enter counted, to write",
-            f"{found['lines']} parameters.",
+            f"{timed['lines']} parameters.",
         ),
         "",
         *table(("on the screen", "seconds since the first key"), rows),

@@ -103,13 +103,13 @@ def _dive(configuration: str, seed: int, dives: Path) -> Data:
 
 
 def _table(
-    configuration: str, seeds: tuple[int, ...], found: Mapping[str, Data], truth: Mapping[str, float]
+    configuration: str, seeds: tuple[int, ...], results: Mapping[str, Data], truth: Mapping[str, float]
 ) -> list[str]:
     names = NAMES[configuration]
     rows = []
     for method in methods():
         for length_s in LENGTHS_S:
-            answers = [answer(found[f"{configuration} {seed} {method}"][str(length_s)]) for seed in seeds]
+            answers = [answer(results[f"{configuration} {seed} {method}"][str(length_s)]) for seed in seeds]
             cells = []
             for name in names:
                 had = [a for a in answers if name in a.value]

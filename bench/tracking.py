@@ -103,7 +103,7 @@ def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
 
-def _table_5(found: list[Data]) -> list[str]:
+def _table_5(dives: list[Data]) -> list[str]:
     lines = [
         "The paper's Table 5, row by row: mean absolute error in mm/s over the validation mission in hovering. `true`",
         "judges by the true velocity, all others by the measured one as `seatrial validate` does; the paper's own",
@@ -113,8 +113,8 @@ def _table_5(found: list[Data]) -> list[str]:
     rows = []
     for axis, phases in PAPER_TABLE_5.items():
         for phase, paper in phases.items():
-            errors = [1e3 * _mean(found, mode, "measured", axis, phase) for mode in MODES]
-            true = 1e3 * _mean(found, "both", "true", axis, phase)
+            errors = [1e3 * _mean(dives, mode, "measured", axis, phase) for mode in MODES]
+            true = 1e3 * _mean(dives, "both", "true", axis, phase)
             cells = [f"{value:.1f}" for value in (*errors, true)]
             met = f"{'yes' if errors[-1] <= paper / 2 else 'no'} ({errors[-1] / paper:.2f} of the paper's)"
             rows.append((axis, phase.lower(), *cells, f"{paper:g}", met))
@@ -122,5 +122,5 @@ def _table_5(found: list[Data]) -> list[str]:
     return [*lines, *table(head, rows), ""]
 
 
-def _mean(found: list[Data], mode: str, judged: str, axis: str, phase: str) -> float:
-    return float(np.nanmean([flight[mode][judged][axis][phase] for flight in found]))
+def _mean(dives: list[Data], mode: str, judged: str, axis: str, phase: str) -> float:
+    return float(np.nanmean([flight[mode][judged][axis][phase] for flight in dives]))

@@ -75,13 +75,13 @@ def in_floors(drift: tuple[float, ...], floor: tuple[float, ...]) -> float:
     return float(np.sqrt(np.mean(ratio**2))) if len(ratio) else math.nan
 
 
-def lines(found: Sequence[Beside]) -> list[str]:
+def lines(results: Sequence[Beside]) -> list[str]:
     """The table of the page."""
-    methods = list(dict.fromkeys(result.method for result in found))
-    dives = len(found) // max(len(methods), 1)
+    methods = list(dict.fromkeys(result.method for result in results))
+    dives = len(results) // max(len(methods), 1)
     rows = []
     for method in methods:
-        of_method = [result for result in found if result.method == method]
+        of_method = [result for result in results if result.method == method]
         cells = [
             method,
             *(_naming(of_method) if method != NETWORK else ["names none", "-", "-", "-"]),
