@@ -152,6 +152,12 @@ def test_altitude_looks_down_in_centimetres_and_pressure_is_hectopascal():
     assert (m["press_abs"], m["temperature"]) == (1250.0, 1850)
 
 
+@pytest.mark.parametrize(("degrees", "cog"), [(359.997, 35999), (-0.5, 35950), (360.0, 0), (NAN, 65535)])
+def test_a_course_over_ground_stays_below_a_whole_turn(degrees, cog):
+    _, m = over_the_wire(Reading("gnss", 2.0, (3.0, 45.0, 12.0, 0.0, 1.0, 0.5, math.radians(degrees), 9.0)))
+    assert m["cog"] == cog
+
+
 def test_a_control_tick_is_told_whole():
     six = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     reference = Reference(six, tuple(2 * v for v in six), 7.5, 0.5)
