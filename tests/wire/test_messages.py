@@ -31,8 +31,8 @@ temperature = st.integers(-200, 4000).map(lambda n: n / 100)
 small = st.integers(0, 30000).map(lambda n: n / 100)
 sigma = st.sampled_from((0.0, 0.25, 0.5, NAN))
 fix = st.sampled_from((2.0, 3.0, 4.0))
-course = st.integers(0, 35999).map(lambda c: math.radians(c / 100))
-seen = st.integers(0, 40).map(float)
+course = st.just(NAN) | st.integers(0, 35999).map(lambda c: math.radians(c / 100))
+seen = st.just(NAN) | st.integers(0, 40).map(float)
 
 
 def numbers(n: int) -> st.SearchStrategy[tuple[float, ...]]:
