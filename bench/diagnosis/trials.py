@@ -71,7 +71,7 @@ def trial_job(one: Planned) -> Data:
     began = time.process_time()
     try:
         diagnosed = diagnose(
-            dive, case.file, case.configuration, check=check, effects=effects, progress=_silent
+            dive, case.file, case.configuration, check=check, effects=effects, progress=lambda *_report: None
         )
     except SeatrialError as error:
         refusal = str(error)
@@ -114,10 +114,6 @@ def _drifts(found: Diagnosis) -> list[list[float | None]]:
 def finite(value: float) -> float | None:
     """Round a number for JSON; None if it is not finite."""
     return float(f"{value:.6g}") if math.isfinite(value) else None
-
-
-def _silent(_share: float, _words: str) -> None:
-    """Ignore the progress."""
 
 
 def recorded_dive(case: Case) -> Dive:

@@ -87,7 +87,9 @@ def _diagnosed(case: Case) -> Data:
     dive, answer, began = recorded_dive(case), None, time.process_time()
     try:
         answer = plain(
-            diagnose(dive, case.file, case.configuration, effects=effects_for(case), progress=_silent)
+            diagnose(
+                dive, case.file, case.configuration, effects=effects_for(case), progress=lambda *_report: None
+            )
         )
     except SeatrialError as error:
         answer = {"verdict": "refused", "effects": [], "character": None, "why": str(error)}
@@ -111,7 +113,3 @@ def judged(data: Data) -> Judged:
         tuple((answer["character"] or {}).get("dof", ())),
         data["seconds"],
     )
-
-
-def _silent(_share: float, _words: str) -> None:
-    """Ignore the progress."""
