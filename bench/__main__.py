@@ -6,9 +6,8 @@ Name sections to run those alone; the others stay on the page, those of code tha
 import argparse
 from pathlib import Path
 
-from bench.document import Section, compared, read, written
+from bench.document import Section, compared, read, timed, wall_s, written
 from bench.sections import SECTIONS, Run
-from bench.wall import timed, wall_s
 
 ROOT = Path(__file__).resolve().parents[1]
 

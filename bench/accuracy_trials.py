@@ -92,10 +92,10 @@ def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[
     return known(results)
 
 
-def known(found: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
+def known(results: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
     """Bounds and trials from their JSON by key."""
     bounds, trials = [], []
-    for data in found.values():
+    for data in results.values():
         if "least" in data:
             bounds.append(Bound(**data))
         else:

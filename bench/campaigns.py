@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.stamp import SIMULATED, stamp
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import TICK_S, WARM_UP_S, SimulatedVehicle, arm_for_mission
 from bridge.simulator.missions import mission_named

@@ -27,7 +27,7 @@ from bench.reproduce.paper import (
     starting_values,
     tensors,
 )
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.vehicle.config import Configuration
 
 TIMED_STEPS, WARM_STEPS, COMPARED_STEPS = 50, 5, 20
@@ -243,20 +243,18 @@ def lines(data: Data) -> list[str]:
     """The page's part on the card."""
     card, flops, rates = data["card"], data["flops"], data["samples_s"]
     sheet = next((peak for name, peak in DATASHEET_BF16.items() if name in card), None)
-    rows = ["| the full network on a GPU | samples/s | TFLOP/s | of its matrix product | of its data sheet |"]
-    rows.append("|---|---|---|---|---|")
+    rows = []
     for kind in KINDS:
         done = flops * rates[kind.name]
         of_sheet = f"{100 * done / sheet:.0f} %" if sheet else "-"
         of_product = f"{100 * done / data['matrix_flops']:.0f} %"
-        rows.append(
-            f"| {kind.title} | {rates[kind.name]:.0f} | {done / 1e12:.1f} | {of_product} | {of_sheet} |"
-        )
+        rows.append((kind.title, f"{rates[kind.name]:.0f}", f"{done / 1e12:.1f}", of_product, of_sheet))
     whole, precision = rates[OURS] / rates[PLAIN], rates[EAGER_BF16] / rates[PLAIN]
     apart = max(data["apart"].values())
     same = "the same within" if apart <= ALIKE else "NOT the same within"
+    head = "the full network on a GPU", "samples/s", "TFLOP/s", "of its matrix product", "of its data sheet"
     return [
-        *rows,
+        *table(head, rows),
         "",
         *paragraph(
             f"Run on one {card}, torch {data['torch']}: {data['weights'] / 1e6:.1f} M weights, {flops / 1e9:.2f}",

@@ -13,11 +13,14 @@ from bench.campaigns import CONFIGURATIONS, dived
 from bench.pooled import share95
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.errors import FitError
 from identify.estimators.table import DEFAULT, estimator
 
 GOAL = 0.93, 0.97
+HEAD = (
+    "configuration", "parameter", "trials", "inside 95 %", "mean z", "spread of z", "median relative standard error",
+)  # fmt: skip
 SOURCES = (*SIMULATED, *LEARNT, "bench/campaigns.py", "bench/coverage.py")
 
 
@@ -116,30 +119,26 @@ def page(dives: Sequence[Tried]) -> str:
     return "\n".join([*lines, *(_tables(trials) if trials else []), ""])
 
 
-def _tables(found: Sequence[Trial]) -> list[str]:
-    lines = [
-        "| configuration | parameter | trials | inside 95 % | mean z | spread of z | median relative standard error |",
-        "|---" * 7 + "|",
-    ]
+def _tables(stated: Sequence[Trial]) -> list[str]:
+    rows = []
     by_row: Mapping[tuple[str, str], list[Trial]] = {
-        (configuration, name): [t for t in found if (t.configuration, t.name) == (configuration, name)]
+        (configuration, name): [t for t in stated if (t.configuration, t.name) == (configuration, name)]
         for configuration in CONFIGURATIONS
-        for name in sorted({t.name for t in found if t.configuration == configuration})
+        for name in sorted({t.name for t in stated if t.configuration == configuration})
     }
     for (configuration, name), row in by_row.items():
         z = np.array([t.z for t in row])
-        lines.append(
-            f"| {configuration} | {name} | {len(row)} | {100 * np.mean([t.inside for t in row]):.0f} % "
-            f"| {z.mean():+.2f} | {z.std():.2f} | {100 * np.median([t.relative_std for t in row]):.2f} % |"
-        )
-    inside = [t.inside for t in found]
-    share, low, high = share95(inside, [(t.configuration, t.seed) for t in found])
-    z = np.array([t.z for t in found])
+        inside = f"{100 * np.mean([t.inside for t in row]):.0f} %"
+        spread = f"{100 * np.median([t.relative_std for t in row]):.2f} %"
+        rows.append((configuration, name, len(row), inside, f"{z.mean():+.2f}", f"{z.std():.2f}", spread))
+    hits = [t.inside for t in stated]
+    share, low, high = share95(hits, [(t.configuration, t.seed) for t in stated])
+    z = np.array([t.z for t in stated])
     return [
-        *lines,
+        *table(HEAD, rows),
         "",
         *paragraph(
-            f"Pooled: {sum(inside)} of {len(found)} inside, {100 * share:.1f} %",
+            f"Pooled: {sum(hits)} of {len(stated)} inside, {100 * share:.1f} %",
             f"({100 * low:.1f} to {100 * high:.1f} %, the coefficients of one dive taken as they hang together,",
             f"`bench/pooled.py`); spread of z {z.std():.2f}; {np.sum(abs(z) > 3)} beyond 3 standard errors,",
             f"the largest {abs(z).max():.1f}. Goal of {100 * GOAL[0]:.0f} to {100 * GOAL[1]:.0f} %:",

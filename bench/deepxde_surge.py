@@ -25,7 +25,7 @@ from bench.missions.mission import draw_one
 from bench.prediction import whole_truth
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, MISSIONS, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.vehicle.coefficients import MASSES
 from bridge.vehicle.dynamics import coriolis, restoring
 from identify.estimators.table import estimator
@@ -72,20 +72,19 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
             "`likelihood`, which is given none.",
         ),
         "",
-        "| mission | M_u | D_u | steps | seconds | likelihood M_u | likelihood D_u | seconds |",
-        "|---|---|---|---|---|---|---|---|",
     ]
+    rows = []
     for seed, data in results.items():
         errors = [
             f"{100 * (data[kind][name] / data['truth'][name] - 1):+.1f} %" if name in data[kind] else "-"
             for kind in ("deepxde", "likelihood")
             for name in ("M_u", "D_u")
         ]
-        lines.append(
-            f"| {seed}, {data['kind']} | {errors[0]} | {errors[1]} | {data['steps']} | {data['seconds'][0]:.0f} "
-            f"| {errors[2]} | {errors[3]} | {data['seconds'][1]:.1f} |"
-        )
-    return "\n".join([*lines, ""])
+        ours_s, likelihood_s = data["seconds"]
+        ours = *errors[:2], data["steps"], f"{ours_s:.0f}"
+        rows.append((f"{seed}, {data['kind']}", *ours, *errors[2:], f"{likelihood_s:.1f}"))
+    head = ("mission", "M_u", "D_u", "steps", "seconds", "likelihood M_u", "likelihood D_u", "seconds")
+    return "\n".join([*lines, *table(head, rows), ""])
 
 
 def inverse_problem(seed: int, minutes: float) -> Data:

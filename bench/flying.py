@@ -16,7 +16,7 @@ import numpy as np
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
 from bench.stamp import reached, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.flight.limits import FlightLimits
 from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import mission_named
@@ -33,6 +33,7 @@ LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
 PLAN_S = 300.0
 COUNTDOWN_S = 3.0
 SEED = 8700
+HEAD = ("configuration", "dives", "asked for", "by hand", "flown", "share", "back where it began")
 KNOWN = 0.1
 """Coefficients that the mission by hand does not tell this well are not asked for."""
 
@@ -106,19 +107,19 @@ def lines(results: dict[str, Data]) -> list[str]:
             "the ways to its station and the identifications beside it. Medians."
         ),
         "",
-        "| configuration | dives | asked for | by hand | flown | share | back where it began |",
-        "|---|---|---|---|---|---|---|",
     ]
+    rows = []
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         middle = {
             key: float(np.median([d[key] for d in data])) for key in ("share", "hand_s", "known_s", "whole_s")
         }
-        out.append(
-            f"| {configuration} | {len(data)} | {100 * middle['share']:.1f}% | {middle['hand_s']:.0f} s | "
-            f"{middle['known_s']:.0f} s | 1/{middle['hand_s'] / middle['known_s']:.1f} | {middle['whole_s']:.0f} s |"
-        )
+        seconds = [f"{middle[key]:.0f} s" for key in ("hand_s", "known_s", "whole_s")]
+        share = f"1/{middle['hand_s'] / middle['known_s']:.1f}"
+        asked = f"{100 * middle['share']:.1f}%"
+        rows.append((configuration, len(data), asked, *seconds[:2], share, seconds[2]))
     out += [
+        *table(HEAD, rows),
         "",
         "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
         "",
@@ -126,17 +127,11 @@ def lines(results: dict[str, Data]) -> list[str]:
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         names = list(data[0]["hand"])
-        cells = [
-            [100 * float(np.median([d[way][name] for d in data])) for name in names]
-            for way in ("hand", "flown")
+        rows = [
+            (words, *(f"{100 * float(np.median([d[way][name] for d in data])):.2g}" for name in names))
+            for way, words in (("hand", "by hand"), ("flown", "flown"))
         ]
-        out += [
-            f"| {configuration} | {' | '.join(names)} |",
-            "|---" * (len(names) + 1) + "|",
-            f"| by hand | {' | '.join(f'{value:.2g}' for value in cells[0])} |",
-            f"| flown | {' | '.join(f'{value:.2g}' for value in cells[1])} |",
-            "",
-        ]
+        out += [*table((configuration, *names), rows), ""]
     mean_s = float(np.mean([d["identify_s"] for d in results.values()]))
     out += [
         *paragraph(

@@ -16,7 +16,7 @@ import numpy as np
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
 from bench.stamp import SIMULATED, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.simulator.direct import Itinerary, TruthRun, simulate_truth
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
@@ -223,21 +223,22 @@ def _lines(results: dict[str, Data]) -> list[str]:
             "answer as before what the controller does about the noise of its own sensors.",
         ),
         "",
-        f"| what sets in | dives | found within {WITHIN_S:g} s | within {AFTER_S:g} s | median time | named |",
-        "|---|---|---|---|---|---|",
     ]
+    rows = []
     for name, onset in ONSETS.items():
         dives = [data for key, data in results.items() if key.startswith(f"{name} ")]
         after = [data["after_s"] for data in dives if data["after_s"] is not None]
-        found = sum(after_s <= WITHIN_S for after_s in after)
+        in_time = sum(after_s <= WITHIN_S for after_s in after)
         named = sum(data["named"] for data in dives)
         share = f"{named / len(after):.0%}" if after else "-"
         median = f"{np.median(after):.0f} s" if after else "-"
-        shares = f"{found / len(dives):.0%} | {len(after) / len(dives):.0%}"
-        lines.append(f"| {onset.words} | {len(dives)} | {shares} | {median} | {share} |")
+        shares = f"{in_time / len(dives):.0%}", f"{len(after) / len(dives):.0%}"
+        rows.append((onset.words, len(dives), *shares, median, share))
     early = sum(data["early"] for key, data in results.items() if not key.startswith("calm "))
     minutes = sum(not key.startswith("calm ") for key in results) * BEFORE_S / 60
+    within = f"found within {WITHIN_S:g} s", f"within {AFTER_S:g} s"
     lines += [
+        *table(("what sets in", "dives", *within, "median time", "named"), rows),
         "",
         *paragraph(
             f"False alarms: {false} in {hours:.1f} h of {len(calm)} whole missions without any effect, and {early}",

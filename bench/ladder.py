@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from bench import words
 from bench.answers import answer, answered
 from bench.campaigns import VEHICLE, dived
 from bench.remembered import Data, Remembered
@@ -133,7 +134,15 @@ def _errors(pid: Pid, mode: Mode, model: Mapping[str, float], seed: int) -> dict
 
 def lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
     """The section's words and table."""
-    rows = [
+    rows = []
+    for name in _pids(tuned):
+        cells = []
+        for axis in AXES:
+            alone, both = (1e3 * _mean(flights, name, mode, axis) for mode in (Mode.OFF, Mode.BOTH))
+            cells += [f"{alone:.1f}", f"{both:.1f}", f"{alone / both:.1f}"]
+        rows.append((name, *cells))
+    head = [column for axis in AXES for column in (f"{axis}, alone", f"{axis}, with feed-forward", "ratio")]
+    return [
         *paragraph(
             f"Mean absolute error of the true velocity in mm/s while the reference moves, over the {MISSION}",
             f"mission in {CONFIGURATION}, {len(flights)} seas; coefficients identified from each sea's own campaign.",
@@ -143,16 +152,8 @@ def lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
             "`seatrial` flies the second row's PID beside the feed-forward, and the first row's without it.",
         ),
         "",
-        "| PID | surge, alone | surge, with feed-forward | ratio | sway, alone | sway, with feed-forward | ratio |",
-        "|---|---|---|---|---|---|---|",
+        *words.table(("PID", *head), rows),
     ]
-    for name in _pids(tuned):
-        cells = []
-        for axis in AXES:
-            alone, both = (1e3 * _mean(flights, name, mode, axis) for mode in (Mode.OFF, Mode.BOTH))
-            cells += [f"{alone:.1f}", f"{both:.1f}", f"{alone / both:.1f}"]
-        rows.append(f"| {name} | {' | '.join(cells)} |")
-    return rows
 
 
 def _mean(flights: Sequence[Data], pid: str, mode: Mode, axis: str) -> float:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.reproduce.paper import Samples, closed_form
+from bench.words import table
 from bridge.vehicle.references import DoubleS
 from identify.dive import Array
 from identify.filters import low_pass
@@ -92,9 +93,13 @@ def surge_mass(nu: Array, nu_dot: Array, tau: Array) -> float:
 
 def page(figure: Path) -> str:
     """The section of docs/benchmarks.md; writes the plot to the page `figure`."""
-    table = noise_table(np.random.default_rng(SEED))
-    _plot(table, figure)
-    cutoffs = [f"{cutoff:g} Hz" if cutoff < 5 else "no filter" for cutoff in table.cutoff_hz]
+    biases = noise_table(np.random.default_rng(SEED))
+    _plot(biases, figure)
+    cutoffs = [f"{cutoff:g} Hz" if cutoff < 5 else "no filter" for cutoff in biases.cutoff_hz]
+    rows = [
+        (f"{noise:g}", *(f"{error:+.1f} %" for error in errors))
+        for noise, errors in zip(biases.noise_m_s2, biases.error_percent, strict=True)
+    ]
     lines = [
         "## The paper's mass against noise and cut-off",
         "",
@@ -102,20 +107,17 @@ def page(figure: Path) -> str:
         "noisy: by the standard deviation of that noise (rows) and the cut-off of the zero-phase filter before it",
         "(columns).",
         "",
-        f"| noise, m/s2 | {' | '.join(cutoffs)} |",
-        "|---" * (len(cutoffs) + 1) + "|",
+        *table(("noise, m/s2", *cutoffs), rows),
     ]
-    for noise, errors in zip(table.noise_m_s2, table.error_percent, strict=True):
-        lines.append(f"| {noise:g} | {' | '.join(f'{error:+.1f} %' for error in errors)} |")
     lines += ["", f"[The same as a plot]({figure.name}).", ""]
     return "\n".join(lines)
 
 
-def _plot(table: NoiseTable, path: Path) -> None:
-    noise = np.array(table.noise_m_s2)
-    drawn = [i for i, cutoff in enumerate(table.cutoff_hz) if cutoff in DRAWN_HZ]
-    words = [f"{table.cutoff_hz[i]:g} Hz" if table.cutoff_hz[i] < 5 else "no filter" for i in drawn]
-    lines = [Line(noise, table.error_percent[:, i], words[k], k) for k, i in enumerate(drawn)]
+def _plot(biases: NoiseTable, path: Path) -> None:
+    noise = np.array(biases.noise_m_s2)
+    drawn = [i for i, cutoff in enumerate(biases.cutoff_hz) if cutoff in DRAWN_HZ]
+    words = [f"{biases.cutoff_hz[i]:g} Hz" if biases.cutoff_hz[i] < 5 else "no filter" for i in drawn]
+    lines = [Line(noise, biases.error_percent[:, i], words[k], k) for k, i in enumerate(drawn)]
     panel = lines_panel(
         "error of the mass, %",
         "noise of the acceleration, m/s²",

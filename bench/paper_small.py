@@ -11,6 +11,7 @@ from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import SMALL, TrainingCurves, estimate_with_curves
 from bench.stamp import BASELINES, MISSIONS, stamp
+from bench.words import table
 from bridge.errors import FitError
 
 SOURCES = (
@@ -19,6 +20,9 @@ SOURCES = (
     "bench/paper_small.py",
 )
 SETTLED, LOSS_SETTLED = 0.01, 0.05
+HEAD = (
+    "mission", "errors, network / closed form", "furthest apart", "settled at epoch", "trained in", "closed form in",
+)  # fmt: skip
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
@@ -33,11 +37,10 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         "before it. Error against the truth in per cent; behind the stroke that of the closed form of the same loss.",
         "The loss holds no term in which network and parameters meet, so training is a slow way to the closed form.",
         "",
-        "| mission | errors, network / closed form | furthest apart | settled at epoch | trained in | closed form in |",
-        "|---|---|---|---|---|---|",
+        *table(HEAD, [_row(key, data) for key, data in results.items()]),
+        "",
     ]
-    lines += [_line(key, data) for key, data in results.items()]
-    return "\n".join([*lines, ""])
+    return "\n".join(lines)
 
 
 def trained(seed: int) -> Data:
@@ -77,12 +80,12 @@ def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> 
     return {name: 100.0 * (values[name] / truth[name] - 1.0) for name in truth}
 
 
-def _line(key: str, data: Data) -> str:
+def _row(key: str, data: Data) -> tuple[str, ...]:
     if data["refusal"]:
-        return f"| {key}, {data['kind']} | refused: {data['refusal']} | | | | |"
+        return f"{key}, {data['kind']}", f"refused: {data['refusal']}", "", "", "", ""
     network, closed = (relative_errors(data[kind], data["truth"]) for kind in ("network", "closed"))
     errors = ", ".join(f"{name} {network[name]:+.1f} / {closed[name]:+.1f}" for name in network)
     apart = max(abs(network[name] - closed[name]) for name in network)
     trained_s, solved_s = data["seconds"]
-    took = f"{data['settled']} | {trained_s:.0f} s | {solved_s:.2g} s"
-    return f"| {key}, {data['kind']} | {errors} | {apart:.2g} | {took} |"
+    took = f"{data['settled']}", f"{trained_s:.0f} s", f"{solved_s:.2g} s"
+    return f"{key}, {data['kind']}", errors, f"{apart:.2g}", *took

@@ -10,7 +10,7 @@ from pymavlink import mavutil
 from bench.campaigns import VEHICLE, dive, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
@@ -41,7 +41,7 @@ def page(cache: Path, seed: int) -> str:
     log = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives").dive.source
     campaign = kept.get(f"{CONFIGURATION} {seed}", lambda: measured(log))
     of_an_hour = kept.get(f"an hour {seed}", lambda: measured(hour(cache, seed)))
-    return "\n".join([*table(campaign), *hour_lines(of_an_hour)])
+    return "\n".join([*lines_of(campaign), *hour_lines(of_an_hour)])
 
 
 def hour(cache: Path, seed: int) -> Path:
@@ -88,37 +88,42 @@ def _theirs(log: Path) -> int:
     return count
 
 
-def table(found: Data) -> list[str]:
+def lines_of(timed: Data) -> list[str]:
     """The page's lines."""
-    theirs_s = found["seconds"][THEIRS]
-    ratio = theirs_s / found["seconds"][OURS]
-    lines = [
+    theirs_s = timed["seconds"][THEIRS]
+    ratio = theirs_s / timed["seconds"][OURS]
+    rows = [
+        (
+            name,
+            timed["messages"][name],
+            f"{seconds:.3g}",
+            f"{timed['messages'][name] / seconds:.3g}",
+            f"{theirs_s / seconds:.3g} x",
+        )
+        for name, seconds in timed["seconds"].items()
+    ]
+    return [
         "## Opening a recording",
         "",
         *paragraph(
-            f"The log of the paper's survey, {found['bytes'] / 1e6:.1f} MB, read by each in turn in one run, the",
+            f"The log of the paper's survey, {timed['bytes'] / 1e6:.1f} MB, read by each in turn in one run, the",
             f"median of {ROUNDS}. Every reader checks every checksum; the arrays are also on one clock and in SI",
             "units, which pymavlink's messages are not yet.",
         ),
         "",
-        "| reader | messages | seconds | messages/s | pymavlink takes |",
-        "|---|---|---|---|---|",
+        *table(("reader", "messages", "seconds", "messages/s", "pymavlink takes"), rows),
+        "",
+        f"Goal of {GOAL:g} times pymavlink: {ratio:.3g}, {'met' if ratio >= GOAL else 'missed'}.",
+        "",
     ]
-    for name, seconds in found["seconds"].items():
-        count = found["messages"][name]
-        lines.append(
-            f"| {name} | {count} | {seconds:.3g} | {count / seconds:.3g} | {theirs_s / seconds:.3g} x |"
-        )
-    verdict = "met" if ratio >= GOAL else "missed"
-    return [*lines, "", f"Goal of {GOAL:g} times pymavlink: {ratio:.3g}, {verdict}.", ""]
 
 
-def hour_lines(found: Data) -> list[str]:
+def hour_lines(timed: Data) -> list[str]:
     """Sentences on opening the recording of an hour."""
-    ours_s, theirs_s = found["seconds"][OURS], found["seconds"][THEIRS]
+    ours_s, theirs_s = timed["seconds"][OURS], timed["seconds"][THEIRS]
     return [
         *paragraph(
-            f"The recording of an hour, {found['messages'][OURS]} messages in {found['bytes'] / 1e6:.1f} MB, opens in",
+            f"The recording of an hour, {timed['messages'][OURS]} messages in {timed['bytes'] / 1e6:.1f} MB, opens in",
             f"{ours_s:.2g} s; pymavlink takes {theirs_s:.3g} s, {theirs_s / ours_s:.3g} times as long.",
         ),
         "",

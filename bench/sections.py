@@ -22,11 +22,15 @@ from bench import (
     thrift,
     tracking,
 )
+from bench.ardusub import page as ardusub
 from bench.ardusub.sources import SOURCES as ARDUSUB
+from bench.diagnosis import page as diagnosis
+from bench.diagnosis import power
 from bench.diagnosis import sources as of_diagnosis
+from bench.field import section as field
 from bench.field.sources import SECTION as FIELD
 from bench.stamp import stamp
-from bench.unknown.sources import SECTION as UNKNOWN
+from bench.unknown import section as unknown
 
 CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)
 """Seeds of the paper's two campaigns, dived by its vehicle."""
@@ -41,100 +45,18 @@ class Run:
     results: Path
     short: bool
 
+    @property
+    def kept(self) -> Path:
+        """Folder of the results that most sections keep."""
+        return self.cache / "bench"
 
-def _accuracy(run: Run) -> str:
-    seeds = range(1, 101) if run.short else range(1, 1001)
-    return accuracy.section(seeds, run.cache, run.results / "accuracy.jsonl.gz")
+    def campaigns(self, short: int) -> tuple[int, ...]:
+        """Seeds of the paper's campaigns, the first `short` of them in the quick form."""
+        return CAMPAIGN_SEEDS[: short if self.short else None]
 
-
-def _coverage(run: Run) -> str:
-    seeds = range(1, 5) if run.short else range(1, 21)
-    return coverage.section(seeds, run.cache / "bench")
-
-
-def _paper_noise(run: Run) -> str:
-    return paper_noise.page(run.docs / "paper_noise.html")
-
-
-def _speed(run: Run) -> str:
-    return speed.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
-
-
-def _reading(run: Run) -> str:
-    return reading.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
-
-
-def _bags(run: Run) -> str:
-    return bags.page(run.cache / "bench")
-
-
-def _station(run: Run) -> str:
-    return station.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
-
-
-def _thrift(run: Run) -> str:
-    return thrift.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
-
-
-def _prediction(run: Run) -> str:
-    campaigns, missions = (1, 4) if run.short else (5, 20)
-    seeds = tuple(range(1, missions + 1))
-    return prediction.page(run.cache / "bench", CAMPAIGN_SEEDS[:campaigns], seeds)
-
-
-def _tracking(run: Run) -> str:
-    return tracking.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
-
-
-def _gap_monitor(run: Run) -> str:
-    return gap_monitor.page(run.cache / "bench", 4 if run.short else 40, 4 if run.short else 20)
-
-
-def _flying(run: Run) -> str:
-    return flying.page(run.cache / "bench", 1 if run.short else 3)
-
-
-def _ladder(run: Run) -> str:
-    return ladder.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
-
-
-def _paper_small(run: Run) -> str:
-    return paper_small.page(run.cache / "bench", tuple(range(1, 2 if run.short else 6)))
-
-
-def _deepxde(run: Run) -> str:
-    return deepxde_surge.page(run.cache / "bench", tuple(range(1, 2 if run.short else 4)))
-
-
-def _diagnosis(run: Run) -> str:
-    from bench.diagnosis import page
-
-    return page.section(run.cache / "bench", run.short)
-
-
-def _field(run: Run) -> str:
-    from bench.field import section
-
-    return section.section(run.cache / "bench", run.short)
-
-
-def _unknown(run: Run) -> str:
-    from bench.unknown import section
-
-    return section.section(run.cache / "bench", run.short)
-
-
-def _power(run: Run) -> str:
-    from bench.diagnosis import power
-
-    results = run.cache / "bench" if run.short else run.results
-    return power.section(run.cache / "bench", results / "power.jsonl.gz", run.short)
-
-
-def _ardusub(run: Run) -> str:
-    from bench.ardusub import page
-
-    return page.page(run.cache, run.docs)
+    def seeds(self, short: int, full: int) -> tuple[int, ...]:
+        """Seeds from 1 on."""
+        return tuple(range(1, (short if self.short else full) + 1))
 
 
 @dataclass(frozen=True)
@@ -150,26 +72,41 @@ class Measurement:
         return stamp(*self.sources)
 
 
+def _power(run: Run) -> str:
+    results = run.kept if run.short else run.results
+    return power.section(run.kept, results / "power.jsonl.gz", run.short)
+
+
 _TRIALS = tuple(source for group in accuracy_trials.SOURCES.values() for source in group)
+_FIRST = CAMPAIGN_SEEDS[0]
 SECTIONS = {
-    "accuracy": Measurement(_accuracy, _TRIALS),
-    "speed": Measurement(_speed, speed.SOURCES),
-    "reading": Measurement(_reading, reading.SOURCES),
-    "bags": Measurement(_bags, bags.SOURCES),
-    "station": Measurement(_station, station.SOURCES),
-    "thrift": Measurement(_thrift, thrift.SOURCES),
-    "prediction": Measurement(_prediction, prediction.SOURCES),
-    "tracking": Measurement(_tracking, tracking.SOURCES),
-    "gap monitor": Measurement(_gap_monitor, gap_monitor.SOURCES),
-    "flying": Measurement(_flying, flying.SOURCES),
-    "ladder": Measurement(_ladder, ladder.SOURCES),
-    "paper small": Measurement(_paper_small, paper_small.SOURCES),
-    "deepxde": Measurement(_deepxde, deepxde_surge.SOURCES),
-    "coverage": Measurement(_coverage, coverage.SOURCES),
-    "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
-    "field": Measurement(_field, FIELD),
-    "unknown": Measurement(_unknown, UNKNOWN),
-    "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
-    "ardusub": Measurement(_ardusub, ARDUSUB, asked=True),
+    "accuracy": Measurement(
+        lambda run: accuracy.section(run.seeds(100, 1000), run.cache, run.results / "accuracy.jsonl.gz"),
+        _TRIALS,
+    ),
+    "speed": Measurement(lambda run: speed.page(run.kept, _FIRST), speed.SOURCES),
+    "reading": Measurement(lambda run: reading.page(run.kept, _FIRST), reading.SOURCES),
+    "bags": Measurement(lambda run: bags.page(run.kept), bags.SOURCES),
+    "station": Measurement(lambda run: station.page(run.kept, _FIRST), station.SOURCES),
+    "thrift": Measurement(lambda run: thrift.page(run.kept, run.campaigns(1)), thrift.SOURCES),
+    "prediction": Measurement(
+        lambda run: prediction.page(run.kept, run.campaigns(1), run.seeds(4, 20)), prediction.SOURCES
+    ),
+    "tracking": Measurement(lambda run: tracking.page(run.kept, run.campaigns(1)), tracking.SOURCES),
+    "gap monitor": Measurement(
+        lambda run: gap_monitor.page(run.kept, *((4, 4) if run.short else (40, 20))), gap_monitor.SOURCES
+    ),
+    "flying": Measurement(lambda run: flying.page(run.kept, 1 if run.short else 3), flying.SOURCES),
+    "ladder": Measurement(lambda run: ladder.page(run.kept, run.campaigns(1)), ladder.SOURCES),
+    "paper small": Measurement(lambda run: paper_small.page(run.kept, run.seeds(1, 5)), paper_small.SOURCES),
+    "deepxde": Measurement(lambda run: deepxde_surge.page(run.kept, run.seeds(1, 3)), deepxde_surge.SOURCES),
+    "coverage": Measurement(lambda run: coverage.section(run.seeds(4, 20), run.kept), coverage.SOURCES),
+    "paper noise": Measurement(
+        lambda run: paper_noise.page(run.docs / "paper_noise.html"), paper_noise.SOURCES
+    ),
+    "field": Measurement(lambda run: field.section(run.kept, run.short), FIELD),
+    "unknown": Measurement(lambda run: unknown.section(run.kept, run.short), unknown.SOURCES),
+    "diagnosis": Measurement(lambda run: diagnosis.section(run.kept, run.short), of_diagnosis.SECTION),
+    "ardusub": Measurement(lambda run: ardusub.page(run.cache, run.docs), ARDUSUB, asked=True),
     "power": Measurement(_power, of_diagnosis.POWER, asked=True),
 }

@@ -31,7 +31,7 @@ from bench.reproduce.paper import (
     window_ends,
 )
 from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.estimators.table import METHODS, estimator
@@ -49,7 +49,7 @@ def page(cache: Path, seed: int) -> str:
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(survey))
-    lines = table(timed)
+    lines = lines_of(timed)
     if torch.cuda.is_available():
         name = torch.cuda.get_device_name()
         lines += card.lines(kept.get(f"{name} {torch.__version__} {seed}", lambda: on_card(survey)))
@@ -120,7 +120,7 @@ def _command(log: Path) -> None:
     subprocess.run([command, "identify", str(log), "--vehicle", vehicle], check=True, capture_output=True)
 
 
-def table(timed: Data) -> list[str]:
+def lines_of(timed: Data) -> list[str]:
     """The page's part on the processor."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     epochs, fewest = (most(timed["settled"], timed["loss settled"]) for most in (max, min))
@@ -148,13 +148,20 @@ def table(timed: Data) -> list[str]:
             f"method has just been installed, its first run also compiles its kernels: {compiled}.",
         ),
         "",
-        "| what | seconds | with intervals | one epoch of the paper's takes | to convergence |",
-        "|---|---|---|---|---|",
+        *table(
+            ("what", "seconds", "with intervals", "one epoch of the paper's takes", "to convergence"),
+            [
+                (
+                    title,
+                    f"{seconds:.3g}",
+                    interval,
+                    f"{epoch_s / seconds:.3g} x",
+                    f"{whole_s / seconds:.3g} x",
+                )
+                for title, seconds, interval in rows
+            ],
+        ),
     ]
-    for title, seconds, interval in rows:
-        lines.append(
-            f"| {title} | {seconds:.3g} | {interval} | {epoch_s / seconds:.3g} x | {whole_s / seconds:.3g} x |"
-        )
     quick = "met" if timed["command"] < DEFAULT_GOAL_S else "missed"
     ratio = whole_s / timed["command"]
     lines += [

@@ -23,7 +23,7 @@ from textual.pilot import Pilot
 from bench.campaigns import dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.clock import SystemClock
 from bridge.errors import LinkTimeout
 from bridge.links.open import open_link
@@ -52,7 +52,7 @@ def page(cache: Path, seed: int) -> str:
     campaign = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     dive_s = float(campaign.time_s[-1])
     return "\n".join(
-        table(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(campaign.dive.source)), dive_s)
+        lines_of(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(campaign.dive.source)), dive_s)
     )
 
 
@@ -156,23 +156,21 @@ def _afloat(folder: Path) -> Iterator[Path]:
             vehicle.terminate()
 
 
-def table(found: Data, dive_s: float) -> list[str]:
+def lines_of(timed: Data, dive_s: float) -> list[str]:
     """The page's lines."""
-    whole_s, keys = found["reached"][-1], found["keys"]
+    whole_s, keys = timed["reached"][-1], timed["keys"]
     verdict = "met" if whole_s <= GOAL_S and keys <= GOAL_KEYS else "missed"
-    rows = zip(STEPS, found["reached"], strict=True)
+    rows = [(name, f"{seconds:.1f}") for name, seconds in zip(STEPS, timed["reached"], strict=True)]
     return [
         "## From a dive to a verified upload",
         "",
         *paragraph(
             f"The paper's hovering dive of {dive_s:.0f} s, its simulated vehicle afloat and recorded beside it, and",
             f"the app by its keys at {SIZE[0]} x {SIZE[1]}: {keys} keys, digits and Enter counted, to write",
-            f"{found['lines']} parameters.",
+            f"{timed['lines']} parameters.",
         ),
         "",
-        "| on the screen | seconds since the first key |",
-        "|---|---|",
-        *(f"| {name} | {seconds:.1f} |" for name, seconds in rows),
+        *table(("on the screen", "seconds since the first key"), rows),
         "",
         f"Goal of {GOAL_KEYS} keys and {GOAL_S:.0f} s: {verdict}.",
         "",

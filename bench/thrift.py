@@ -11,6 +11,7 @@ from bench.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.words import table
 from identify.estimators.table import METHODS as PRODUCT
 
 SOURCES = (
@@ -102,20 +103,20 @@ def _dive(configuration: str, seed: int, dives: Path) -> Data:
 
 
 def _table(
-    configuration: str, seeds: tuple[int, ...], found: Mapping[str, Data], truth: Mapping[str, float]
+    configuration: str, seeds: tuple[int, ...], results: Mapping[str, Data], truth: Mapping[str, float]
 ) -> list[str]:
     names = NAMES[configuration]
-    lines = [f"| {configuration} | first, s | {' | '.join(names)} |", "|---" * (len(names) + 2) + "|"]
+    rows = []
     for method in methods():
         for length_s in LENGTHS_S:
-            answers = [answer(found[f"{configuration} {seed} {method}"][str(length_s)]) for seed in seeds]
+            answers = [answer(results[f"{configuration} {seed} {method}"][str(length_s)]) for seed in seeds]
             cells = []
             for name in names:
                 had = [a for a in answers if name in a.value]
                 halves = [a.half95.get(name, float("nan")) for a in had]
                 cells.append(_words(cell([a.value[name] for a in had], halves, truth[name]), len(seeds)))
-            lines.append(f"| {TITLES[method]} | {length_s} | {' | '.join(cells)} |")
-    return [*lines, ""]
+            rows.append((TITLES[method], length_s, *cells))
+    return [*table((configuration, "first, s", *names), rows), ""]
 
 
 def _words(one: Cell, seeds: int) -> str:

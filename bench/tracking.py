@@ -16,6 +16,7 @@ from bench.answers import answer, answered
 from bench.campaigns import CONFIGURATIONS, Dived, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.words import table
 from bridge.simulator.missions import mission_named
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
@@ -102,24 +103,24 @@ def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
 
-def _table_5(found: list[Data]) -> list[str]:
+def _table_5(dives: list[Data]) -> list[str]:
     lines = [
         "The paper's Table 5, row by row: mean absolute error in mm/s over the validation mission in hovering. `true`",
         "judges by the true velocity, all others by the measured one as `seatrial validate` does; the paper's own",
         "processing of what it measured is not known.",
         "",
-        "| axis | phase | PID | feed-forward | both | both, true | paper, both | half of it met |",
-        "|---|---|---|---|---|---|---|---|",
     ]
-    for axis, rows in PAPER_TABLE_5.items():
-        for phase, paper in rows.items():
-            errors = [1e3 * _mean(found, mode, "measured", axis, phase) for mode in MODES]
-            true = 1e3 * _mean(found, "both", "true", axis, phase)
-            cells = " | ".join(f"{value:.1f}" for value in (*errors, true))
+    rows = []
+    for axis, phases in PAPER_TABLE_5.items():
+        for phase, paper in phases.items():
+            errors = [1e3 * _mean(dives, mode, "measured", axis, phase) for mode in MODES]
+            true = 1e3 * _mean(dives, "both", "true", axis, phase)
+            cells = [f"{value:.1f}" for value in (*errors, true)]
             met = f"{'yes' if errors[-1] <= paper / 2 else 'no'} ({errors[-1] / paper:.2f} of the paper's)"
-            lines.append(f"| {axis} | {phase.lower()} | {cells} | {paper:g} | {met} |")
-    return [*lines, ""]
+            rows.append((axis, phase.lower(), *cells, f"{paper:g}", met))
+    head = ("axis", "phase", "PID", "feed-forward", "both", "both, true", "paper, both", "half of it met")
+    return [*lines, *table(head, rows), ""]
 
 
-def _mean(found: list[Data], mode: str, judged: str, axis: str, phase: str) -> float:
-    return float(np.nanmean([flight[mode][judged][axis][phase] for flight in found]))
+def _mean(dives: list[Data], mode: str, judged: str, axis: str, phase: str) -> float:
+    return float(np.nanmean([flight[mode][judged][axis][phase] for flight in dives]))

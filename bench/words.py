@@ -1,6 +1,7 @@
-"""Text layout of the page."""
+"""Markdown of the page: paragraphs, tables, and the word for a goal."""
 
 import textwrap
+from collections.abc import Iterable, Sequence
 
 WIDTH = 118
 
@@ -8,3 +9,17 @@ WIDTH = 118
 def paragraph(*sentences: str) -> list[str]:
     """Wrap the sentences into lines of the page."""
     return textwrap.wrap(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> list[str]:
+    """Lines of a table."""
+    return [_row(head), "|---" * len(head) + "|", *map(_row, rows)]
+
+
+def _row(cells: Iterable[object]) -> str:
+    return "".join(f"| {cell} " if f"{cell}" else "| " for cell in cells) + "|"
+
+
+def in_a_word(met: bool) -> str:
+    """Whether a goal is met, as one word."""
+    return "met" if met else "**missed**"

@@ -106,8 +106,8 @@ class Station:
                 due_s = now_s + AGAIN_S
                 self._link.write(self._encoder.encode(ask))
             for message in self._hear():
-                if (found := met(message)) is not None:
-                    return found
+                if (result := met(message)) is not None:
+                    return result
         raise LinkTimeout(f"{self._link.name}: {what} did not come within {seconds:g} s; check the link")
 
     def pause(self, seconds: float) -> None:

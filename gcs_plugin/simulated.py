@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bridge.clock import SimulatedClock
-from bridge.links.link import Link, Wrapper
-from bridge.links.memory import memory_pair
+from bridge.links.link import Link, Wrapper, memory_pair
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, disarm, simulate_dive

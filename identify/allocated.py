@@ -60,10 +60,10 @@ def allocated_gains(dive: Dive, file: VehicleFile, configuration: str) -> Array 
     if not used.any():
         return gains
     # The wrench of thrusters that hardly push is left out with them, in the axes that they alone serve.
-    told = columns[:, used]
-    square = told.T @ told
-    fitted, *_ = np.linalg.lstsq(told, wrench.ravel(), rcond=None)
-    left = wrench.ravel() - told @ fitted
+    regressors = columns[:, used]
+    square = regressors.T @ regressors
+    fitted, *_ = np.linalg.lstsq(regressors, wrench.ravel(), rcond=None)
+    left = wrench.ravel() - regressors @ fitted
     if np.sqrt(np.mean(left**2)) > MOST_LEFT * np.sqrt(np.mean(wrench**2)):
         return None
     size = np.sqrt(np.diag(square))

@@ -166,11 +166,11 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         history = _history(likeliest, curve, "pwm", notes, breaks_s)
         hidden = np.sqrt(rounded + _reckoned(dive, vehicle, directory, configuration_name))
         return replace(history, hidden=hidden, sampled_s=dive.reckoned.unknown_s if dive.reckoned else 0.0)
-    told = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
+    commanded_count = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
     count = len(vehicle.configurations[configuration_name].thrusters)
-    if commanded is None and 0 < told < count:
+    if commanded is None and 0 < commanded_count < count:
         raise FitError(
-            f"has commands of {told} thrusters, and the vehicle file has {count} in configuration "
+            f"has commands of {commanded_count} thrusters, and the vehicle file has {count} in configuration "
             f"'{configuration_name}'; give the file of this vehicle, with its thrusters in the order of these commands",
             of=dive.source,
         )

@@ -17,9 +17,8 @@ import numpy as np
 from bridge.errors import SeatrialError
 from bridge.simulator.direct import Noise, TruthRun, simulate_truth
 from bridge.simulator.truth import GAIN, PLANTED, Truth
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, gain_name
 from bridge.vehicle.config import Configuration, VehicleFile
-from bridge.vehicle.effect_coefficients import gain_name
 from bridge.vehicle.feedforward import AXES, FEEDFORWARD_DOFS
 from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode
@@ -88,15 +87,15 @@ def credits_of(accepted: Accepted, dive: Dive, file: VehicleFile, configuration:
     """The thrusters with an accepted gain, and how the vehicle's own allocation went by them in the dive."""
     thrusters = file.vehicle.configurations[configuration].thrusters
     named = {number: gain_name(number) for number in range(1, len(thrusters) + 1)}
-    found = {n: accepted.values[name].value for n, name in named.items() if name in accepted.values}
-    if not found:
+    accepted_gains = {n: accepted.values[name].value for n, name in named.items() if name in accepted.values}
+    if not accepted_gains:
         return ()
     gains = allocated_gains(dive, file, configuration)
     out = []
-    for number, gain in found.items():
+    for number, gain in accepted_gains.items():
         allocated = math.nan if gains is None else float(gains[number - 1])
-        told = allocated if math.isfinite(allocated) else None
-        out.append(Credit(number, thrusters[number - 1].gain, gain, told, dive.feedforward_acts))
+        by_allocation = allocated if math.isfinite(allocated) else None
+        out.append(Credit(number, thrusters[number - 1].gain, gain, by_allocation, dive.feedforward_acts))
     return tuple(out)
 
 

@@ -8,7 +8,7 @@ from fakes.recordings import ring_raws
 from fakes.vehicle import QuietLink
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.file_server import FileServer, Segments
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.ring import Bounds, RingFiles, RingKeeper

@@ -3,8 +3,7 @@
 `cli` finds the verb · `verbs` their sentences and options · `options` those that several verbs share · `commands` what
 they do · `app` the terminal app · `web` the app in a browser.
 
-For several verbs: `show` tables, progress, questions, JSON · `files` written by a verb · `pages` of --report and
---figures · `links` the way to a link, or to its hub · `recordings` that a verb names · `parameter_files` that hold a
-model · `dive_list` for dives and the app, `dive_reading` for dives · `flying` for fly · `column_map` of import --map ·
-`export_dive` of export --to mcap.
+For several verbs: `show` tables, progress, questions, JSON · `files` written by a verb, --report and --figures among
+them · `links` the way to a link, or to its hub · `recordings` that a verb names · `parameter_files` that hold a model ·
+`dive_list` for dives and the app, `dive_reading` for dives · `flying` for fly · `column_map` of import --map.
 """

@@ -1,4 +1,4 @@
-"""The files of a verb: checked before it reads anything, written independently of each other.
+"""The files of a verb, its page and its figures: checked before it reads anything, written independently of each other.
 
 Those that can't be written are named after all other output.
 """
@@ -6,21 +6,26 @@ Those that can't be written are named after all other output.
 import argparse
 import glob
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from bridge import exit_codes, reports
 from bridge.command_line import check_folder
 from bridge.errors import LogError, ParamUnwritten
 from bridge.exit_codes import UsageError
-from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.reports import PAGE
+from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
 from gcs_plugin.params.files import sidecar_path
 from tui import show
 from tui.cli import complain
 from tui.options import FolderTarget, NewFile, NewFolder, ParameterTarget, Target
 from tui.show import STANDARD_OUTPUT
+
+if TYPE_CHECKING:
+    from identify.dive import Dive
+    from identify.report.page import Report
 
 READ = ("dives", "dive", "folder", "file", "files", "after", "mission", "check", "against", "accepted")
 """Words and options of all verbs that name files or folders to read, besides the vehicle file and its column map."""
@@ -188,6 +193,58 @@ class Files:
 
         return self.attempt(write)
 
+    def publish(
+        self,
+        arguments: argparse.Namespace,
+        report: "Callable[[], Report]",
+        dives: "Sequence[Dive]",
+        file: VehicleFile,
+        page: str | None = None,
+    ) -> None:
+        """Write the page to `page`, otherwise to --report, and the figures, with progress, because drawing takes long.
+
+        Without any of these options nothing is drawn.
+        """
+        page = page or arguments.report
+        if not (page or arguments.figures):
+            return
+        with show.progress(PAGE) as tell:
+            tell(0.0, WRITING)
+            # They load matplotlib, which takes a second.
+            from identify.report.page import with_provenance, write_figures, write_report
+
+            whole = with_provenance(report(), dives, file, settings(arguments))
+            if page:
+                place = Path(page)
+                self.attempt(
+                    lambda: write_report(place, whole, lambda share: tell(share, WRITING)), f"report: {place}"
+                )
+            if arguments.figures:
+                tell(1.0, "writing the figures")
+
+                def draw() -> None:
+                    drawn = write_figures(Path(arguments.figures), whole)
+                    self.written.append(
+                        f"figures: {arguments.figures} ({len(drawn) // 2}, each as SVG and PNG)"
+                    )
+
+                self.attempt(draw)
+
     def code(self, answered: int) -> int:
         """The exit code: BAD_INPUT if a file could not be written, otherwise that of the answer."""
         return exit_codes.BAD_INPUT if self._failed else answered
+
+
+UNTOLD = ("report", "figures", "json", "csv", "out")
+"""The places of results are not settings."""
+
+WRITING = "writing the page"
+
+
+def settings(arguments: argparse.Namespace) -> dict[str, str]:
+    """The command line's settings, given or by default, under the names of their options."""
+    return {
+        name.replace("_", " "): " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        for name, value in vars(arguments).items()
+        if value is not None and value is not False and value != [] and name not in UNTOLD
+    }

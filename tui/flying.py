@@ -18,7 +18,7 @@ from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording.recorder import Recorder
 from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
-from identify.planning.enough import widths
+from identify.planning.knowledge import widths
 
 
 def recorded_crew(

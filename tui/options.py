@@ -148,6 +148,10 @@ class Options:
     def takes_dive(self) -> None:
         self.value("--out", "FOLDER", "takes the dive folder", default="dives")
 
+    def receipts(self, meaning: str) -> None:
+        """The folder of what was uploaded."""
+        self.value("--receipts", "FOLDER", meaning, default="receipts")
+
     def report(self, meaning: str) -> None:
         """A page, and its figures as files."""
         self.value("--report", "HTML", meaning, type=Target)

@@ -147,13 +147,13 @@ def _simulate(options: Options) -> None:
 
 @verb(
     "the terminal app: watch the vehicle live, over ssh and in tmux as well",
-    "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist",
+    f"seatrial tui {_LINK} --vehicle ruvifist",
 )
 def _tui(options: Options) -> None:
     options.links("a link to record and to show; may be given again (default: what is being recorded)")
     options.vehicle("the vehicle file: what must be heard")
     options.takes_dive()
-    options.value("--receipts", "FOLDER", "where uploads leave values before and receipt", default="receipts")
+    options.receipts("where uploads leave values before and receipt")
     options.switch("--unrecorded", "look at the link itself, and record nothing")
     options.positive("--fps", "N", "refreshes a second", 4.0)
     options.value("--theme", None, "default: that of last time", choices=("dark", "light", "sunlight"))
@@ -168,7 +168,7 @@ def _tui(options: Options) -> None:
 
 @verb(
     "record every frame of one or more links into a dive folder",
-    "seatrial record --link udpin:127.0.0.1:14550 --out dives",
+    f"seatrial record {_LINK} --out dives",
 )
 def _record(options: Options) -> None:
     actions = Options(options.parser.add_mutually_exclusive_group(required=True))
@@ -270,7 +270,7 @@ def _conditions(options: Options) -> None:
 
 @verb(
     "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
-    "seatrial watch --vehicle ruvifist --link udpin:127.0.0.1:14550",
+    f"seatrial watch --vehicle ruvifist {_LINK}",
 )
 def _watch(options: Options) -> None:
     options.link("a link (default: by way of the recording that runs)")
@@ -280,9 +280,7 @@ def _watch(options: Options) -> None:
     options.system(
         "which vehicle, where several beat on the link (default: the vehicle file's, else the first)"
     )
-    options.value(
-        "--receipts", "FOLDER", "where what was uploaded lies: the model in force", default="receipts"
-    )
+    options.receipts("where what was uploaded lies: the model in force")
     options.seconds("stop after so long (default: at Ctrl-C)")
     options.switch(
         "--once", "look for 3 s, print the tables, and end with 1 where a sensor is missing or bad"
@@ -356,7 +354,7 @@ def _applet(options: Options) -> None:
         action.link()
         action.system()
         if name == "deploy":
-            action.value("--receipts", "FOLDER", "where values before and receipt go", default="receipts")
+            action.receipts("where values before and receipt go")
         if name != "check":
             action.yes()
         action.json()
@@ -547,12 +545,7 @@ def _params(options: Options) -> None:
             action.yes()
             action.switch("--dry-run", "show what it would change; sends no write")
             action.switch("--armed", "write to an armed vehicle too, while its feed-forward is off")
-        action.value(
-            "--receipts",
-            "FOLDER",
-            "where values before, receipts and what was accepted lie",
-            default="receipts",
-        )
+        action.receipts("where values before, receipts and what was accepted lie")
         action.link()
         action.system()
         action.seconds("wait so long for it", 5.0)
@@ -561,7 +554,7 @@ def _params(options: Options) -> None:
 
 @verb(
     "switch the feed-forward of a vehicle: off, shadow, ff or both",
-    "seatrial ff off --link udpin:127.0.0.1:14550",
+    f"seatrial ff off {_LINK}",
 )
 def _ff(options: Options) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
@@ -657,7 +650,7 @@ def _validate(options: Options) -> None:
         "what diagnose --accept wrote: hold the dives after it against what it foretold "
         "(default: what was uploaded last, by the receipts)",
     )
-    options.value("--receipts", "FOLDER", "where what was uploaded lies", default="receipts")
+    options.receipts("where what was uploaded lies")
     options.json("the errors")
     options.report("write a page with the errors and the curves")
 
@@ -722,7 +715,7 @@ def _keys(options: Options) -> None:
 
 @verb(
     "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
-    "seatrial doctor --vehicle ruvifist:hovering --link udpin:127.0.0.1:14550",
+    f"seatrial doctor --vehicle ruvifist:hovering {_LINK}",
 )
 def _doctor(options: Options) -> None:
     options.vehicle("what the vehicle should have aboard")

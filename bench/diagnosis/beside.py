@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from bench.diagnosis.goals import told
+from bench.diagnosis.goals import figure_words
 from bench.diagnosis.rivals.trials import NETWORK, RivalTrial
 from bench.diagnosis.trials import Trial
-from bench.words import paragraph
+from bench.words import paragraph, table
 from identify.challenge.score import WIDE, Answer, Judged, Rate
 
 OURS = "`seatrial diagnose`"
+HEAD = (
+    "method", "one hidden: named first, or its class", "two hidden: both", "two hidden: at least one", "false alarms",
+    "share of all gaps closed", "median shrink", "median s of one core",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -71,23 +75,20 @@ def in_floors(drift: tuple[float, ...], floor: tuple[float, ...]) -> float:
     return float(np.sqrt(np.mean(ratio**2))) if len(ratio) else math.nan
 
 
-def lines(found: Sequence[Beside]) -> list[str]:
+def lines(results: Sequence[Beside]) -> list[str]:
     """The table of the page."""
-    methods = list(dict.fromkeys(result.method for result in found))
-    dives = len(found) // max(len(methods), 1)
-    rows = [
-        "| method | one hidden: named first, or its class | two hidden: both | two hidden: at least one | false alarms "
-        "| share of all gaps closed | median shrink | median s of one core |",
-        "|---" * 8 + "|",
-    ]
+    methods = list(dict.fromkeys(result.method for result in results))
+    dives = len(results) // max(len(methods), 1)
+    rows = []
     for method in methods:
-        of_method = [result for result in found if result.method == method]
+        of_method = [result for result in results if result.method == method]
         cells = [
+            method,
             *(_naming(of_method) if method != NETWORK else ["names none", "-", "-", "-"]),
             *_closing(of_method),
             f"{statistics.median(result.seconds for result in of_method):.1f}",
         ]
-        rows.append(f"| {method} | {' | '.join(cells)} |")
+        rows.append(cells)
     return [
         *paragraph(
             f"Beside other ways, on {dives} of these dives. BIC tries every effect of the same library by itself, in",
@@ -98,7 +99,7 @@ def lines(found: Sequence[Beside]) -> list[str]:
             f"diagnosis) for all; the median is of dives with {WIDE:g} floors or more before.",
         ),
         "",
-        *rows,
+        *table(HEAD, rows),
     ]
 
 
@@ -114,7 +115,7 @@ def _naming(own: Sequence[Beside]) -> list[str]:
 def _rate(own: Sequence[Beside], kind: str, hit: Callable[[Judged], bool]) -> str:
     """Rate of hits on the dives of a kind."""
     cases = [result.judged for result in own if result.judged.kind == kind]
-    return told(Rate(sum(map(hit, cases)), len(cases)))
+    return figure_words(Rate(sum(map(hit, cases)), len(cases)))
 
 
 def _closing(own: Sequence[Beside]) -> list[str]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bench.words import paragraph
+from bench.words import in_a_word, paragraph, table
 from identify.challenge.score import CLEAR, WIDE, Rate, Score
 
 
@@ -18,17 +18,16 @@ class Goal:
     most: float = math.inf
     percent: bool = True
 
-    def line(self, score: Score) -> str:
+    def row(self, score: Score) -> tuple[str, str, str]:
         """A row of the table."""
         figure = self.figure(score)
         if figure is None or (isinstance(figure, Rate) and not figure.of):
-            return f"| {self.words} | - | nothing to judge |"
+            return self.words, "-", "nothing to judge"
         value = figure.share if isinstance(figure, Rate) else figure
-        met = self.least <= value <= self.most
-        return f"| {self.words} | {told(figure, self.percent)} | {'met' if met else '**missed**'} |"
+        return self.words, figure_words(figure, self.percent), in_a_word(self.least <= value <= self.most)
 
 
-def told(figure: Rate | float | None, percent: bool = True) -> str:
+def figure_words(figure: Rate | float | None, percent: bool = True) -> str:
     """A rate with its bounds, or a number."""
     if figure is None or (isinstance(figure, Rate) and not figure.of):
         return "-"
@@ -133,12 +132,14 @@ NUMBERS = (
 
 def lines(score: Score) -> list[str]:
     """The goals, and the other figures of the score."""
-    rows = ["| goal | figure (95 % bounds) | |", "|---|---|---|", *(goal.line(score) for goal in GOALS), ""]
-    rows += ["Beside them:", "", "| what | figure |", "|---|---|"]
-    rows += [f"| {words} | {told(score.rates[name])} |" for words, name in ALSO]
-    rows += [f"| {words} | {told(score.numbers[name], percent)} |" for words, name, percent in NUMBERS]
+    rows = [(words, figure_words(score.rates[name])) for words, name in ALSO]
+    rows += [(words, figure_words(score.numbers[name], percent)) for words, name, percent in NUMBERS]
     return [
-        *rows,
+        *table(("goal", "figure (95 % bounds)", ""), [goal.row(score) for goal in GOALS]),
+        "",
+        "Beside them:",
+        "",
+        *table(("what", "figure"), rows),
         "",
         *paragraph(
             "A goal is judged by the figure itself. A dive that the diagnosis refused counts as wrong. The true class",

@@ -17,7 +17,7 @@ from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
-from bench.words import paragraph
+from bench.words import paragraph, table
 from identify.challenge.score import CLEAR, Rate
 
 POINTS = 3
@@ -73,11 +73,11 @@ def pack(rows: dict[str, Data], results: Path) -> None:
 def page(rows: Sequence[Data]) -> str:
     """The section from its rows."""
     names = sorted({str(row["effect"]) for row in rows})
-    lines = ["| effect | size over the noise floor | named first, or its class |", "|---|---|---|"]
+    lines = []
     for name in names:
         of_effect = [(float(row["size"]), bool(row["hit"])) for row in rows if row["effect"] == name]
         for low, high, rate in by_size(of_effect, POINTS):
-            lines.append(f"| `{name}` | {low:.2f} to {high:.2f} | {goals.told(rate)} |")
+            lines.append((f"`{name}`", f"{low:.2f} to {high:.2f}", goals.figure_words(rate)))
     return "\n".join(
         [
             "## Power of the diagnosis",
@@ -91,7 +91,7 @@ def page(rows: Sequence[Data]) -> str:
             "",
             *_over_all(rows),
             "",
-            *lines,
+            *table(("effect", "size over the noise floor", "named first, or its class"), lines),
             "",
         ]
     )
@@ -101,9 +101,10 @@ def _over_all(rows: Sequence[Data]) -> list[str]:
     """The rates of all dives, and of those with a size of CLEAR or more over the floor."""
     shown = [row for row in rows if row["size"] >= CLEAR]
     unseen = sum(not row["hit"] and row["said"] == "no_gap" for row in rows)
+    missed = sum(not row["hit"] for row in rows)
     return paragraph(
-        f"Of all: {goals.told(_named(rows))}. Of those {CLEAR:g} or more over the floor:",
-        f"{goals.told(_named(shown))}. Of the {sum(not row['hit'] for row in rows)} that were not named, {unseen} were",
+        f"Of all: {goals.figure_words(_named(rows))}. Of those {CLEAR:g} or more over the floor:",
+        f"{goals.figure_words(_named(shown))}. Of the {missed} that were not named, {unseen} were",
         "taken for no gap.",
     )
 

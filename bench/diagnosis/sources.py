@@ -4,7 +4,7 @@ from bench.stamp import ROOT, files, reached
 
 ANSWERS = (
     "bench/diagnosis/plan.py",
-    *reached("bench/diagnosis/recorded.py", "bench/diagnosis/trials.py"),
+    *reached("bench/diagnosis/trials.py"),
     "configs/thrusters/*.csv",
 )
 RIVALS = (*ANSWERS, *reached(*(str(file.relative_to(ROOT)) for file in files("bench/diagnosis/rivals"))))

@@ -56,16 +56,16 @@ def measured(kept: Remembered, short: bool) -> list[Data]:
     ]
 
 
-def lines(found: Sequence[Data]) -> list[str]:
+def lines(results: Sequence[Data]) -> list[str]:
     """The paragraph of the page."""
-    all_s, both_s = [data["cores"] for data in found], [data for data in found if "one core" in data]
+    all_s, both_s = [data["cores"] for data in results], [data for data in results if "one core" in data]
     median_s, slowest_s = statistics.median(all_s), max(all_s)
     ratio = statistics.median(data["one core"] / data["cores"] for data in both_s)
     return paragraph(
-        f"Speed: `seatrial diagnose` from a cold start to its answer, {len(found)} dives of {LONG_S / 60:.0f} minutes,",
-        "half of them by our own contract and half field dives, one after the other: median",
-        f"{median_s:.1f} s on {found[0]['count']} cores, {slowest_s:.1f} s at most; one core takes {ratio:.2f} times",
-        f"as long (median of {len(both_s)} dives). The goal of {GOAL_S:g} s on 2 cores is",
+        f"Speed: `seatrial diagnose` from a cold start to its answer, {len(results)} dives of",
+        f"{LONG_S / 60:.0f} minutes, half of them by our own contract and half field dives, one after the other:",
+        f"median {median_s:.1f} s on {results[0]['count']} cores, {slowest_s:.1f} s at most; one core takes",
+        f"{ratio:.2f} times as long (median of {len(both_s)} dives). The goal of {GOAL_S:g} s on 2 cores is",
         f"{'met' if median_s < GOAL_S else '**missed**'} by the median, that of {SLOWEST_GOAL_S:g} s is",
         f"{'met' if slowest_s < SLOWEST_GOAL_S else '**missed**'} by the slowest.",
     )

@@ -8,14 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from bench.diagnosis.goals import told
+from bench.diagnosis.goals import figure_words
 from bench.diagnosis.trials import Trial
-from bench.words import paragraph
+from bench.words import paragraph, table
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.plants import ABSORBED
 from identify.challenge.score import BINS, UNMEASURED, VECTORS, Judged, Rate, errors
 from identify.effects.library import library
 
+BY_EFFECT = (
+    "effect", "named first, or its class", "smallest named", "which is", "largest missed", "median magnitude error",
+    "said instead",
+)  # fmt: skip
 EACH_POINT = 30
 """Least number of dives in a point of a power curve."""
 
@@ -45,8 +49,7 @@ def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
     seen = [
         (float(trial.truth["size"]), judged(trial).first()) for trial in trials if judged(trial).kind == "one"
     ]
-    rows = ["| size over the noise floor | named first, or its class |", "|---|---|"]
-    rows += [f"| {low:.2f} to {high:.2f} | {told(rate)} |" for low, high, rate in by_size(seen, points)]
+    rows = [(f"{low:.2f} to {high:.2f}", figure_words(rate)) for low, high, rate in by_size(seen, points)]
     return [
         *paragraph(
             "How large it has to be: all effects together, by what a refit leaves of them over the noise floor of the",
@@ -54,17 +57,13 @@ def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
             "that of the degree of freedom where it is largest).",
         ),
         "",
-        *rows,
+        *table(("size over the noise floor", "named first, or its class"), rows),
     ]
 
 
 def by_effect(trials: Sequence[Trial]) -> list[str]:
     """Table of the effects that were hidden alone."""
-    rows = [
-        "| effect | named first, or its class | smallest named | which is | largest missed | median magnitude error "
-        "| said instead |",
-        "|---" * 7 + "|",
-    ]
+    rows = []
     units = _units()
     names = sorted({dive.truth["effects"][0]["name"] for dive in trials})
     for name in names:
@@ -73,11 +72,10 @@ def by_effect(trials: Sequence[Trial]) -> list[str]:
         missed = [dive for dive in of_effect if dive not in hit]
         rate = Rate(len(hit), len(of_effect))
         mark = " (a refit takes it up)" if name in ABSORBED else ""
-        rows.append(
-            f"| `{name}`{mark} | {rate.hits} of {rate.of} | {_least(hit, units)} | {_most(missed)} | {_magnitude(hit)} "
-            f"| {_instead(missed)} |"
-        )
-    return rows
+        named = f"{rate.hits} of {rate.of}"
+        least = _least(hit, units)
+        rows.append((f"`{name}`{mark}", named, *least, _most(missed), _magnitude(hit), _instead(missed)))
+    return table(BY_EFFECT, rows)
 
 
 def calibration(trials: Sequence[Trial]) -> list[str]:
@@ -86,21 +84,21 @@ def calibration(trials: Sequence[Trial]) -> list[str]:
         (named.probability, judged(trial).right(named)) for trial in trials for named in judged(trial).named
     ]
     stated = [(p, right) for p, right in stated if math.isfinite(p)]
-    rows = ["| stated probability | causes | mean stated | were there |", "|---" * 4 + "|"]
+    rows = []
     for k in range(BINS):
         in_bin = [(p, right) for p, right in stated if min(int(p * BINS), BINS - 1) == k]
         if in_bin:
             rate = Rate(sum(right for _, right in in_bin), len(in_bin))
             mean = statistics.fmean(p for p, _ in in_bin)
-            rows.append(
-                f"| {k / BINS:.1f} to {(k + 1) / BINS:.1f} | {len(in_bin)} | {mean:.3f} | {told(rate)} |"
-            )
-    return rows if len(rows) > 2 else ["No probability was stated."]
+            span = f"{k / BINS:.1f} to {(k + 1) / BINS:.1f}"
+            rows.append((span, len(in_bin), f"{mean:.3f}", figure_words(rate)))
+    head = ("stated probability", "causes", "mean stated", "were there")
+    return table(head, rows) if rows else ["No probability was stated."]
 
 
 def unknowns(trials: Sequence[Trial]) -> list[str]:
     """Verdicts on effects that no library has, and on effects that were left out of the library, by kind."""
-    rows = ["| hidden | dives | unknown | explained, partly or ambiguous, by | no gap |", "|---" * 5 + "|"]
+    rows = []
     keys = list(dict.fromkeys((dive.group, dive.truth["effects"][0]["name"]) for dive in trials))
     for group, name in keys:
         of_kind = [
@@ -112,8 +110,8 @@ def unknowns(trials: Sequence[Trial]) -> list[str]:
         )
         by = ", ".join(f"{named} ({count})" for named, count in wrong.most_common(3)) or "-"
         title = f"`{name}`, left out" if group == "left out" else f"`{name}`"
-        rows.append(f"| {title} | {len(of_kind)} | {verdicts['unknown']} | {by} | {verdicts['no_gap']} |")
-    return rows
+        rows.append((title, len(of_kind), verdicts["unknown"], by, verdicts["no_gap"]))
+    return table(("hidden", "dives", "unknown", "explained, partly or ambiguous, by", "no gap"), rows)
 
 
 def _instead(missed: Sequence[Trial]) -> str:
@@ -124,12 +122,12 @@ def _instead(missed: Sequence[Trial]) -> str:
     return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
 
 
-def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> str:
+def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> tuple[str, str]:
     """The smallest size over the floor, and the planted parameter there."""
     if not trials:
-        return "- | -"
+        return "-", "-"
     one = min(trials, key=lambda one: float(one.truth["size"]))
-    return f"{one.truth['size']:.2f} | {magnitude(one.truth['effects'][0], units)}"
+    return f"{one.truth['size']:.2f}", magnitude(one.truth["effects"][0], units)
 
 
 def magnitude(effect: Mapping[str, Any], units: Mapping[tuple[str, str], str]) -> str:

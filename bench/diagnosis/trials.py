@@ -4,26 +4,30 @@ The key of an answer holds a stamp of its code, so that answers of older code ne
 """
 
 import math
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bench.diagnosis.plan import Planned
-from bench.diagnosis.recorded import recorded_check, recorded_dive
 from bench.diagnosis.sources import ANSWERS
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from bridge.errors import SeatrialError
-from identify.challenge.case import Case
+from identify.challenge.case import Case, check_of, dive_of
 from identify.challenge.score import Answer, answer_of
+from identify.challenge.seal import tlog_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis, plain
+from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.effects.library import library
+from identify.ingest.open import read_dive
 
 CHECKED = ("one", "two")
 """Groups with a check dive, because they have a gap that can be closed."""
@@ -67,7 +71,7 @@ def trial_job(one: Planned) -> Data:
     began = time.process_time()
     try:
         diagnosed = diagnose(
-            dive, case.file, case.configuration, check=check, effects=effects, progress=_silent
+            dive, case.file, case.configuration, check=check, effects=effects, progress=lambda *_report: None
         )
     except SeatrialError as error:
         refusal = str(error)
@@ -112,5 +116,18 @@ def finite(value: float) -> float | None:
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
-def _silent(_share: float, _words: str) -> None:
-    """Ignore the progress."""
+def recorded_dive(case: Case) -> Dive:
+    """The dive to diagnose."""
+    return _recorded(dive_of(case), case)
+
+
+def recorded_check(case: Case) -> Dive:
+    """Another mission of the same vehicle."""
+    return _recorded(check_of(case), case)
+
+
+def _recorded(dive: Dive, case: Case) -> Dive:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{dive.name}.tlog"
+        path.write_bytes(tlog_of(dive))
+        return read_dive(path, None, case.file)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
+from bench.field.autopilot import VelocityFilter, estimated, reckoned
 from bench.field.dive import EACH, STEP_S
 from bench.field.mission import TICK_S
 from bench.field.simulate import Flown, Sensors

@@ -8,7 +8,7 @@ from typing import Any
 
 from bench.field.draw import NONE
 from bench.remembered import Data
-from identify.challenge.score import Named, Rate, errors
+from identify.challenge.score import Named, Rate, errors, named_in
 
 LIKELY = 0.5
 HULL = "quadratic_drag"
@@ -49,7 +49,7 @@ class Judged:
     def named(self) -> tuple[Named, ...]:
         """All causes but the hull's own drag, strongest first."""
         effects = [] if self.answer is None else self.answer["effects"]
-        return tuple(_named(effect) for effect in effects if effect["name"] != HULL)
+        return tuple(named_in(effect) for effect in effects if effect["name"] != HULL)
 
     @property
     def accepted(self) -> tuple[Named, ...]:
@@ -100,18 +100,6 @@ class Judged:
 
 def judged(data: Data) -> Judged:
     return Judged(data["truth"], data["answer"], data["refusal"], float(data["seconds"]), data["drifts"])
-
-
-def _named(effect: Mapping[str, Any]) -> Named:
-    parameters = {
-        name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
-        for name, p in effect["parameters"].items()
-    }
-    return Named(effect["name"], tuple(effect["also"]), _number(effect["probability"]), parameters)
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
 
 
 def rate_named(cases: Sequence[Judged]) -> Rate:

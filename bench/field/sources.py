@@ -5,8 +5,7 @@ from bench.stamp import reached
 MADE = tuple(
     f"bench/field/{name}.py"
     for name in (
-        "autopilot", "autopilot_filter", "dive", "draw", "export", "felt", "mission", "plants", "plants_water",
-        "simulate", "site", "vehicle",
+        "autopilot", "dive", "draw", "export", "mission", "plants", "simulate", "site", "vehicle",
     )
 )  # fmt: skip
 ANSWERS = (
@@ -22,4 +21,4 @@ ANSWERS = (
 )
 """Code that makes, diagnoses and predicts the dives; the code of an answer's wording does not change these."""
 
-SECTION = (*ANSWERS, *(f"bench/field/{name}.py" for name in ("score", "section", "tables")))
+SECTION = (*ANSWERS, *(f"bench/field/{name}.py" for name in ("score", "section")))

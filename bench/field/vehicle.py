@@ -11,6 +11,7 @@ import yaml
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
+from identify.challenge.vehicles import plain_configuration
 
 Array = NDArray[np.float64]
 
@@ -141,17 +142,7 @@ def vehicle_text(vehicle: Vehicle) -> str:
             "kind": curve.kind, "file": curve.file, "voltage_v": curve.voltage_v, "lag_s": curve.lag_s,
         },
         "configurations": {
-            name: {
-                "veh_cfg": 0,
-                "dry_mass_kg": shape.dry_mass_kg,
-                "inertia_kgm2": list(shape.inertia_kgm2),
-                "centre_of_gravity_below_buoyancy_m": shape.centre_of_gravity_below_buoyancy_m,
-                "net_buoyancy_n": shape.net_buoyancy_n,
-                "thruster_limit_n": shape.thruster_limit_n,
-                "thrusters": [
-                    {"direction": list(t.direction), "position_m": list(t.position_m)} for t in shape.thrusters
-                ],
-            }
+            name: {"veh_cfg": 0, **plain_configuration(shape)}
             for name, shape in vehicle.configurations.items()
         },
     }  # fmt: skip

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.diagnosis.recorded import recorded_dive
+from bench.diagnosis.trials import recorded_dive
 from bench.unknown.grammar import Sentence, drawn, force_of
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from bench.diagnosis.recorded import recorded_dive
-from bench.diagnosis.trials import effects_for
+from bench.diagnosis.trials import effects_for, recorded_dive
 from bench.remembered import Data, Job
 from bench.unknown.planted import unknown_of
 from bridge.errors import SeatrialError
@@ -88,7 +87,9 @@ def _diagnosed(case: Case) -> Data:
     dive, answer, began = recorded_dive(case), None, time.process_time()
     try:
         answer = plain(
-            diagnose(dive, case.file, case.configuration, effects=effects_for(case), progress=_silent)
+            diagnose(
+                dive, case.file, case.configuration, effects=effects_for(case), progress=lambda *_report: None
+            )
         )
     except SeatrialError as error:
         answer = {"verdict": "refused", "effects": [], "character": None, "why": str(error)}
@@ -112,7 +113,3 @@ def judged(data: Data) -> Judged:
         tuple((answer["character"] or {}).get("dof", ())),
         data["seconds"],
     )
-
-
-def _silent(_share: float, _words: str) -> None:
-    """Ignore the progress."""

@@ -1,5 +1,6 @@
-"""Links that carry bytes: `link` their interface, `open` by name, `secured` with the option `--sign-key`.
+"""Links that carry bytes: `link` their interface, and a link within a process · `open` by name · `secured` with the
+option `--sign-key`.
 
-`descriptor` serial ports, pseudo-terminals and TCP · `udp` · `memory` within a process · `reconnecting`
-comes back by itself · `addresses` names of links and who reaches them.
+`descriptor` serial ports, pseudo-terminals and TCP · `udp` · `reconnecting` comes back by itself · `addresses` names of
+links and who reaches them.
 """

@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 
 from bridge.clock import Clock, SimulatedClock
 from bridge.errors import ParamRejected
-from bridge.links.link import Link
-from bridge.links.memory import memory_pair
+from bridge.links.link import Link, memory_pair
 from bridge.onboard.flights import Flights
 from bridge.onboard.orders import MotorTests
 from bridge.onboard.parameters import ParameterServer

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.simulator.onset import EAST, NORTH, OF_THE_SEA, PERIOD
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
+from bridge.vehicle.coefficients import ASTERN, BY_NAME, DAMPINGS, LEAST, MASSES, QUADRATIC, START
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.effect_coefficients import ASTERN, LEAST, QUADRATIC, START
 from bridge.vehicle.references import Six
 
 DISTURBANCE_N_PER_KG = 0.35 / 72.0

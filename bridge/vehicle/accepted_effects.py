@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.config import Configuration
-from bridge.vehicle.effect_coefficients import (
+from bridge.vehicle.coefficients import (
     ASTERN,
     LEAST,
     LEAST_GAIN,
@@ -24,6 +23,7 @@ from bridge.vehicle.effect_coefficients import (
     effect_coefficients,
     gain_name,
 )
+from bridge.vehicle.config import Configuration
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from bridge.errors import ConfigError
-from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
+from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient, EffectCoefficient, effect_coefficients
 from bridge.vehicle.config import Configuration, Vehicle
-from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 
 MODE: Final = "FF_MODE"
 COMMIT: Final = "FF_COMMIT"

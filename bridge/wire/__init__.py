@@ -1,6 +1,6 @@
 """What goes over a link and into a recording: MAVLink frames, the telemetry contract, files of frames.
 
 `framing` bytes to frames · `readings` the contract, version 1 · `status_codes` codes of texts that programs read ·
-`ftp` packets of file transfers · `tlog` recordings, `redaction` what they leave out · `segments` names of the
-vehicle's own recordings, `whole` the complete recording · `silences` what was not heard · `clock_line` two clocks.
+`ftp` packets of file transfers · `tlog` recordings, `redaction` what they leave out · `whole` the complete recording,
+and the segments of the vehicle's own · `silences` what was not heard · `clock_line` two clocks.
 """

@@ -1,8 +1,7 @@
 """docs/reference/parameters.md: the parameters that a vehicle holds, with units and bounds."""
 
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS, effect_coefficients
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, VERSION, bounds
 from docs.make.markdown import MADE, code, number, table

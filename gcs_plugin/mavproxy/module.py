@@ -30,7 +30,7 @@ from gcs_plugin.mavproxy.parameters import Parameters
 from gcs_plugin.mavproxy.recordings import Recordings
 from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.mavproxy.work import Work
-from gcs_plugin.monitor.words import gap_line
+from gcs_plugin.monitor.gap import gap_line
 from gcs_plugin.watch.alarms import load_settings
 from gcs_plugin.watch.picture import Picture
 from gcs_plugin.watch.watcher import Watcher

@@ -14,7 +14,7 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError, SeatrialError
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders

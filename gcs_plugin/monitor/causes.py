@@ -13,10 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gcs_plugin.monitor.forces import DRAGGED, names_of
 from gcs_plugin.monitor.losses import Loss
 from gcs_plugin.monitor.model import Model
-from gcs_plugin.monitor.predictor import CORRELATED_S, Drift
+from gcs_plugin.monitor.predictor import CORRELATED_S, DRAGGED, Drift, names_of
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from bridge import schema
 from bridge.errors import ParamError, ParamRejected, ParamUnknown
-from bridge.vehicle.effect_coefficients import EffectCoefficient
+from bridge.vehicle.coefficients import EffectCoefficient
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
 from gcs_plugin.params.identified import doubt_lines

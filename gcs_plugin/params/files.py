@@ -17,7 +17,7 @@ from bridge.files import read_small, size_to_read, to_disk, whole
 from bridge.plain import from_json
 from bridge.schema import why_unread
 from bridge.text import printable
-from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params import float32
 

@@ -11,8 +11,7 @@ from enum import Enum
 from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, Coefficient
-from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_ANY_VEHICLE, Coefficient, EffectCoefficient
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import (
     ACTIVE,

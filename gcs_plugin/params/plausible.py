@@ -9,8 +9,7 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
-from bridge.vehicle.effect_coefficients import gain_name
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient, gain_name
 from bridge.vehicle.feedforward import AXES
 from bridge.vehicle.foretold import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of

@@ -2,8 +2,7 @@
 and trends over all.
 
 `recordings` the recordings that the command line means · `jobs` jobs, results, the version that made them · `work` and
-`diagnose` the functions that jobs name · `run` the batch on this computer, and results kept on disk · `cluster` on
-Dask · `rows` the table · `causes` of a diagnosis · `trend` lines through values over dates · `drift` trends of
-the hull in words · `effect_drift` those of effects · `page` the HTML report, `page_causes` its causes, `panels` its
-plots over the dates.
+`diagnose` the functions that jobs name · `run` the batch on this computer, and results kept on disk · `cluster` on Dask
+· `rows` the table · `causes` of a diagnosis · `trend` lines through values over dates · `drift` trends of the hull, and
+of effects, in words · `page` the HTML report with its plots.
 """

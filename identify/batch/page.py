@@ -1,19 +1,115 @@
 """HTML page of a batch: the story of each configuration, each parameter over the dates, and tables of the dives."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
 from bridge.vehicle.coefficients import BY_NAME, Kind
-from identify.batch.drift import Drift, Story
-from identify.batch.effect_drift import EffectDrift
-from identify.batch.page_causes import causes_section
-from identify.batch.panels import Point, panel, voltage_panel
+from identify.batch.causes import EffectSize
+from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
+from identify.dive import Array
 from identify.ingest.open import utc
 from identify.report.page import Figure, Report, Section, Table
-from identify.report.plot import Panel, side_by_side
+from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
 from identify.report.tables import meaning
-from identify.words import MISSING, decimals_for, fixed, significant, unit
+from identify.words import MISSING, decimals_for, fixed, significant, unit, unit_after, with_interval
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PANEL_IN = 1.9
+AIR, LEAST_AIR_S = 0.05, 1800.0
+"""Margin of the time axis on either side of the dives: this share of the time that they span, at least half an hour."""
+
+WIDEST = 6.0
+"""How much of an interval far wider than the others still stretches the plot, in median half widths."""
+
+REAL, NOT_REAL = 1, 2
+"""Line styles of a significant and of an insignificant trend."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A value with its 95 % interval at a Unix time; `filled` tells two kinds of points apart."""
+
+    unix_s: float
+    value: float
+    low95: float
+    high95: float
+    filled: bool
+
+
+def panel(
+    title: str,
+    points: Sequence[Point],
+    words: tuple[str, str],
+    trend: Trend | None,
+    is_real: bool,
+    span: tuple[float, float],
+) -> Panel:
+    """A panel of points over the dates of a `span`; `words`: meaning of filled and hollow points."""
+
+    def draw(box: "Axes") -> None:
+        for k, point in enumerate(points):
+            first = {"label": "95 % interval"} if k == 0 else {}
+            box.plot([utc_time(point.unix_s)] * 2, [point.low95, point.high95], **STYLES[0], **first)
+            box.plot([utc_time(point.unix_s)], [point.value], **(DISC if point.filled else DIAMOND))
+        box.plot([], [], label=words[0], **DISC)
+        box.plot([], [], label=words[1], **DIAMOND)
+        reach = _reach(points)
+        low, high = float(reach.min()), float(reach.max())
+        air = 0.06 * (high - low) or 0.05 * abs(low) or 1.0
+        box.set_ylim(low - air, high + air)
+        _dress(box, trend, is_real, span)
+        entitle(box, title, "")
+
+    return Panel(draw, PANEL_IN)
+
+
+def _reach(points: Sequence[Point]) -> Array:
+    """Values that the y axis must include: every value, and each interval unless it is far wider than the others."""
+    value, low, high = np.array([(v.value, v.low95, v.high95) for v in points]).T
+    most = WIDEST * float(np.median(high - low)) / 2
+    return np.concatenate([np.maximum(low, value - most), np.minimum(high, value + most)])
+
+
+def voltage_panel(
+    volts_at: Sequence[tuple[float, float]], trend: Trend | None, span: tuple[float, float]
+) -> Panel:
+    """A panel of the mean pack voltage, V, at Unix times."""
+    readings = [(utc_time(unix_s), volts) for unix_s, volts in volts_at]
+
+    def draw(box: "Axes") -> None:
+        box.plot([when for when, _ in readings], [volts for _, volts in readings], **SQUARE)
+        _dress(box, trend, trend is not None and trend.is_real, span)
+        entitle(box, "mean pack voltage, V", "")
+
+    return Panel(draw, PANEL_IN)
+
+
+def _dress(box: "Axes", trend: Trend | None, is_real: bool, span: tuple[float, float]) -> None:
+    """Draw the trend and set an axis of dates that spans all dives."""
+    if trend is not None:
+        ends = (trend.first_s, trend.last_s)
+        word = "significant trend" if is_real else "no significant trend"
+        style = STYLES[REAL if is_real else NOT_REAL]
+        box.plot([utc_time(t) for t in ends], [trend.at(t) for t in ends], label=word, **style)
+    air_s = max(AIR * (span[1] - span[0]), LEAST_AIR_S)
+    box.set_xlim(utc_time(span[0] - air_s), utc_time(span[1] + air_s))
+    locator = AutoDateLocator(maxticks=5)
+    box.xaxis.set_major_locator(locator)
+    box.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+
+
+def utc_time(unix_s: float) -> datetime:
+    return datetime.fromtimestamp(unix_s, UTC)
+
 
 MARKS = "?: doubted; ?*: doubted, and in no trend"
 
@@ -205,3 +301,79 @@ def _failures(rows: Sequence[Row]) -> Section:
 def _twins(twins: Sequence[tuple[str, str, str]]) -> Section:
     table = Table(("Recording", "Why it does not count", "The one that counts"), tuple(twins))
     return Section("Counted once", "Dives of which more than one recording was given.", (table,))
+
+
+HOW_SIZES = (
+    "Each dive is diagnosed by itself. A size drifts where a straight line through the sizes of all dives has a slope "
+    "that chance would seldom give, among all effects looked at. Dives that do not name the effect count, too: "
+    "their intervals hold noise alone, and the line takes what dives scatter beyond it into account."
+)
+
+
+def causes_section(configuration: str, rows: Sequence[Row], drifts: Sequence[EffectDrift]) -> Section:
+    """The section of one configuration. `rows`: its dives with a diagnosis; `drifts`: of its effects."""
+    tables = [_table_of_causes(rows)]
+    if drifts:
+        tables.insert(0, _table_of_drifts(drifts))
+    figure = _figure_of_sizes(drifts)
+    return Section(
+        f"Causes in configuration {configuration}",
+        "\n\n".join((*(drift.sentence for drift in drifts if drift.is_real), HOW_SIZES)),
+        tuple(tables),
+        (figure,) if figure else (),
+    )
+
+
+def cause_words(item: EffectSize) -> str:
+    """`weak thruster 3, 97 % probable: gain 0.83 (0.80 to 0.86)`, with its rivals."""
+    alike = f" (or {', '.join(item.also)})" if item.also else ""
+    possible = "" if item.named else "possible: "
+    return f"{possible}{item.words}{alike}, {fixed(100 * item.probability, 0)} % probable: {item.size_words}"
+
+
+def _table_of_causes(rows: Sequence[Row]) -> Table:
+    lines = [
+        (
+            utc(row.unix_s),
+            row.causes.verdict,
+            "; ".join(cause_words(item) for item in row.causes.found) or MISSING,
+            row.dive,
+        )
+        for row in rows
+        if row.causes is not None
+    ]
+    return Table(
+        ("Date, UTC", "Verdict", "Causes, with 95 % intervals", "Dive"), tuple(lines), "What each dive lacks."
+    )
+
+
+def _table_of_drifts(drifts: Sequence[EffectDrift]) -> Table:
+    lines = []
+    for drift in drifts:
+        slope, interval = with_interval(drift.slope, drift.low95, drift.high95)
+        word = ("up" if drift.slope > 0 else "down") if drift.is_real else "none shown"
+        lines.append((
+            drift.words, f"{drift.parameter}{unit_after(drift.unit)}", str(drift.trend.count), str(drift.named),
+            f"{slope} per {drift.per}", interval, chance_words(drift.chance), word,
+        ))  # fmt: skip
+    columns = ("Effect", "Parameter", "Dives", "Named in", "Slope", "95 % interval", "By chance", "Drift")
+    return Table(columns, tuple(lines), "How the sizes of effects drift.")
+
+
+def _figure_of_sizes(drifts: Sequence[EffectDrift]) -> Figure | None:
+    if not drifts:
+        return None
+    panels = [_panel_of_size(drift) for drift in drifts]
+    words = "Each effect's size over the date of the dive."
+    return Figure("sizes of effects over dives", words, side_by_side(panels))
+
+
+def _panel_of_size(drift: EffectDrift) -> Panel:
+    points = [
+        Point(unix_s, size.value, size.value if size.low95 is None else size.low95,
+              size.value if size.high95 is None else size.high95, named)
+        for unix_s, size, named in drift.points
+    ]  # fmt: skip
+    span = drift.trend.first_s, drift.trend.last_s
+    title = f"{drift.words}: {drift.parameter}{unit_after(drift.unit)}"
+    return panel(title, points, ("named", "not named"), drift.trend, drift.is_real, span)

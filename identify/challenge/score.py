@@ -367,7 +367,7 @@ def answer_of(data: dict[str, Any]) -> Answer:
     check = shrink["check"] or {}
     return Answer(
         data["verdict"],
-        tuple(_named(effect) for effect in data["effects"]),
+        tuple(named_in(effect) for effect in data["effects"]),
         dofs,
         _number((shrink["heldout"] or {}).get("value")),
         _number(check.get("value")),
@@ -376,7 +376,8 @@ def answer_of(data: dict[str, Any]) -> Answer:
     )
 
 
-def _named(effect: dict[str, Any]) -> Named:
+def named_in(effect: Mapping[str, Any]) -> Named:
+    """A cause that an answer names, of its JSON."""
     parameters = {
         name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
         for name, p in effect["parameters"].items()

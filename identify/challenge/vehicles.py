@@ -4,7 +4,7 @@ import hashlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -193,20 +193,24 @@ def vehicle_text(vehicle: Vehicle) -> str:
             for name, device in vehicle.sensors.present().items()
         },
         "configurations": {
-            name: {
-                "dry_mass_kg": shape.dry_mass_kg,
-                "inertia_kgm2": list(shape.inertia_kgm2),
-                "centre_of_gravity_below_buoyancy_m": shape.centre_of_gravity_below_buoyancy_m,
-                "net_buoyancy_n": shape.net_buoyancy_n,
-                "thruster_limit_n": shape.thruster_limit_n,
-                "thrusters": [
-                    {"direction": list(t.direction), "position_m": list(t.position_m)} for t in shape.thrusters
-                ],
-            }
-            for name, shape in vehicle.configurations.items()
+            name: plain_configuration(shape) for name, shape in vehicle.configurations.items()
         },
     }  # fmt: skip
     return yaml.safe_dump(data, sort_keys=False, default_flow_style=None)
+
+
+def plain_configuration(shape: Configuration) -> dict[str, Any]:
+    """A configuration as a vehicle file has it, without drag and added mass."""
+    return {
+        "dry_mass_kg": shape.dry_mass_kg,
+        "inertia_kgm2": list(shape.inertia_kgm2),
+        "centre_of_gravity_below_buoyancy_m": shape.centre_of_gravity_below_buoyancy_m,
+        "net_buoyancy_n": shape.net_buoyancy_n,
+        "thruster_limit_n": shape.thruster_limit_n,
+        "thrusters": [
+            {"direction": list(t.direction), "position_m": list(t.position_m)} for t in shape.thrusters
+        ],
+    }
 
 
 STEP_S = 1.0 / 130.0

@@ -86,17 +86,17 @@ class Levelling:
 @dataclass(frozen=True)
 class _Changes:
     """Changes over windows. seen: roll and pitch of the attitude (n, 2), without the contribution of yawing. said:
-    integrals of the gyro rates that turn them, (n, 2). beside: other regressors, ones for a bias and yaw for a
+    integrals of the gyro rates that turn them, (n, 2). regressors: other regressors, ones for a bias and yaw for a
     mounting error, (n, 2)."""
 
     seen: Array
     said: Array
-    beside: Array
+    regressors: Array
 
     @property
     def left(self) -> Array:
         """Mean square (2,) of the part of each angle that no gyro signal explains."""
-        left = left_of(np.column_stack([self.said, self.beside]), self.seen)
+        left = left_of(np.column_stack([self.said, self.regressors]), self.seen)
         return np.asarray(np.mean(left**2, axis=0), dtype=np.float64)
 
     def followed(self, axis: int) -> Followed:
@@ -104,11 +104,11 @@ class _Changes:
         # Where both rates move alike, noise on a rate looks like a share of the other rate; but then the angle's
         # residual against its own rate does not follow the other rate. A wrong scale does the opposite. So both
         # regressions must agree.
-        alone = scale_of(seen - rate, other_rate, self.beside)
-        both = scale_of(seen, other_rate, np.column_stack([self.beside, rate]))
+        alone = scale_of(seen - rate, other_rate, self.regressors)
+        both = scale_of(seen, other_rate, np.column_stack([self.regressors, rate]))
         shares = [0.0 if scale is None or not scale.is_known else scale.least for scale in (alone, both)]
         share = min(shares, key=abs) if shares[0] * shares[1] > 0 else 0.0
-        return Followed(scale_of(seen, rate, self.beside), share)
+        return Followed(scale_of(seen, rate, self.regressors), share)
 
 
 def levelling(dive: Dive) -> Levelling | None:

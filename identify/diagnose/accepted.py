@@ -12,14 +12,17 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
-from bridge.vehicle.config import Configuration
-from bridge.vehicle.effect_coefficients import (
+from bridge.vehicle.coefficients import (
     ASTERN,
+    DAMPINGS,
+    DOFS,
+    MASSES,
+    OF_HULL,
     QUADRATIC,
     AcceptedEffect,
     effect_coefficients,
 )
+from bridge.vehicle.config import Configuration
 from bridge.vehicle.parameters import bounds
 from identify.checks.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts

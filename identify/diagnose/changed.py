@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
+from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse

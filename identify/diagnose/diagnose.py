@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DOFS, OF_HULL
+from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose.accepted import beside_all, known_beside, likely_accepted
 from identify.diagnose.changed import (
     Simulator,

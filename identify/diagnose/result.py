@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.effect_coefficients import AcceptedEffect
+from bridge.vehicle.coefficients import AcceptedEffect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.shrunk import AxisShrink, Shrink

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.vehicle.coefficients import ASTERN, LEAST, START, gain_name
 from bridge.vehicle.config import Configuration, Thruster
-from bridge.vehicle.effect_coefficients import ASTERN, LEAST, START, gain_name
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import (
     PULSES,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.accepted_effects import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V, SLOW_S
-from bridge.vehicle.effect_coefficients import RESISTANCE, VOLTAGE, VOLTAGE_SHARE
+from bridge.vehicle.coefficients import RESISTANCE, VOLTAGE, VOLTAGE_SHARE
 from identify.effects.course import Course, lagged
 from identify.effects.effect import (
     PULSES,

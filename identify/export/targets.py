@@ -4,9 +4,17 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import (
+    BY_NAME,
+    DAMPINGS,
+    DOFS,
+    MASSES,
+    OF_ANY_VEHICLE,
+    QUADRATIC,
+    AcceptedEffect,
+    Group,
+)
 from bridge.vehicle.config import Vector3
-from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, QUADRATIC, AcceptedEffect, Group
 from identify.effects.actuators import AXES
 from identify.effects.effect import Effect
 from identify.export import ardusub_json, gazebo, stonefish

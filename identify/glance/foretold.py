@@ -177,28 +177,30 @@ def made_up(gains: Array | None, credits: Sequence[Credit]) -> tuple[MadeUp, ...
     """The accepted thrusters whose gain (n,) the dive tells."""
     if gains is None:
         return ()
-    told = ((credit, credit.thruster - 1) for credit in credits)
+    places = ((credit, credit.thruster - 1) for credit in credits)
     return tuple(
-        MadeUp(credit, float(gains[at])) for credit, at in told if at < len(gains) and gains[at] == gains[at]
+        MadeUp(credit, float(gains[at]))
+        for credit, at in places
+        if at < len(gains) and gains[at] == gains[at]
     )
 
 
 def verdict_of(held: Sequence[Held]) -> str:
     """One sentence on a dive: whether it came as foretold."""
-    told = [one for one in held if one.comparable]
-    if not told:
+    comparable = [one for one in held if one.comparable]
+    if not comparable:
         return (
             ""
             if not held
             else "Another mission than the one that was diagnosed: not held against what was foretold."
         )
-    worse = [one for one in told if one.kept is False]
-    clause = "; ".join(f"{one.foretold.axis} {one.figures}" for one in told)
+    worse = [one for one in comparable if one.kept is False]
+    clause = "; ".join(f"{one.foretold.axis} {one.figures}" for one in comparable)
     head = (
         "Not as foretold"
         if worse
         else "As foretold"
-        if all(one.kept for one in told)
+        if all(one.kept for one in comparable)
         else "Nearly as foretold"
     )
     return f"{head}: {clause}."

@@ -28,7 +28,7 @@ from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds
 from identify.estimators.lateness import LATER_S
-from identify.identification import disturbance, noise, time_constant
+from identify.identification import Identification, disturbance, noise, time_constant
 
 Array = NDArray[np.float64]
 
@@ -326,3 +326,15 @@ def _spectrum(
     # Factor 2 for the negative frequencies, 1 / duration for the width of a spectral line.
     weight: Array = 2.0 * power / (impedance * read + pushed) / (len(velocity) * step_s)
     return w, weight
+
+
+def widths(identified: Identification) -> dict[str, float]:
+    """Half of the 95 % interval over the value, given the vehicle file's thrust; inf if not identifiable."""
+    return {
+        parameter.name: (ends.high95 - ends.low95) / 2 / parameter.value
+        if parameter.identifiable
+        else math.inf
+        for parameter in identified.parameters
+        if parameter.name in NAMES
+        for ends in [parameter.at_thrust]
+    }

@@ -7,7 +7,7 @@ import numpy as np
 from identify.diagnose.result import Phase, plain_effect
 from identify.diagnose.wording import cause_sentence, effect_words, told_parameters, value_words, words
 from identify.repeats.judge import Judged
-from identify.repeats.usual import DEPTH, MARKS, UNITS
+from identify.repeats.marks import DEPTH, MARKS, UNITS
 from identify.words import capital, listed, significant
 
 PLACES: Final[tuple[tuple[str, Phase], ...]] = (

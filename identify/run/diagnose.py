@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError, FitError, LogError
-from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
+from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Configuration, Damping, Prior, VehicleFile
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.diagnose import diagnose as search
 from identify.diagnose import wording
 from identify.diagnose.result import Diagnosis, Finding, Value, by_axis, plain
@@ -78,17 +77,17 @@ def contradicted(held: Mapping[str, Prior], numbers: Mapping[str, Value]) -> tup
     """A sentence on the values that differ from a dive's `numbers` by more than both are known, 95 %; () for none."""
     off = []
     for name in OF_HULL:
-        prior, found = held.get(name), numbers.get(name)
+        prior, fitted = held.get(name), numbers.get(name)
         if (
             prior is None
-            or found is None
-            or not abs(found.value - prior.value)
-            > math.hypot((found.high95 - found.low95) / 2, Z95 * prior.std)
+            or fitted is None
+            or not abs(fitted.value - prior.value)
+            > math.hypot((fitted.high95 - fitted.low95) / 2, Z95 * prior.std)
         ):
             continue
-        number, interval = with_interval(found.value, found.low95, found.high95)
+        number, interval = with_interval(fitted.value, fitted.low95, fitted.high95)
         was = significant(prior.value if prior.value > LEAST_DRAG else 0.0)
-        off.append(f"{name} {was} (the dive: {number}, {interval} {unit(found.unit)})")
+        off.append(f"{name} {was} (the dive: {number}, {interval} {unit(fitted.unit)})")
     return (f"Of the numbers of the model before, the dive contradicts {listed(off)}.",) if off else ()
 
 

@@ -78,13 +78,13 @@ def guess(path: Path) -> Guess:
     values = autopilot_parameters(path)
     bases = {frame: load_vehicle(name) for frame, name in FILES.items()}
     shapes = {frame: next(iter(base.vehicle.configurations.items())) for frame, base in bases.items()}
-    found = wiring(values, {frame: len(shape.thrusters) for frame, (_, shape) in shapes.items()})
-    base, (configuration, shape) = bases[found.frame], shapes[found.frame]
-    vehicle = replace(base.vehicle, configurations={configuration: found.fitted(shape)})
+    wired = wiring(values, {frame: len(shape.thrusters) for frame, (_, shape) in shapes.items()})
+    base, (configuration, shape) = bases[wired.frame], shapes[wired.frame]
+    vehicle = replace(base.vehicle, configurations={configuration: wired.fitted(shape)})
     file = replace(base, vehicle=vehicle, configuration=configuration)
-    findings, judged, unjudged = _by_motion(path, file, configuration, found)
-    name = FILES[found.frame]
-    return Guess(name, file, configuration, found, findings, judged, unjudged, companion_hints(values))
+    findings, judged, unjudged = _by_motion(path, file, configuration, wired)
+    name = FILES[wired.frame]
+    return Guess(name, file, configuration, wired, findings, judged, unjudged, companion_hints(values))
 
 
 def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
@@ -107,7 +107,7 @@ def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def _by_motion(
-    path: Path, file: VehicleFile, configuration: str, found: Wiring
+    path: Path, file: VehicleFile, configuration: str, wired: Wiring
 ) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     """Findings, the degrees of freedom that they rest on, and why there are none of these."""
     try:
@@ -122,16 +122,16 @@ def _by_motion(
         return (), (), "it holds no velocity and no rate of turn"
     wrong = miswired(dive, file, configuration, axes)
     if wrong is not None:
-        return (_sentence(wrong, found),), judged, ""
+        return (_sentence(wrong, wired),), judged, ""
     return mounting_hints(mirrored(axes), swapped(axes)), judged, ""
 
 
-def _sentence(wrong: Miswired, found: Wiring) -> str:
-    motors = [found.motors[place - 1] for place in wrong.motors]
+def _sentence(wrong: Miswired, wired: Wiring) -> str:
+    motors = [wired.motors[place - 1] for place in wrong.motors]
     so = f"the recorded motion follows the thrust then by {wrong.follows:.2f}, and by {wrong.followed:.2f} as it is"
     if len(motors) == 1:
         name = direction_name(motors[0])
-        now = -1 if motors[0] in found.reversed else 1
+        now = -1 if motors[0] in wired.reversed else 1
         return (
             f"Motor {motors[0]} pushes the other way than {name} {now} says ({so}): set {name} to {-now}, or swap two "
             "of its three wires."

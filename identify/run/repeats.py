@@ -14,10 +14,8 @@ from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.repeats import judge as weigh
-from identify.repeats.causes import causes_of
-from identify.repeats.judge import Judged
-from identify.repeats.marks import Run, run_of
-from identify.repeats.usual import FEWEST, Usual, usual_of
+from identify.repeats.judge import Judged, causes_of
+from identify.repeats.marks import FEWEST, Run, Usual, run_of, usual_of
 
 
 def accept(dives: Sequence[Dive], file: VehicleFile, configuration: str) -> Usual:

@@ -5,7 +5,7 @@ from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Aboard, Pilot, arm, ready, taken
 
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.feedforward import Switch

@@ -10,7 +10,7 @@ from fakes.firmware import Firmware
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
 
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.ring import Bounds, ring_in
 from bridge.sensors.samples import DvlSample
 from bridge.vehicle.config import Device, Sensors

@@ -8,6 +8,7 @@ import sys
 import tempfile
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import batch_jobs
 import pytest
@@ -18,7 +19,7 @@ from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from identify.batch import cluster as batch_cluster
 from identify.batch.cluster import pack, run_on_cluster, run_parcel, unpack
-from identify.batch.jobs import IDENTIFY, job_for, own_columns, run_job, thrust_table
+from identify.batch.jobs import IDENTIFY, PLACE, answering, job_for, own_columns, run_job, thrust_table
 from identify.batch.recordings import find_recordings
 from identify.batch.run import run_here
 
@@ -239,3 +240,32 @@ def test_a_worker_of_another_version_refuses_and_says_so(folder, monkeypatch):
     result = run_parcel(sent)
     assert "has seatrial 0.0.1" in result.error
     assert not result.final
+
+
+LOADED = """
+import importlib, sys
+import identify.batch.diagnose
+import identify.batch.work
+from identify.estimators.table import METHODS
+for module in METHODS.values():
+    importlib.import_module(module)
+print("\\n".join(m.__file__ for name, m in sys.modules.items() if name.split(".")[0] in ("bridge", "identify")))
+"""
+NOTHING_TO_ANSWER = ("__init__.py", "version.py")
+
+
+def test_the_stamp_covers_every_module_that_an_identification_or_a_diagnosis_loads():
+    told = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+    files = {Path(line) for line in told.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
+    assert len(files) > 30
+    assert files <= set(answering(PLACE))
+
+
+def test_a_job_of_other_code_has_another_key(tmp_path, monkeypatch):
+    (path,) = batch_jobs.recordings(tmp_path / "dives", 1)
+    job = batch_jobs.job_on(path, "size", batch_jobs.FILE)
+    assert batch_jobs.job_on(path, "size", batch_jobs.FILE) == job
+    monkeypatch.setattr("identify.batch.jobs.our_version", lambda: "0.1.0, code 0123456789")
+    other = batch_jobs.job_on(path, "size", batch_jobs.FILE)
+    assert other.key != job.key
+    assert replace(other, key=job.key) == job

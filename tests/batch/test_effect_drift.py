@@ -11,8 +11,7 @@ from test_batch_drift import DAY_S, START_S, dives
 
 from bridge import exit_codes
 from identify.batch.causes import Causes, EffectSize, Size
-from identify.batch.drift import drift_of
-from identify.batch.effect_drift import effect_drifts
+from identify.batch.drift import drift_of, effect_drifts
 from identify.batch.jobs import Result
 from identify.batch.page import batch_report
 from identify.batch.rows import diagnosed, rows_of, to_csv, to_json

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fakes.planted import quiet
 
-from bench import accuracy, accuracy_trials, coverage, goals, trial
+from bench import accuracy, accuracy_trials, coverage, trial
 from bench.accuracy_trials import Bound, Stated, Trial
 from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
@@ -79,9 +79,9 @@ def test_a_doubt_or_an_outcome_is_a_warning() -> None:
 
 def test_a_method_at_the_bound_meets_every_goal_and_one_that_claims_too_much_misses_them() -> None:
     honest = tally("likelihood", *efficient(2000))
-    assert [met for _, met in goals.verdicts(honest)] == [True] * 4
+    assert [met for _, met in accuracy.verdicts(honest)] == [True] * 4
     rash = tally("likelihood", *efficient(2000, spread=3.0))
-    assert [met for _, met in goals.verdicts(rash)] == [False] * 4
+    assert [met for _, met in accuracy.verdicts(rash)] == [False] * 4
 
 
 def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -> None:
@@ -89,7 +89,7 @@ def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -
     trials[0] = Trial(1, "likelihood", {}, ("M_u", "D_u", "M_w"), "refused", 0.5)
     found = tally("likelihood", bounds, trials)
     assert found.refused_share == pytest.approx(0.1)
-    assert "`likelihood` 2 of 20 (10.0 %)" in "\n".join(goals.lines([found]))
+    assert "`likelihood` 2 of 20 (10.0 %)" in "\n".join(accuracy.goal_lines([found]))
     row = next(line for line in accuracy.page(bounds, trials).splitlines() if line.startswith("| likelihood"))
     assert "| 10.0 % |" in row
 

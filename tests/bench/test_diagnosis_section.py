@@ -17,8 +17,7 @@ from bench.diagnosis.plan import (
     power_planned,
 )
 from bench.diagnosis.rivals import bic, network
-from bench.diagnosis.rivals.closing import closed
-from bench.diagnosis.rivals.said import Said, missing, pushing
+from bench.diagnosis.rivals.said import Said, closed, missing, pushing
 from bench.diagnosis.rivals.trials import RivalTrial
 from bench.diagnosis.trials import Trial, effects_for
 from identify.challenge.case import check_of, dive_of, draw_case

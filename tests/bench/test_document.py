@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bench import __main__ as command
-from bench import apart, thrift, wall
+from bench import accuracy, document, thrift
 from bench import stamp as stamps
 from bench.accuracy_trials import Stated, Trial
 from bench.answers import answer, answered, methods
@@ -99,16 +99,16 @@ def test_the_time_of_a_section_adds_up_over_the_runs_of_one_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = iter((0.0, 30.0, 100.0, 112.0, 200.0, 201.0))
-    monkeypatch.setattr(wall.time, "perf_counter", lambda: next(clock))
-    with pytest.raises(KeyboardInterrupt), wall.timed(tmp_path, "a", "12"):
+    monkeypatch.setattr(document.time, "perf_counter", lambda: next(clock))
+    with pytest.raises(KeyboardInterrupt), document.timed(tmp_path, "a", "12"):
         raise KeyboardInterrupt
-    with wall.timed(tmp_path, "a", "12"):
+    with document.timed(tmp_path, "a", "12"):
         pass
-    with wall.timed(tmp_path, "a", "34"):
+    with document.timed(tmp_path, "a", "34"):
         pass
-    assert wall.wall_s(tmp_path, "a", "12") == 42.0
-    assert wall.wall_s(tmp_path, "a", "34") == 1.0
-    assert wall.wall_s(tmp_path, "b", "12") == 0.0
+    assert document.wall_s(tmp_path, "a", "12") == 42.0
+    assert document.wall_s(tmp_path, "a", "34") == 1.0
+    assert document.wall_s(tmp_path, "b", "12") == 0.0
 
 
 @pytest.mark.parametrize("name", SECTIONS)
@@ -231,7 +231,7 @@ def test_what_both_state_is_apart_by_the_larger_standard_error():
         trial(1, SECOND, M_u=(100.0 * math.exp(0.04), 0.02)),
         trial(2, FIRST, M_u=(100.0, 0.01)),
     ]
-    found = apart.distances(trials)
+    found = accuracy.distances(trials)
     assert list(found) == [1]
     assert found[1] == pytest.approx([2.0])
 

@@ -10,7 +10,6 @@ import pytest
 from fakes.shared import shared
 from soak import rows_rest_in_soak
 
-from bench.forward import Starts, moved, run_forward, starts
 from bench.fossen.__main__ import command
 from bench.fossen.answer import answer
 from bench.fossen.candidates import ALONE, BIAS, CURRENT
@@ -20,7 +19,7 @@ from bench.fossen.runs import load_run
 from bench.missions import Mission, draw
 from bench.missions.manoeuvres import MANOEUVRES, Leg, sampled
 from bench.missions.mission import draw_one
-from bench.prediction import whole_truth
+from bench.prediction import Starts, moved, run_forward, starts, whole_truth
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle

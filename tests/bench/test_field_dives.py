@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bench.field import tables
-from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
+from bench.field import section
+from bench.field.autopilot import VelocityFilter, estimated, reckoned
 from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
-from bench.field.draw import NONE, FieldCase, draw, effects_of, stays_down
+from bench.field.draw import NONE, FieldCase, draw, effects_of, felt, missing_wrench, stays_down
 from bench.field.export import STATION, euler, tlog_of, told
-from bench.field.felt import felt, missing_wrench
 from bench.field.plants import PLANTS
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
@@ -241,7 +240,7 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     ]
     assert (rate_named(cases).hits, rate_also(cases).hits) == (1, 1)
     assert false_causes(cases) == 0
-    assert "counted by half, 75.0 % are named" in " ".join(tables.beside_goals(cases))
+    assert "counted by half, 75.0 % are named" in " ".join(section.beside_goals(cases))
 
 
 def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict() -> None:

@@ -1,4 +1,4 @@
-"""A disk that is full: files below one folder are begun there and take no byte."""
+"""A disk that is full: files below one folder are begun there and take no byte, or none once a set is in force."""
 
 import errno
 import io
@@ -29,3 +29,15 @@ def fill(monkeypatch, folder, ending=""):
         return Full()
 
     monkeypatch.setattr(files, "open_new", opened)
+
+
+def full_once_in_force(vehicle, monkeypatch):
+    """The disk is full from the moment on at which a set came into force."""
+    fsync = os.fsync
+
+    def full(file):
+        if any(vehicle.server.active(1).values()):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        fsync(file)
+
+    monkeypatch.setattr("os.fsync", full)

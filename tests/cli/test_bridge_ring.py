@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from bridge import exit_codes
-from bridge.wire.segments import segments_in
 from bridge.wire.tlog import read_tlog
+from bridge.wire.whole import segments_in
 from tui import cli
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")

@@ -17,7 +17,7 @@ from waiting import until
 from bridge import exit_codes
 from bridge.errors import LinkError
 from bridge.exit_codes import UsageError
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.links.open import open_link
 from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder

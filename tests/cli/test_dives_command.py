@@ -22,17 +22,7 @@ from tui.dive_list import GLANCE, Glance, letters, short_name
 from tui.dive_reading import row_of
 
 BOOT_US = 1_790_000_000_000_000
-SURGE_FILE = """
-name: one-axis
-thrust_curve: {lag_s: 0.0}
-configurations:
-  only:
-    dry_mass_kg: 72.0
-    inertia_kgm2: [3.0, 9.0, 10.0]
-    thruster_limit_n: 60.0
-    thrusters:
-      - {direction: [1.0, 0.0, 0.0], position_m: [0.0, 0.0, 0.0]}
-"""
+SURGE_FILE = (Path(__file__).resolve().parents[1] / "data" / "vehicles" / "one_axis.yaml").read_text("utf-8")
 
 
 def frames():

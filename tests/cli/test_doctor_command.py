@@ -11,7 +11,7 @@ from parameter_vehicle import put_at_any_link
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle
 from bridge.vehicle.config import load_vehicle

@@ -13,8 +13,8 @@ from full_disk import fill
 from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from bridge.onboard.parameters import ParameterServer
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from bridge.vehicle.parameters import vehicle_table
 from gcs_plugin.params.files import read_sidecar, write_sidecar
 from identify.diagnose.result import Accepted, Value

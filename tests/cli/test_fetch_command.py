@@ -13,8 +13,7 @@ from bridge.clock import SystemClock
 from bridge.onboard.ring import Bounds
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import Gate, SignedLink, Times
-from bridge.wire.segments import segments_in
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole import WHOLE, segments_in
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records

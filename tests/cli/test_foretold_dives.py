@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from bridge.exit_codes import UsageError
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from bridge.vehicle.foretold import Foretold
 from gcs_plugin.params.files import Sidecar, write_parameters, write_sidecar
 from identify.dive import Dive, Signal

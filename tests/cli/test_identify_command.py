@@ -95,7 +95,7 @@ def test_files_are_written_though_the_reader_of_the_table_leaves_at_its_first_li
 
     drawn = []
     monkeypatch.setattr("tui.commands.identify.tell", left)
-    monkeypatch.setattr("tui.pages.publish", lambda *words: drawn.append(words) or [])
+    monkeypatch.setattr("tui.files.Files.publish", lambda *words: drawn.append(words) or [])
     out = tmp_path / "out.json"
     with contextlib.suppress(BrokenPipeError, SystemExit):
         identify(minute, "--json", out, "--report", tmp_path / "report.html")
@@ -115,7 +115,7 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
         seen.append((out.exists(), param.exists(), "low 95 %" in shown.out, told))
         return []
 
-    monkeypatch.setattr("tui.pages.publish", drawn)
+    monkeypatch.setattr("tui.files.Files.publish", drawn)
     assert (
         identify(minute, "--json", out, "--param", param, "--report", tmp_path / "x.html") == exit_codes.DONE
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 import params_line
 import pytest
 from figures import keep
-from full_disk import fill
+from full_disk import fill, full_once_in_force
 from parameter_vehicle import GroundKilledError, at_any_link, dying_at
 from params_line import run, with_intervals
 
@@ -59,18 +59,6 @@ def test_what_was_to_be_written_is_kept_no_longer_than_the_upload_lasts(file, tm
     with_intervals(file)
     assert run("upload", file, "--yes") == exit_codes.DONE
     assert [*(tmp_path / "receipts").glob("*-wanted*")] == []
-
-
-def full_once_in_force(vehicle, monkeypatch):
-    """A disk that is full from the moment on at which a set came into force."""
-    fsync = os.fsync
-
-    def full(file):
-        if any(vehicle.server.active(1).values()):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        fsync(file)
-
-    monkeypatch.setattr("os.fsync", full)
 
 
 def test_a_disk_that_fills_up_in_an_upload_hides_nothing_of_what_came_into_force(

@@ -2,6 +2,7 @@
 server, in simulated time."""
 
 import pytest
+from full_disk import full_once_in_force
 from parameter_vehicle import at_any_link
 
 from bridge import exit_codes
@@ -84,3 +85,19 @@ def test_an_upload_of_what_the_vehicle_holds_already_leaves_a_receipt_and_is_acc
     assert "intervals of 90.param could not be checked: 90.param.json is not beside it" in said
     for kind in ("receipt.json", "accepted.param"):
         assert len(list((tmp_path / "receipts").glob(f"*-{kind}"))) == 2
+
+
+def test_a_full_disk_hides_nothing_of_what_came_into_force(vehicle, monkeypatch):
+    mavproxy = Mavproxy(vehicle)
+    code = mavproxy.ask("upload 111.param").rpartition("params yes ")[2]
+    with monkeypatch.context() as disk:
+        full_once_in_force(vehicle, disk)
+        told = mavproxy.ask(f"yes {code}")
+    assert "2 parameters written and read back, set " in told
+    assert told.index("read back equal") < told.index("its receipt still says that it was begun: ")
+    assert "No space left on device" in told
+    assert "receipt: " not in told
+    again = mavproxy.ask("upload 111.param")
+    assert "already so: " in again
+    assert "accepted: " in again
+    assert "never finished" not in mavproxy.ask("diff 111.param")

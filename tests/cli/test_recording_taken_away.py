@@ -10,7 +10,7 @@ from test_bridge_ring import VEHICLE
 from waiting import until
 
 from bridge import exit_codes
-from bridge.wire.segments import segments_in
+from bridge.wire.whole import segments_in
 from gcs_plugin.dives.folder import list_folders
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody deletes an open file there")

@@ -11,7 +11,7 @@ from full_disk import fill
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.orders import status_texts
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import TlogWriter

@@ -12,7 +12,7 @@ import pytest
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
 from gcs_plugin import simulated

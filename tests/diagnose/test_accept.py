@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from fakes.planted import diagnosed, drawn_nominal, explained, quiet
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import known_beside

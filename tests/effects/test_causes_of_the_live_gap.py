@@ -7,8 +7,8 @@ import pytest
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.monitor.forces import DRAGGED, NUDGE_M_S, forces, names_of
 from gcs_plugin.monitor.model import model_of
+from gcs_plugin.monitor.predictor import DRAGGED, NUDGE_M_S, forces, names_of
 from identify.effects import actuators, environment, hydrodynamics, rigid_body
 
 FILE = load_vehicle("ruvifist:hovering")

@@ -14,9 +14,8 @@ from rosbags.highlevel import AnyReader
 from bench.missions.mission import draw_one
 from bridge import exit_codes
 from identify.dive import Dive, Signal
-from identify.export.flown import flown
 from identify.export.mcap import write_mcap
-from identify.export.signals import topics
+from identify.export.signals import flown, topics
 from identify.ingest.open import read_dive
 from identify.ingest.proposal_of_runs import propose
 from identify.ingest.ros.bags import read_bag

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import GRAVITY_M_S2, load_vehicle
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from identify.effects.library import library
 from identify.export.model import Propeller, enu, flu, model_of, pointing, volume_m3
 from identify.export.targets import TARGETS, export, with_effects

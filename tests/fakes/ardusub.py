@@ -11,7 +11,7 @@ from fakes.scripting import Scripting
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.wire import ftp
 from bridge.wire.framing import Encoder, Framer, decode
 

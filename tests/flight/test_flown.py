@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.flight.flight import End, State
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle
 from bridge.vehicle.config import load_vehicle

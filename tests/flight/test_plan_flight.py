@@ -18,7 +18,7 @@ from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import PlanFlight, Wanted, told
 from identify.identification import estimate
-from identify.planning.enough import widths
+from identify.planning.knowledge import widths
 from tui import cli
 from tui.commands import calibrate, fly
 from tui.flying import recorded_crew

@@ -132,6 +132,13 @@ def test_losses_are_told(talker):
     assert int(told[1]) / int(told[2]) == pytest.approx(0.2, abs=0.01)
 
 
+def test_a_link_without_a_vehicle_is_told_with_the_frames_that_came(talker):
+    talker.rates.pop("alive")
+    talker.answers_time = False
+    said = examined(talker)["link"].sentence
+    assert said == f"talker:: {talker.sent} frames, but no vehicle's HEARTBEAT; is this the vehicle?"
+
+
 def feels(*force):
     """Makes the IMU feel another gravity."""
     return lambda talker: talker.rates.update(imu=(50.0, (*force, 0.0, 0.0, 0.0, math.nan)))
@@ -140,7 +147,6 @@ def feels(*force):
 @pytest.mark.parametrize(
     ("spoil", "name", "words"),
     [
-        (lambda t: t.rates.pop("alive"), "link", "no vehicle's HEARTBEAT"),
         (lambda t: t.stops_s.update(alive=4.0), "link", "the vehicle went silent"),
         (lambda t: setattr(t, "answers_time", False), "time", "nobody answers TIMESYNC"),
         (lambda t: setattr(t, "delay_s", 0.5), "time", "round trip 500 ms"),

@@ -17,7 +17,7 @@ from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.response import Series, find_pulses, nominal, record_of
+from gcs_plugin.doctor.response import Pulse, Series, WetRecord, find_pulses, noise, nominal, record_of
 from gcs_plugin.doctor.wet import TURNS, corrected, describe, diagnose, findings
 
 VEHICLES = [("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2_heavy", "heavy")]
@@ -205,6 +205,16 @@ def test_a_recorded_check_is_read_from_its_frames(right):
     assert record_of(frames, 8).fog.time_s == pytest.approx(right[key].fog.time_s, abs=1e-6)
     with pytest.raises(LogError, match="no commands of 8 thrusters"):
         record_of(frames[:0], 8)
+
+
+def test_the_noise_of_a_feature_is_that_of_its_two_means_at_rest_and_none_where_the_rest_is_too_short():
+    time_s = np.arange(0.0, 120.0, 0.01)
+    fog = Series(time_s, 0.1 * np.random.default_rng(1).standard_normal((len(time_s), 1)))
+    record = WetRecord(fog, fog=fog)
+    # Means over 0.8 s before a pulse and over 0.3 s in it.
+    expected = 0.1 * math.sqrt(1 / 80 + 1 / 30)
+    assert noise(record, [Pulse(0, 119.0, 120.0, 1600.0)])["fog"] == pytest.approx([expected], rel=0.15)
+    assert noise(record, [Pulse(0, 1.5, 2.5, 1600.0)])["fog"] == pytest.approx([0.0], abs=0.0)
 
 
 def frames_of(record):

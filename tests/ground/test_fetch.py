@@ -10,13 +10,12 @@ from bridge.errors import LinkTimeout, LogError
 from bridge.onboard.ring import Bounds
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Op, Packet
-from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole import WHOLE, Segment, segments_in
 from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.replay import Reel
-from gcs_plugin.fetch.boots import Boot, newest, of_dive
 from gcs_plugin.fetch.fetching import Fetching, fetch
+from gcs_plugin.fetch.into_dive import Boot, newest, of_dive
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.peers import ground_heartbeat
 from identify.ingest.open import recording_files

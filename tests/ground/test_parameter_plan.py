@@ -136,6 +136,18 @@ def test_only_identifiable_coefficients_become_parameters():
     assert parameters_from_identification(data, 1) == {"FF1_M_U": float32.rounded(24.4), "FF1_D_Q": 5.0}
 
 
+def test_a_linear_damping_without_a_value_is_sent_as_none_beside_its_quadratic_one():
+    data = {
+        "parameters": [
+            estimate("X_uu", 12.5),
+            estimate("D_u", None, identifiable=False),
+            estimate("Y_vv", 9.0),
+            estimate("D_v", 3.0, identifiable=False),
+        ]
+    }
+    assert parameters_from_identification(data, 0) == {"FF0_X_UU": 12.5, "FF0_Y_VV": 9.0, "FF0_D_U": 0.0}
+
+
 @pytest.mark.parametrize("value", [None, float("nan"), -1.0, 1e7, "24", True])
 def test_an_identification_unfit_to_send_is_refused_whole(value):
     with pytest.raises(ParamRejected, match="M_u"):

@@ -7,10 +7,10 @@ import pytest
 from fakes.recordings import raws, ring_raws
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
 from bridge.wire.framing import Encoder
-from bridge.wire.segments import segments_in
+from bridge.wire.whole import segments_in
 from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.recording.recorder import Recorder
 

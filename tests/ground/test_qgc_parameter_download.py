@@ -15,7 +15,7 @@ from fakes.lossy import Lossy
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.vehicle.config import load_vehicle

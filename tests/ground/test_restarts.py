@@ -9,7 +9,7 @@ from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.peers import Peers
 

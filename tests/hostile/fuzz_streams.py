@@ -14,7 +14,7 @@ from fastcrc import crc8, crc32
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.file_server import FileServer
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge

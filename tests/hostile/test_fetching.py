@@ -19,9 +19,8 @@ from bridge.errors import LogError, SeatrialError
 from bridge.onboard.file_server import crc32
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
-from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole import WHOLE, Segment
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.mirror import Mirror

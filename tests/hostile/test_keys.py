@@ -14,7 +14,7 @@ from test_fetching import KEPT, LONGEST_S, PATIENCE_S, SEGMENTS, VEHICLE, heard,
 
 from bridge import exit_codes
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.wire.framing import CRC_EXTRA, Encoder, Framer, decode
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
 from bridge.wire.ftp import decode as packet_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fakes.shared import shared
 
-from bench.diagnosis.recorded import recorded_dive
+from bench.diagnosis.trials import recorded_dive
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
 from identify.challenge.case import draw_case

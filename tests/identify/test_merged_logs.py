@@ -8,7 +8,7 @@ from autopilot_log import Turning, heard, logged
 from fakes.shared import shared
 
 from bridge.errors import LogError
-from bridge.wire.clock_line import fit_clock
+from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Signal
 from identify.ingest.logs import in_holes, match, merged
 from identify.ingest.open import identity_of, read_dive, recording_files
@@ -54,6 +54,17 @@ def test_the_line_is_stated_as_well_as_it_is_known() -> None:
         ends_s = np.array([0.0, 1500.0])
         held += bool(np.abs(line.ahead_s(ends_s) - 12.7 - drift * ends_s).max() <= line.within_s(0.0, 1500.0))
     assert 180 <= held <= 200
+
+
+@pytest.mark.parametrize(
+    ("offset_s", "drift", "words"),
+    [
+        (-12.7, 40e-6, "is 12.700 s behind, gains 40 ± 3 ppm, and is known to 4 ms"),
+        (12.7, -40e-6, "is 12.700 s ahead, loses 40 ± 3 ppm, and is known to 4 ms"),
+    ],
+)
+def test_a_line_says_which_clock_is_ahead_and_which_way_it_drifts(offset_s, drift, words) -> None:
+    assert ClockLine(100.0, offset_s, drift, 1e-3, 1.5e-6).words(100.0, 1100.0) == words
 
 
 def test_a_log_dropped_into_the_folder_fills_up_what_came_rarely(tmp_path) -> None:

@@ -1,6 +1,7 @@
 """Several runs in one table, told apart by a column: read, proposed, refused, identified as one dive."""
 
 import json
+from pathlib import Path
 
 import closed_loop
 import numpy as np
@@ -18,16 +19,7 @@ runs: {column: trial}
 velocity: {columns: [u, null, null], unit: m/s}
 pwm: {columns: [T1], unit: N}
 """
-VEHICLE = """\
-name: one-axis
-configurations:
-  only:
-    dry_mass_kg: 72.0
-    inertia_kgm2: [3.0, 9.0, 10.0]
-    thruster_limit_n: 60.0
-    thrusters:
-      - {direction: [1.0, 0.0, 0.0], position_m: [0.0, 0.0, 0.0]}
-"""
+VEHICLE = (Path(__file__).resolve().parents[1] / "data" / "vehicles" / "one_axis.yaml").read_text("utf-8")
 
 
 @pytest.fixture

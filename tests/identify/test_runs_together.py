@@ -1,6 +1,7 @@
 """`identify --together` and `diagnose` of several recordings: tables of short runs, named or in a folder."""
 
 import json
+from pathlib import Path
 
 import closed_loop
 import numpy as np
@@ -9,17 +10,7 @@ import pytest
 from bridge import exit_codes
 from tui import cli
 
-VEHICLE = """\
-name: one-axis
-thrust_curve: {lag_s: 0.0}
-configurations:
-  only:
-    dry_mass_kg: 72.0
-    inertia_kgm2: [3.0, 9.0, 10.0]
-    thruster_limit_n: 60.0
-    thrusters:
-      - {direction: [1.0, 0.0, 0.0], position_m: [0.0, 0.0, 0.0]}
-"""
+VEHICLE = (Path(__file__).resolve().parents[1] / "data" / "vehicles" / "one_axis.yaml").read_text("utf-8")
 COLUMNS = """\
 time: {column: t}
 velocity: {columns: [u, null, null], unit: m/s}

@@ -10,7 +10,7 @@ import pytest
 from bridge.errors import FitError, LogError
 from identify.repeats.answer import plain, sentences
 from identify.repeats.judge import Judged
-from identify.repeats.usual import usual_from
+from identify.repeats.marks import usual_from
 from identify.run.repeats import accept, judge
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"

@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 from bridge.errors import FitError
-from identify.repeats.marks import run_of
-from identify.repeats.usual import usual_from, usual_of
+from identify.repeats.marks import run_of, usual_from, usual_of
 
 
 def run_of_made(made, **changes):

@@ -21,7 +21,7 @@ from identify.report.page import (
     write_figures,
 )
 from identify.report.plot import Line, lines_panel, stack
-from tui.pages import settings
+from tui.files import settings
 
 
 def figure(name: str) -> Figure:

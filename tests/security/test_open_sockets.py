@@ -16,7 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.links.addresses import listening, of_link, of_served
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.links.open import open_link
 from bridge.links.secured import Opener, on_words
 from bridge.onboard.program import sockets

@@ -4,7 +4,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.signing.key import SigningKey, is_signed, new_key, signed
 from bridge.signing.link import EPOCH_UNIX_S, STEPS_A_S, Gate, Refusal, SignedLink, Times, Trouble
 from bridge.wire.framing import Encoder, Framer

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
 from bridge import exit_codes
 from bridge.errors import LinkError
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.signing.key import is_of, is_signed, new_key, read_key, signed, write_key
 from bridge.signing.link import EPOCH_UNIX_S, STEPS_A_S
 from bridge.wire.framing import Encoder, Framer

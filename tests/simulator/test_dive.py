@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from soak import rest_in_soak
 
 from bridge.errors import ParamRejected
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.simulator.body import Start
 from bridge.simulator.direct import simulate_truth

@@ -15,8 +15,8 @@ from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.accepted_effects import Losses, Supply, VoltageLaw, known_effects
 from bridge.vehicle.autopilot import Autopilot
+from bridge.vehicle.coefficients import OF_ANY_VEHICLE, effect_coefficients
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, effect_coefficients
 from bridge.vehicle.feedforward import feedforward
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation

@@ -248,10 +248,10 @@ def test_a_velocity_holds_through_a_dropout_and_keeps_its_own_time():
 def test_yaw_rate_comes_from_the_gyro_until_that_falls_silent():
     known = navigator()
     known.take_yaw_rate(1.0, 0.25)
-    known.take_imu(ImuSample(1.4, (0.0, 0.0, -9.81), (0.0, 0.0, 0.2)))
-    assert known.navigation.rate == (0.0, 0.0, 0.25)
-    known.take_imu(ImuSample(1.6, (0.0, 0.0, -9.81), (0.0, 0.0, 0.2)))
-    assert known.navigation.rate == (0.0, 0.0, 0.2)
+    known.take_imu(ImuSample(1.4, (0.0, 0.0, -9.81), (0.01, 0.02, 0.2)))
+    assert known.navigation.rate == (0.01, 0.02, 0.25)
+    known.take_imu(ImuSample(1.6, (0.0, 0.0, -9.81), (0.01, 0.02, 0.2)))
+    assert known.navigation.rate == (0.01, 0.02, 0.2)
 
 
 def test_a_heading_runs_on_past_half_a_turn():

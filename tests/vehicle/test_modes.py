@@ -21,7 +21,7 @@ from hypothesis.stateful import (
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ParamError
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.simulator.truth import load_truth

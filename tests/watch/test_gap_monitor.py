@@ -13,12 +13,10 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.wire.readings import Reading
-from gcs_plugin.monitor.forces import names_of
-from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor
+from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor, gap_line, worst
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
-from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second
-from gcs_plugin.monitor.words import gap_line, worst
+from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second, names_of
 
 RUVIFIST = load_vehicle("ruvifist:survey")
 TRUTH = load_truth(RUVIFIST, "survey")

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from bridge.clock import SimulatedClock, SystemClock
-from bridge.links.link import Link
-from bridge.links.memory import memory_pair
+from bridge.links.link import Link, memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.ports import run_ports
 from bridge.onboard.service import Bridge

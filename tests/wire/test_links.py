@@ -12,8 +12,7 @@ from links_read import SOON_S, read_exactly
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkError, LinkLost
 from bridge.links.descriptor import open_tcpin
-from bridge.links.link import Link
-from bridge.links.memory import memory_pair
+from bridge.links.link import Link, memory_pair
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Aside, Reconnecting, next_retry_s
 from bridge.wire.framing import Encoder, Framer

@@ -31,8 +31,8 @@ temperature = st.integers(-200, 4000).map(lambda n: n / 100)
 small = st.integers(0, 30000).map(lambda n: n / 100)
 sigma = st.sampled_from((0.0, 0.25, 0.5, NAN))
 fix = st.sampled_from((2.0, 3.0, 4.0))
-course = st.integers(0, 35999).map(lambda c: math.radians(c / 100))
-seen = st.integers(0, 40).map(float)
+course = st.just(NAN) | st.integers(0, 35999).map(lambda c: math.radians(c / 100))
+seen = st.just(NAN) | st.integers(0, 40).map(float)
 
 
 def numbers(n: int) -> st.SearchStrategy[tuple[float, ...]]:
@@ -150,6 +150,12 @@ def test_altitude_looks_down_in_centimetres_and_pressure_is_hectopascal():
     assert (m["orientation"], m["current_distance"], m["time_boot_ms"]) == (25, 321, 2000)
     _, m = over_the_wire(Reading("pressure", 2.0, (125_000.0, 18.5)))
     assert (m["press_abs"], m["temperature"]) == (1250.0, 1850)
+
+
+@pytest.mark.parametrize(("degrees", "cog"), [(359.997, 35999), (-0.5, 35950), (360.0, 0), (NAN, 65535)])
+def test_a_course_over_ground_stays_below_a_whole_turn(degrees, cog):
+    _, m = over_the_wire(Reading("gnss", 2.0, (3.0, 45.0, 12.0, 0.0, 1.0, 0.5, math.radians(degrees), 9.0)))
+    assert m["cog"] == cog
 
 
 def test_a_control_tick_is_told_whole():

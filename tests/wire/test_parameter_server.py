@@ -119,7 +119,7 @@ def test_an_unfit_write_changes_nothing_and_is_answered_by_error_and_present_val
     before = {n: target.value(n) for n in target.names}
     (first, refusal), (second, held) = ask(target, set_message(name, value), armed)
     assert (first, second) == ("PARAM_ERROR", "PARAM_VALUE")
-    assert (refusal.param_id, refusal.error) == (name, error)
+    assert (refusal.param_id, refusal.param_index, refusal.error) == (name, -1, error)
     assert (refusal.target_system, refusal.target_component) == (255, 190)
     assert (held.param_id, held.param_value) == (name, before[name])
     assert {n: target.value(n) for n in target.names} == before
@@ -424,7 +424,7 @@ def test_a_mode_that_is_there_already_is_stored_once_and_where_that_failed_again
 
 
 def test_the_store_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
-    path = tmp_path / "parameters.json"
+    path = tmp_path / "of" / "vehicle" / "parameters.json"
     first = {"here": store.Stored(1.0, {"a": 1.0}), "": store.Stored(0.0, None)}
     store.save(path, first)
 

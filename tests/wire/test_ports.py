@@ -15,8 +15,7 @@ from waiting import over_and_over
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError
-from bridge.links.link import Link
-from bridge.links.memory import memory_pair
+from bridge.links.link import Link, memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.ports import Inbox, port_spec, run_ports
 from bridge.onboard.service import Bridge

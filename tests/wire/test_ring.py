@@ -19,7 +19,7 @@ from bridge.onboard import ring as keeper_module
 from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
-from bridge.wire.segments import Segment, segment_named, segments_in
+from bridge.wire.whole import Segment, segment_named, segments_in
 
 SMALL = Bounds(total=4000, segment=1000)
 

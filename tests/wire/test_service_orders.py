@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from service_rig import Rig
 
 from bridge import exit_codes
-from bridge.links.memory import memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import Refusal
 from bridge.onboard.program import ground

@@ -13,11 +13,9 @@ from bridge.links.addresses import of_link
 from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.batch.drift import Drift, drift_of
-from identify.batch.effect_drift import EffectDrift, chance_words, effect_drifts
+from identify.batch.drift import Drift, EffectDrift, chance_words, drift_of, effect_drifts
 from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Result, job_for
-from identify.batch.page import MARKS, batch_report, doubt_mark
-from identify.batch.page_causes import cause_words
+from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
 from identify.batch.recordings import Found, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
@@ -27,9 +25,9 @@ from identify.ingest.open import utc
 from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
 from identify.words import with_interval
-from tui import pages, show
+from tui import show
 from tui.commands.diagnose import before_of
-from tui.files import Files
+from tui.files import Files, settings
 from tui.parameter_files import Leave
 from tui.recordings import recording_at, ruled_out
 from tui.show import STANDARD_OUTPUT, Table, Tell
@@ -194,7 +192,7 @@ def finish(
             for row in rows
             if row.sha256
         ]
-        page_report = with_provenance(report, read, file, pages.settings(arguments))
+        page_report = with_provenance(report, read, file, settings(arguments))
         if files.attempt(partial(write_report, page, page_report)):
             show.say(show.words(), f"trends: {page}")
     answers = [bool(row.values) for row in rows]

@@ -13,9 +13,8 @@ from rich.console import Console
 from bridge import exit_codes
 from bridge.errors import ConfigError, FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS, effect_coefficients
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
 from bridge.version import installed
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import Interval, Sidecar
@@ -32,12 +31,12 @@ from identify.dive import Dive
 from identify.glance.foretold import began
 from identify.identification import Outcome, worst
 from identify.repeats.answer import plain, sentences
-from identify.repeats.usual import Usual, usual_from
+from identify.repeats.marks import Usual, usual_from
 from identify.run.diagnose import Before, diagnose, effects_without, published
 from identify.run.identify import compiles_first, runs_told
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_of
-from tui import pages, show
+from tui import show
 from tui.commands.prior import accepted_in
 from tui.files import Files
 from tui.parameter_files import Leave, check_outcome, read_identification
@@ -98,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
     with Files() as files:
         files.json(done.to_json(), arguments.json)
         dives = [dive for dive in (done.dive, done.check) if dive is not None]
-        pages.publish(files, arguments, partial(page_of, result), dives, done.file)
+        files.publish(arguments, partial(page_of, result), dives, done.file)
         if result.prediction is not None and arguments.predict:
             foretold = f"velocities of the check dive: {arguments.predict}"
             files.text(Path(arguments.predict), csv_of(result.prediction), foretold)
@@ -264,7 +263,7 @@ def run_against(arguments: argparse.Namespace) -> int:
     # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
         files.json({**against.plain(gap), **runs_told(real)}, arguments.json)
-        pages.publish(files, arguments, partial(page_of_both, gap), (real, sim), file)
+        files.publish(arguments, partial(page_of_both, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)
         show.say(console, *files.written)

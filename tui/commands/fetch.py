@@ -18,10 +18,9 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
-from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.holes import Hole
-from gcs_plugin.fetch.into_dive import refuse_recorded, remade
+from gcs_plugin.fetch.into_dive import Boot, boots_heard, newest, of_dive, refuse_recorded, remade
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records

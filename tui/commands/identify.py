@@ -27,7 +27,7 @@ from identify.progress import Progress
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read
 from identify.run.repeats import usual_in
-from tui import pages, show
+from tui import show
 from tui.files import Files
 from tui.recordings import column_map_for, each_alone, read_together, recording_at
 
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
                 )
         finally:
             page = partial(page_of, result, curves)
-            pages.publish(files, arguments, page, [each.dive for each in result], file)
+            files.publish(arguments, page, [each.dive for each in result], file)
         show.say(console, *files.written)
     converged = all(each.answer.outcome is Outcome.CONVERGED for each in result)
     return files.code(exit_codes.DONE if converged else exit_codes.NO)

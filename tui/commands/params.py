@@ -14,9 +14,8 @@ from bridge.command_line import check_folder
 from bridge.errors import ParamError
 from bridge.exit_codes import UsageError
 from bridge.links import secured
-from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, effect_coefficients, gain_name
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients, gain_name
 from bridge.vehicle.parameters import bounds, to_float32
 from bridge.wire.framing import Encoder
 from gcs_plugin.params.client import ParameterClient

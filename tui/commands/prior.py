@@ -15,9 +15,8 @@ from bridge import exit_codes, schema
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.plain import is_number
-from bridge.vehicle.coefficients import BY_NAME, OF_HULL
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import CONFIGS, Prior, Vehicle, VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import AcceptedEffect
 from gcs_plugin.params.files import Sidecar, replace_text
 from gcs_plugin.params.identified import doubt_lines, sidecar_of
 from identify.identification import Outcome

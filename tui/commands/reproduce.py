@@ -11,7 +11,7 @@ from bench.reproduce.run import reproduce
 from bridge import clock as clocks
 from bridge import exit_codes
 from gcs_plugin.dives.folder import new_folder
-from tui import pages, show
+from tui import show
 from tui.files import Files
 
 PAGE, RESULT = "reproduction.html", "result.json"
@@ -24,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
         done = reproduce(folder, arguments.seed, clock.unix_s(), sized(arguments.network), tell)
     dives = [*(campaign.dive for campaign in done.campaigns.values()), *done.dives.values()]
     with Files() as files:
-        pages.publish(files, arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
+        files.publish(arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
         console = show.results(arguments.json)
         rows = [
             (

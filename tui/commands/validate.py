@@ -20,7 +20,7 @@ from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate
 from identify.validate import METHOD, Row, TrackingErrors
 from identify.words import speed
-from tui import pages, show
+from tui import show
 from tui.files import Files
 from tui.parameter_files import foretelling_of, sidecar_beside
 from tui.recordings import column_map_for
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
         show.put(console, _lags(errors))
     with Files() as files:
         files.json(done.to_json(), arguments.json)
-        pages.publish(files, arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
+        files.publish(arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
         for run in done.runs:
             # The errors cover only the data that these notes leave.
             for note in run.dive.notes:

@@ -24,8 +24,7 @@ from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Framer
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.monitor.gap import Gap
-from gcs_plugin.monitor.words import thousandths, worst
+from gcs_plugin.monitor.gap import Gap, thousandths, worst
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import load_settings

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.simulation import simulation_of
+from identify.diagnose.shrink import flight_of
+from identify.diagnose.simulation import Simulation, simulation_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.estimators.likelihood_axis import DISTURBANCE
@@ -68,3 +69,22 @@ def pushing(name: str, wrench: Callable[[Course], Array]) -> Cause:
         return Act(wrench=wrench(course))
 
     return Cause(Effect(name, "", "force", (), act, ""), np.zeros(0))
+
+
+HORIZON_S = 5.0
+
+
+def closed(said: Said, nominal: Nominal, check: Nominal) -> tuple[Array, Array]:
+    """Rms drifts (6,) after 5 s on the check dive, by the nominal model and with the rival's causes; m/s and rad/s.
+
+    Masses, dampings and causes are those of the first dive; trims are the check dive's own, as for the diagnosis.
+    """
+    flight = flight_of(said.now, said.causes, nominal, check)
+    return _drift(flight.before), _drift(flight.after)
+
+
+def _drift(model: Simulation) -> Array:
+    length = round(HORIZON_S / model.step_s)
+    starts = np.arange(0, len(model.time_s) - length - 1, length)
+    off = model.off(starts, [length], np.zeros_like(model.nu))[:, 0]
+    return np.asarray(np.sqrt(np.mean(off**2, axis=0)))

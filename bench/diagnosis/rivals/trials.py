@@ -9,12 +9,10 @@ from importlib.util import find_spec
 from typing import Any
 
 from bench.diagnosis.plan import Planned
-from bench.diagnosis.recorded import recorded_check, recorded_dive
 from bench.diagnosis.rivals import bic, network
-from bench.diagnosis.rivals.closing import closed
-from bench.diagnosis.rivals.said import Said
+from bench.diagnosis.rivals.said import Said, closed
 from bench.diagnosis.sources import RIVALS
-from bench.diagnosis.trials import CHECKED, effects_for, finite
+from bench.diagnosis.trials import CHECKED, effects_for, finite, recorded_check, recorded_dive
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from identify.challenge.case import Case

@@ -11,9 +11,8 @@ from textual.app import ComposeResult
 from textual.containers import Container, Vertical, VerticalScroll
 
 from bridge.vehicle.coefficients import DOFS
-from gcs_plugin.monitor.gap import AxisGap, Gap
-from gcs_plugin.monitor.words import thousandths
-from gcs_plugin.monitor.words import worst as worst_axis
+from gcs_plugin.monitor.gap import AxisGap, Gap, thousandths
+from gcs_plugin.monitor.gap import worst as worst_axis
 from gcs_plugin.watch.picture import (
     Condition,
     Freshness,

@@ -1,0 +1,159 @@
+"""Sections of the benchmark by themselves: the ladder, flying, the gap monitor, bags, a CUDA card."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from bench import card, ladder
+from bench.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
+from bench.flying import lines
+from bench.gap_monitor import ONSETS, _lines, onset_dive
+from bench.reproduce.paper import SMALL, PaperNetwork, Samples
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import load_vehicle
+from identify.ingest.open import read_dive
+
+TUNED = ladder.Pid(8.0, 64.0, 0.6)
+
+
+def test_a_pid_flies_the_same_gains_and_dead_zone_alone_and_beside_the_feed_forward():
+    paper, gains = ladder.paper_table(), ladder.table(ladder.Pid(2.0, 4.0, 0.7))
+    assert gains["fed"] == {"gain": 1.0, "straight_below_n": 0.7}
+    assert gains["straight_below_n"] == 0.7
+    assert gains["surge"]["kp"] == [2.0 * gain for gain in paper["surge"]["kp"]]
+    assert gains["sway"]["ki"] == [4.0 * gain for gain in paper["sway"]["ki"]]
+    assert gains["yaw"] == paper["yaw"]
+
+
+def test_the_page_gives_both_errors_and_their_ratio():
+    flight = {
+        name: {"OFF": {"surge": 0.06, "sway": 0.05}, "BOTH": {"surge": 0.005, "sway": 0.004}}
+        for name in ("the paper's", "as beside the feed-forward", "tuned")
+    }
+    page = ladder.lines(TUNED, [flight, flight])
+    assert page[-1] == "| tuned | 60.0 | 5.0 | 12.0 | 50.0 | 4.0 | 12.5 |"
+    assert "8 times the paper's proportional gain, 64 times its integral" in " ".join(page)
+
+
+def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
+    data = {
+        "hand_s": 800.0, "known_s": 100.0, "whole_s": 120.0, "identify_s": 0.5, "share": 0.05,
+        "hand": {"M_u": 0.013, "D_u": 0.05}, "flown": {"M_u": 0.003, "D_u": 0.012},
+    }  # fmt: skip
+    results = {f"{c} {n}": data for c in ("survey", "hovering") for n in range(3)}
+    results["hovering 1"] = data | {"known_s": 90.0}
+    page = "\n".join(lines(results))
+    assert "| hovering | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in page
+    assert "| survey | M_u | D_u |" in page
+    assert "| flown | 0.3 | 1.2 |" in page
+    assert "took 0.5 s on average" in " ".join(page.split())
+
+
+def test_every_onset_can_be_simulated_and_has_a_cause_to_be_named():
+    truth = load_truth(load_vehicle("ruvifist:survey"), "survey")
+    for onset in ONSETS.values():
+        effects = onset.draw(np.random.default_rng(1))
+        assert type(truth)(truth.model, 0.0, 0.0, onset=effects).onset == effects
+        assert onset.named(effects)
+
+
+def test_a_current_that_sets_in_is_found_and_named():
+    data = onset_dive("current", "hovering", 8301)
+    assert data["early"] == 0
+    assert 15.0 < data["after_s"] < 60.0
+    assert data["named"]
+
+
+def test_the_table_counts_what_was_found_in_time_and_every_false_alarm():
+    dive = {"effects": {}, "after_s": 30.0, "early": 0, "named": True}
+    results = {f"{name} {n}": dive for name in ONSETS for n in range(3)}
+    results |= {
+        "tether 0": dive | {"after_s": 70.0, "named": False},
+        "tether 1": dive | {"after_s": None, "named": False, "early": 1},
+        "calm 0": {"hours": 0.5, "alarms": [100.0]},
+        "calm 1": {"hours": 0.25, "alarms": []},
+    }
+    page = "\n".join(_lines(results))
+    assert "| a tether snags, 0.5 to 3 N/m | 3 | 33% | 67% | 50 s | 50% |" in page
+    assert "| a current of 0.05 to 0.2 m/s | 3 | 100% | 100% | 30 s | 100% |" in page
+    flat = " ".join(page.split())
+    assert "False alarms: 1 in 0.8 h of 2 whole missions without any effect, and 1 in the 45 minutes" in flat
+
+
+SECONDS = 3
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path: Path, form: str) -> None:
+    bag, columns = hour(form, tmp_path, SECONDS), tmp_path / "map.yaml"
+    columns.write_text(MAP, encoding="utf-8")
+    dive = read_dive(bag, columns)
+    assert {name: len(signal) for name, signal in dive.signals().items()} == dict.fromkeys(
+        ("velocity", "gyro", "specific_force", "attitude", "pwm"), 100 * SECONDS
+    )
+    assert dive.duration_s == pytest.approx(SECONDS - 0.01)
+    written = bag.stat().st_mtime_ns
+    assert hour(form, tmp_path, SECONDS).stat().st_mtime_ns == written
+
+
+def measured(bare_s: float, ours_s: float) -> dict[str, object]:
+    return {"bytes": 2e6, "messages": 900, "seconds": {BARE: bare_s, OURS: ours_s, DECODED: 9.0}}
+
+
+def test_the_slowest_form_is_judged_by_the_goal() -> None:
+    lines = lines_of({".bag": measured(2.0, 1.0), ".mcap": measured(1.0, 2.5)})
+    assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in lines
+    assert "Goal of 3 times bare: 2.5 at most, met." in lines
+    assert "Goal of 3 times bare: 4 at most, **missed**." in lines_of({".db3": measured(1.0, 4.0)})
+
+
+SHAPE = load_vehicle("ruvifist:survey").vehicle.configurations["survey"]
+OPTIONS = replace(SMALL, window=5, dropout=0.0)
+
+
+def _trainer(dtype: torch.dtype) -> card.Trainer:
+    rng = np.random.default_rng(0)
+    nu = 0.1 * rng.standard_normal((60, 6))
+    data = Samples(nu[4:], np.zeros((56, 6)), 40.0 * nu[4:], np.zeros((56, 6)), (0, 5))
+    series = torch.tensor(np.column_stack([np.full(60, 0.1), nu]), dtype=torch.float32)
+    return card.trainer(series, torch.arange(4, 60), data, SHAPE, OPTIONS, dtype)
+
+
+@pytest.mark.soak
+def test_bfloat16_with_master_weights_trains_as_float32_does() -> None:
+    batches = list(torch.split(torch.arange(56), 14)) * 5
+    plain = card.losses(_trainer(torch.float32).step, batches)
+    ours = card.losses(_trainer(torch.bfloat16).step, batches)
+    assert card.furthest_apart(plain, ours) < card.ALIKE
+    assert plain[-1] < 0.9 * plain[0]
+
+
+@pytest.mark.parametrize("kind", [kind for kind in card.KINDS if kind.ready is card.eager])
+def test_what_is_compared_without_a_graph_takes_a_step(kind: card.Kind) -> None:
+    one = _trainer(kind.dtype)
+    assert type(one.optimiser) is kind.adam
+    first, second = (float(kind.ready(one, 14)(torch.arange(14))) for _ in range(2))
+    assert second < first
+
+
+def test_small_updates_are_kept_in_the_masters() -> None:
+    one = _trainer(torch.bfloat16)
+    before = [master.clone() for master in one.masters]
+    one.step(torch.arange(14))
+    assert all(weight.dtype == torch.bfloat16 for weight in one.network.parameters())
+    for master, was, weight in zip(one.masters, before, one.network.parameters(), strict=True):
+        assert not torch.equal(master, was)
+        assert torch.equal(weight, master.bfloat16())
+
+
+def test_operations_are_two_a_weight_forward_and_four_backward() -> None:
+    network = PaperNetwork(16, 2, 0.0)
+    lstm = sum(p.numel() for p in network.lstm.parameters())
+    head = sum(
+        p.numel() for layer in network.head if isinstance(layer, nn.Linear) for p in layer.parameters()
+    )
+    assert card.flops_a_sample(network, 20) == 6 * (20 * lstm + head)
