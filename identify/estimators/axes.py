@@ -52,8 +52,9 @@ GRID_S = 0.02
 LONGEST_STEP_S = 0.05
 """Longer steps between readings are divided, so that a force held over a step is not held for long."""
 
-TIME_DIGITS = 5
-"""Times are rounded to 10 us, in which no vehicle moves: then few steps differ, and each is computed once."""
+TICK_S = 2.5e-4
+"""Times are rounded to it, half of the error of their stamps: then few steps differ, also where readings of two clocks
+lie among each other, and each is computed once."""
 
 FIRST_POSITION_STD = 0.1
 LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
@@ -392,7 +393,7 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
     count = [len(run.time_s) for run in runs]
     time_s = np.concatenate([run.time_s for run in runs])
     steps = [np.diff(run.time_s, prepend=run.time_s[0]) for run in runs]
-    step_s = np.round(np.concatenate(steps), TIME_DIGITS).astype(np.float64)
+    step_s = _in_ticks(np.concatenate(steps))
     found_s, step = np.unique(step_s, return_inverse=True)
     empty = int(found_s[0] == 0.0)
     step = np.asarray(step - empty, dtype=np.int64)
@@ -419,21 +420,22 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
 
 
 def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _RunEvents | None:
-    time_s = np.round(np.concatenate([c.time_s for c in channels]), TIME_DIGITS)
+    time_s = _in_ticks(np.concatenate([c.time_s for c in channels]))
     value = np.concatenate([c.value for c in channels])
     scale = np.concatenate([c.scale for c in channels])
     state = np.concatenate([np.full(len(c.time_s), c.state_read, dtype=np.int64) for c in channels])
     channel = np.concatenate([np.full(len(c.time_s), i, dtype=np.int64) for i, c in enumerate(channels)])
     keep = np.flatnonzero((time_s >= span_s[0]) & (time_s <= span_s[1]))
     order = keep[np.argsort(time_s[keep], kind="stable")]
-    time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
+    time_s, value, scale = (a[order] for a in (time_s, value, scale))
+    state, channel = state[order], channel[order]
     if np.count_nonzero(np.isfinite(value) & (state == channels[0].state_read)) < FEWEST:
         return None
     # An increment that began before the first event is incomplete.
     whole = state != INCREMENT
     value = np.where(whole | (np.cumsum(~whole) > 1), value, np.nan)
     initial = _initial(time_s, value, scale, state)
-    between = np.round(_dividing(time_s), TIME_DIGITS).astype(np.float64)
+    between = _in_ticks(_dividing(time_s))
     before = np.searchsorted(time_s, between)
     return _RunEvents(
         np.insert(time_s, before, between),
@@ -443,6 +445,10 @@ def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _Ru
         np.insert(channel, before, 0),
         initial,
     )
+
+
+def _in_ticks(time_s: Array) -> Array:
+    return np.asarray(np.round(time_s / TICK_S) * TICK_S, dtype=np.float64)
 
 
 def _dividing(time_s: Array) -> Array:

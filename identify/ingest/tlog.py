@@ -5,7 +5,7 @@ VISION_POSITION_DELTA as a change of position over `time_delta_usec`, in the bod
 VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED north-east-down.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,7 +61,9 @@ def velocity_of(messages: Messages, attitude: Signal | None) -> Told | None:
         signal = _odometry(odometry, attitude)
         if signal is not None:
             return Told(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
-    signal = _deltas(messages.get_from_anyone("VISION_POSITION_DELTA"))
+    signal = _deltas(
+        messages.get_from_anyone("VISION_POSITION_DELTA"), messages.components("DEBUG_FLOAT_ARRAY")
+    )
     if signal is None:
         signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
     if signal is not None:
@@ -90,17 +92,20 @@ def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
     return None
 
 
-def _deltas(batch: Batch | None) -> Signal | None:
+def _deltas(batch: Batch | None, companions: Collection[int]) -> Signal | None:
     """Mean velocity over each VISION_POSITION_DELTA, dated at its middle and in the body axes of that instant.
 
     Drivers that state no time (time_usec 0, such as BlueOS's for Water Linked) send the DVL's own velocity times the
-    interval, which was never turned.
+    interval, which was never turned. So does our companion, one of the components `companions` (it sends the contract's
+    arrays): its velocity is that of the end.
     """
     if batch is None:
         return None
     step_s = batch.fields["time_delta_usec"].astype(np.float64) * 1e-6
     with np.errstate(divide="ignore", invalid="ignore"):
         velocity = batch.fields["position_delta"].astype(np.float64) / step_s[:, None]
+    if np.isin(batch.components, list(companions)).all():
+        return _where(batch.time_s, velocity, step_s > 0)
     half = 0.5 * batch.fields["angle_delta"].astype(np.float64)
     stated = (batch.fields["time_usec"] > 0) & np.isfinite(half).all(axis=1)
     velocity[stated] = rotation.turned_by(half[stated], velocity[stated])

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD
 from fakes.firmware import Firmware
-from fakes.vehicle import QuietLink
-from rig import Aboard, Pilot, arm, ready, taken
+from rig import Aboard, Pilot, Port, arm, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
 from test_flights import BATTERY, LIMITS
 
@@ -105,22 +104,6 @@ def begun_again(firmware):
     assert pilot.read("SYSID_MYGCS") == 255
     arm(firmware, aboard, pilot, *acts[2:])
     return aboard, pilot, acts
-
-
-class Port(QuietLink):
-    """The ground's link to the firmware; a read lets the body's time pass."""
-
-    name = "tcp:firmware"
-
-    def __init__(self, firmware, *acts):
-        self.firmware, self.acts = firmware, acts
-
-    def read(self, timeout_s):
-        self.firmware.run(timeout_s, *self.acts)
-        return b"".join(iter(lambda: self.firmware.ground.read(0.0), b""))
-
-    def write(self, data):
-        self.firmware.ground.write(data)
 
 
 def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path):

@@ -211,6 +211,22 @@ def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_p
     assert not dive.velocity_is_filtered
 
 
+@pytest.mark.parametrize(("has_arrays", "late_s"), [(True, 0.0), (False, 0.05)])
+def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp_path, has_arrays, late_s):
+    said = ardusub_dive()
+    for k in range(100):
+        t = k / 10
+        delta = mav.MAVLink_vision_position_delta_message(
+            int(t * 1e6), 100_000, [0, 0, 0.1], [0.05, 0, 0], 100
+        )
+        said.append((t, 1, 191, delta))
+        said += [(t, 1, 191, array(t, "TAU_CMD", (1.0,)))] * has_arrays
+    said.sort(key=lambda m: m[0])
+    velocity = read_dive(write(tmp_path / "a.tlog", recording(said))).velocity
+    assert velocity.time_s[10] == pytest.approx(1.0 - late_s, abs=1e-3)
+    assert bool(velocity.value[10, 1] == 0.0) is has_arrays, "turned back to the axes of the middle"
+
+
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
     """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
     said: list[Stamped] = []
