@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
-from identify.dive import Dive, Signal
+from identify.dive import STAMPED_S, Dive, Signal
 from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.estimators.lateness import (
     LATER_S,
@@ -112,7 +112,7 @@ class Axis:
     speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
-    timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
+    timing: timing errors of the readings of an autopilot's own filter, of slow samples of the commands, and of stamps.
     trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
     at all times.
@@ -294,7 +294,11 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
             axis = _behind_filter(axis, forces, grid, held, dive.velocity_smoothing_s)
         axis = coupled(axis, motion)
         if forces.sampled_s:
-            axis = _late_or_early(axis, forces)
+            axis = replace(
+                _late_or_early(axis, forces, LATE_SHARE * forces.sampled_s), sampled_s=forces.sampled_s
+            )
+        elif dive.stamped_s > STAMPED_S and not axis.is_coloured and dof not in unpushed:
+            axis = _late_or_early(axis, forces, dive.stamped_s)
         if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
             return axis, held
         return (
@@ -487,17 +491,16 @@ def _behind_filter(
     )
 
 
-def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
-    """Return the axis with the timing error of slowly sampled commands, in addition to any other timing error."""
-    before = axis.before_s
-    apart_s, spread_s = 0.5 * forces.sampled_s, LATE_SHARE * forces.sampled_s
+def _late_or_early(axis: Axis, forces: WrenchHistory, spread_s: float) -> Axis:
+    """Return the axis with a timing error of its commands of that standard deviation, in addition to any other."""
+    before, apart_s = axis.before_s, 0.5 * spread_s / LATE_SHARE
     push = forces.along(axis.dof)
     early, late = (push.mean_between(before + by_s, axis.time_s + by_s)[:, 0] for by_s in (apart_s, -apart_s))
     timing: tuple[Timing, ...] = (Timing((late - early) / (2.0 * apart_s), spread_s),)
     if axis.timing:
         first, *others = axis.timing
         timing = (replace(first, spread=float(np.hypot(first.spread, spread_s))), *others)
-    return replace(axis, timing=timing, sampled_s=forces.sampled_s)
+    return replace(axis, timing=timing)
 
 
 def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.ardusub.frames import FRAME, motors_of
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.dive import Array, Signal
+from identify.dive import STAMPED_S, Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs
 from identify.ingest.frames import Frames, load_frames, message_name
@@ -36,6 +36,9 @@ GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
 DOWNWARD = 25
 ARMED = 128
 ARDUPILOT = 3
+ARDUPILOT_STAMPED_S = 2.5e-3
+"""Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps
+after one start of an ArduSub, and 3 ms after them after another, measured by a simulated body's own rates."""
 AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9
@@ -150,6 +153,9 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
+        "stamped_s": STAMPED_S
+        if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None
+        else ARDUPILOT_STAMPED_S,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "motors": _motors(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
