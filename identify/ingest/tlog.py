@@ -37,8 +37,8 @@ DOWNWARD = 25
 ARMED = 128
 ARDUPILOT = 3
 ARDUPILOT_STAMPED_S = 2.5e-3
-"""Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps
-after one start of an ArduSub, and 3 ms after them after another, measured by a simulated body's own rates."""
+"""Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps,
+by the rates of a simulated body behind an ArduSub."""
 AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9

@@ -27,7 +27,7 @@ from fakes.shared import shared
 from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from identify.dive import Dive, Signal
+from identify.dive import STAMPED_S, Dive, Signal
 from identify.ingest.open import read_dive
 
 
@@ -209,6 +209,13 @@ def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_p
     assert dive.velocity.value[10] == pytest.approx([0.5, 0.0, 0.1], abs=1e-6)
     assert dive.velocity.time_s[10] == pytest.approx(0.95, abs=1e-3)
     assert not dive.velocity_is_filtered
+
+
+def test_the_stamps_of_an_ardupilot_are_trusted_less(tmp_path: Path) -> None:
+    dives = [
+        read_dive(write(tmp_path / "a.tlog", recording(said))) for said in (ardusub_dive(), contract_dive())
+    ]
+    assert [dive.stamped_s for dive in dives] == [2.5e-3, STAMPED_S]
 
 
 @pytest.mark.parametrize(("has_arrays", "late_s"), [(True, 0.0), (False, 0.05)])
