@@ -107,7 +107,7 @@ def begun_again(firmware):
 
 
 def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path):
-    """`fly` for the width that laps by hand leave, the identifications beside it as slow as here."""
+    """`fly` until the masses are known to 3 %, the identifications beside it as slow as here."""
     (tmp_path / "rov.yaml").write_text(
         (CONFIGS / "vehicles" / "bluerov2.yaml").read_text() + "sensors: {dvl: {kind: a50}}\n"
     )
@@ -126,7 +126,8 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         )
         identifying = InTurn(folder.path, file, "standard", firmware.clock, time.monotonic)
         crew.find(1)
-        flight = PlanFlight(crew, flown, LIMITS, Wanted(flown.tells, 0.05), identifying, say)
+        wanted = Wanted(("M_u", "M_v", "M_w", "I_r"), 0.03)
+        flight = PlanFlight(crew, flown, LIMITS, wanted, identifying, say)
         flight.begin(5.0)
         while not flight.over:
             flight.step()
@@ -136,6 +137,7 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         for p in answer.parameters:
             say(f"{p.name} {p.value:.4g} ({p.low95:.4g} to {p.high95:.4g})")
         assert flight.outcome.end is End.FINISHED
+        assert flight.outcome.all_known
         assert float(np.hypot(*firmware.body.state[:2])) < 0.5
     finally:
         firmware.close()
