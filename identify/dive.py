@@ -128,6 +128,11 @@ class Reckoned:
         return self.share * self.step_s
 
 
+STAMPED_S = 0.5e-3
+"""Many stamps are whole milliseconds, and a computer's tasks wait for each other. If masses are known to a tenth of a
+per cent, this is most of the uncertainty."""
+
+
 @dataclass(frozen=True)
 class Dive:
     """One recording, or several runs of one vehicle on one clock. Body frame FRD, radians, boot time; None for a signal
@@ -139,6 +144,7 @@ class Dive:
     first-order filter that smoothed it and so delayed it further.
     thrust_delay_s, thrust_lag_s: extra delay and extra lag of the thrusters beyond the vehicle file, as found when the
     dive was dated.
+    stamped_s: standard error of the time at which thrust acts, relative to the readings.
     gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its interval.
     specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only if the
     recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. thrust_cmd: (n, thrusters) N
@@ -189,6 +195,7 @@ class Dive:
     velocity_smoothing_s: float = 0.0
     thrust_delay_s: float = 0.0
     thrust_lag_s: float = 0.0
+    stamped_s: float = STAMPED_S
     unix_at_boot_s: float | None = None
     motors: int = 0
     commands_hold: bool | None = None

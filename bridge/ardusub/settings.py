@@ -5,6 +5,7 @@ all for a name that it does not know; such a name counts as unknown after `UNKNO
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -36,21 +37,11 @@ def direction_name(number: int) -> str:
     return f"MOT_{number}_DIRECTION"
 
 
-class Settings:
+class Questions:
     """Values by name as they come; a name that was asked for in vain has NaN. One question is open at a time."""
 
-    def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
-        self._target, self._thrusters, self._has_dvl = (system, component), thrusters, has_dvl
-        self._names = [
-            FRAME,
-            FAILSAFE,
-            PILOT_FAILSAFE,
-            PILOT,
-            *(direction_name(number) for number in range(1, thrusters + 1)),
-            *(function_name(number) for number in range(1, thrusters + 1)),
-            *(DVL if has_dvl else ()),
-            *RECORDED,
-        ]
+    def __init__(self, system: int, component: int, names: Sequence[str]) -> None:
+        self._target, self._names = (system, component), names
         self.values: dict[str, float] = {}
         self._asked, self._due_s = 0, -math.inf
 
@@ -75,6 +66,24 @@ class Settings:
             if name not in self.values:
                 self._asked, self._due_s = 0, -math.inf
             self.values[name] = value
+
+
+class Settings(Questions):
+    """The parameters that a companion depends on."""
+
+    def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
+        self._thrusters, self._has_dvl = thrusters, has_dvl
+        names = [
+            FRAME,
+            FAILSAFE,
+            PILOT_FAILSAFE,
+            PILOT,
+            *(direction_name(number) for number in range(1, thrusters + 1)),
+            *(function_name(number) for number in range(1, thrusters + 1)),
+            *(DVL if has_dvl else ()),
+            *RECORDED,
+        ]
+        super().__init__(system, component, names)
 
     @property
     def obstacle(self) -> str:

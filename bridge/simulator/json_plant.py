@@ -7,11 +7,13 @@ parse error (measured, 4.5).
 
 import json
 import math
+import select
 import socket
 import struct
+import time
 from collections.abc import Callable
 from threading import Event
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -31,6 +33,8 @@ _MAGIC: Final = 18458
 _LOWEST_US: Final = 800
 """A lower pulse is an output that is switched off; its speed controller rests."""
 _WAIT_S: Final = 0.2
+_LOST_S: Final = 0.05
+"""An answer that was sent so long ago, and is asked for again, was lost."""
 _ORIGIN: Final = np.zeros(3)
 
 
@@ -124,7 +128,12 @@ def json_body(
 
 
 def serve(body: JsonBody, port: int, stop: Event, each: Callable[[], None] = lambda: None) -> None:
-    """Answer at `port` of this computer until `stop` is set; `each` runs after every step. Raises LinkError."""
+    """Answer at `port` of this computer until `stop` is set; `each` runs after every step. Raises LinkError.
+
+    While `each` runs, ArduSub sends its packet again and again. One answer to all of them is enough: it takes every
+    further one for the state of a later step, and from then on its pulses would act so many steps late.
+    """
+    last, answered_s = b"", -math.inf
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
         try:
             here.bind((LOOPBACK, port))
@@ -133,14 +142,25 @@ def serve(body: JsonBody, port: int, stop: Event, each: Callable[[], None] = lam
         here.settimeout(_WAIT_S)
         while not stop.is_set():
             try:
-                packet, sender = here.recvfrom(1024)
+                packet, sender = _newest(here)
             except TimeoutError:
                 continue
             except OSError as error:
                 raise LinkError(f"udpin:{LOOPBACK}:{port}: {error.strerror or error}") from None
+            if packet == last and time.monotonic() - answered_s < _LOST_S:
+                continue
             if (answer := body.answer(packet)) is not None:
                 here.sendto(answer, sender)
+                last, answered_s = packet, time.monotonic()
                 each()
+
+
+def _newest(here: socket.socket) -> tuple[bytes, Any]:
+    """The newest packet that waits, and its sender. Raises TimeoutError where none comes."""
+    newest = here.recvfrom(1024)
+    while select.select([here], [], [], 0.0)[0]:
+        newest = here.recvfrom(1024)
+    return newest
 
 
 def _to_earth(attitude: Array) -> Array:

@@ -1,7 +1,7 @@
 """A flight session on a recorded link: every frame of the flight is in the dive folder, orders included.
 
-Beside ArduSub the session is with the companion; the autopilot's own messages that a dive needs are asked for here,
-since ArduSub sends each link those that were asked for on it.
+Beside ArduSub the session is with the companion; the autopilot's own messages that a dive needs, and the parameters
+that tell how late they are, are asked for here, since ArduSub sends each link what was asked for on it.
 
 The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
 """
@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.heard import AUTOPILOT
 from bridge.ardusub.rates import Rates
+from bridge.ardusub.settings import RECORDED, Questions
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.links.link import Link
@@ -27,6 +28,7 @@ from gcs_plugin.watch.hearing import StatusTexts
 FIND_S: Final = 5.0
 STEP_S: Final = 0.05
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
+_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 
 
 class Outbox:
@@ -63,6 +65,7 @@ class Crew:
         self._texts = StatusTexts(lambda _source, _severity, text: tell(f"vehicle: {text.words}"))
         self._session: FlightSession | None = None
         self._rates: Rates | None = None
+        self._questions: Questions | None = None
         self.veh_cfg: float | None = None
 
     @property
@@ -102,6 +105,7 @@ class Crew:
         vehicle = flying.pop()
         if vehicle[1] in COMPANIONS:
             self._rates = Rates(vehicle[0], AUTOPILOT)
+            self._questions = Questions(vehicle[0], AUTOPILOT, RECORDED)
         self._session = FlightSession(vehicle, number)
         return self._session
 
@@ -115,7 +119,8 @@ class Crew:
         self._step()
         now_s = self.clock.boot_s()
         rates = [] if self._rates is None else self._rates.step(now_s, has_switches=True)
-        for message in (*rates, *self.session.tick(now_s)):
+        questions = [] if self._questions is None else self._questions.step(now_s)
+        for message in (*rates, *questions, *self.session.tick(now_s)):
             self._outbox.put(self._encoder.encode(message))
 
     def _step(self) -> list[Recorded]:
@@ -124,14 +129,20 @@ class Crew:
         for item in taken:
             self._peers.on_frame(item.frame, self._link, now_s)
             self._texts.hear(item.frame)
-            if self._rates is not None and item.frame.message_id == _ACK:
-                self._granted(item)
+            if self._rates is not None and item.frame.message_id in (_ACK, _VALUE):
+                self._answered(item)
             if self._session is not None:
                 self._session.on_frame(item.frame, now_s)
         return taken
 
-    def _granted(self, item: Recorded) -> None:
+    def _answered(self, item: Recorded) -> None:
+        """The autopilot acknowledges a rate, or states a parameter."""
         message, vehicle = decode_message(item.frame), self.session.vehicle
-        if message is not None and (item.frame.system, item.frame.component) == (vehicle[0], AUTOPILOT):
-            assert self._rates is not None
+        if message is None or (item.frame.system, item.frame.component) != (vehicle[0], AUTOPILOT):
+            return
+        assert self._rates is not None
+        assert self._questions is not None
+        if item.frame.message_id == _ACK:
             self._rates.on_ack(message, self.clock.boot_s())
+        else:
+            self._questions.on_value(message.param_id, message.param_value)

@@ -43,30 +43,55 @@ ALIKE_NATS = 2.0
 MOST = 2
 
 
-def accepted_causes(
-    accepted: Sequence[AcceptedEffect], library: Sequence[Effect]
-) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
-    """Accepted effects as causes, and a sentence on the effects left out.
+@dataclass(frozen=True)
+class AcceptedCauses:
+    """Accepted effects as causes: `lasting` ones of the vehicle, and `passing` ones of one dive's water or tether.
 
-    Left out are effects of one dive's water or tether, and effects unknown to the library. An effect that a refit
-    absorbs is part of the accepted masses and dampings, and left out as well.
+    unknown: words on the effects that the library lacks.
     """
+
+    lasting: tuple[Cause, ...]
+    passing: tuple[Cause, ...] = ()
+    unknown: tuple[str, ...] = ()
+
+    def in_force(self, fitted: Nominal) -> Nominal:
+        """The dive `fitted` less the lasting effects, and less each passing one that the dive bears out: without it the
+        filters are less likely by LEAST_GAIN."""
+        now, causes = with_accepted(fitted, self.lasting), self.lasting
+        for cause in self.passing:
+            trial = with_accepted(fitted, (*causes, cause))
+            if trial.log_posterior > now.log_posterior + LEAST_GAIN:
+                now, causes = trial, (*causes, cause)
+        return now
+
+    def sentences(self, held: Sequence[Cause]) -> tuple[str, ...]:
+        """What the model before holds of them, and what not."""
+        kept = {cause.key for cause in held}
+        gone = [effect_words(cause.effect) for cause in self.passing if cause.key not in kept]
+        left = [*self.unknown, *(f"{words} (of that dive alone)" for words in gone)]
+        without = (f"Accepted, but not in the model before: {listed(left)}.",) if left else ()
+        return (*_held_sentence(held), *without)
+
+
+def accepted_causes(accepted: Sequence[AcceptedEffect], library: Sequence[Effect]) -> AcceptedCauses:
+    """Accepted effects as causes. An effect that a refit absorbs is part of the accepted masses and dampings, and left
+    out."""
     by_label = {(effect.label, effect.number): effect for effect in library}
-    causes, left = [], []
+    lasting: list[Cause] = []
+    passing: list[Cause] = []
+    unknown = []
     for effect_accepted in accepted:
         effect = by_label.get((effect_accepted.label, effect_accepted.number))
         if effect is None or {p.name for p in effect.parameters} != set(effect_accepted.parameters):
-            left.append(f"{effect_accepted.label} (this library has no such effect)")
+            unknown.append(f"{effect_accepted.label} (this library has no such effect)")
             continue
         cause = Cause(effect, np.array([effect_accepted.parameters[p.name] for p in effect.parameters]))
-        if not cause.effect.lasting:
-            left.append(f"{effect_words(effect)} (of that dive alone)")
-        elif not effect.refit_absorbs and cause.present.any():
-            causes.append(cause)
-    return tuple(causes), (f"Accepted, but not in the model before: {', '.join(left)}.",) if left else ()
+        if not effect.refit_absorbs and cause.present.any():
+            (lasting if effect.lasting else passing).append(cause)
+    return AcceptedCauses(tuple(lasting), tuple(passing), tuple(unknown))
 
 
-def held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
+def _held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
     """A sentence on the accepted effects in the model before; empty without any."""
     sentences_of = []
     for cause in causes:

@@ -14,10 +14,8 @@ from identify.diagnose.changed import (
     Simulator,
     accepted_causes,
     changes_of,
-    held_sentence,
     library_with_changes,
     shift_of,
-    with_accepted,
 )
 from identify.diagnose.confidence import without_doubtful
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
@@ -122,7 +120,8 @@ def diagnose(
 
     effects: the library, all effects if None. The gap is that of the nominal model fitted to this dive; with a
     `simulator`, of that simulator's model; with values `accepted` earlier, of the nominal model at these values, and
-    changes since then are among the causes. With `effects_accepted` the model also holds these effects.
+    changes since then are among the causes. With `effects_accepted` the model also holds these effects, those of water
+    and tether where the dive bears them out.
 
     Raises FitError for a recording that can't be diagnosed: nothing was pushed, or read, it is too short, or of
     another vehicle. Degrees of freedom and effects on which it holds no information are left out, and named in the
@@ -145,13 +144,14 @@ def diagnose(
     dives = [item for item in (dive, check) if item is not None]
     lacks = lacking(dives, shape)
     full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks, shape)
-    holds, not_held = accepted_causes(effects_accepted, full_library)
+    before_accepted = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration)
     if (known_dive := with_known_holding(dive, fitted)) is not dive:
         dive = known_dive
         check = check and replace(check, commands_hold=dive.commands_hold)
         fitted = fitted_nominal(dive, file, configuration)
-    nominal = with_accepted(fitted, holds)
+    nominal = before_accepted.in_force(fitted)
+    holds = nominal.accepted
     tried = library_with_changes(_judged(effects or (), lacks, shape) or full_library, holds)
 
     def searched() -> tuple[Explanation, Array]:
@@ -161,7 +161,7 @@ def diagnose(
     def other_filters() -> Nominal | None:
         if check is None:
             return None
-        return with_accepted(fitted_nominal(check, file, configuration, fitted), holds)
+        return before_accepted.in_force(fitted_nominal(check, file, configuration, fitted))
 
     (explanation, covariance), other = both(searched, other_filters)
     progress(0.7, "measuring the gap, and looking at what is left")
@@ -231,8 +231,7 @@ def diagnose(
         dive_next,
         (
             *mass_hints(explanation.now, [std[MASS] for std in known.stds()], shape),
-            *held_sentence(holds),
-            *not_held,
+            *before_accepted.sentences(holds),
             *ran_away(before, after),
             *overstated_note(heldout),
             *short_dive_note(dive),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
-from identify.dive import Dive, Signal
+from identify.dive import STAMPED_S, Dive, Signal
 from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.estimators.lateness import (
     LATER_S,
@@ -52,8 +52,9 @@ GRID_S = 0.02
 LONGEST_STEP_S = 0.05
 """Longer steps between readings are divided, so that a force held over a step is not held for long."""
 
-TIME_DIGITS = 5
-"""Times are rounded to 10 us, in which no vehicle moves: then few steps differ, and each is computed once."""
+TICK_S = 2.5e-4
+"""Times are rounded to it, half of the error of their stamps: then few steps differ, also where readings of two clocks
+lie among each other, and each is computed once."""
 
 FIRST_POSITION_STD = 0.1
 LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
@@ -111,7 +112,7 @@ class Axis:
     speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
-    timing: timing errors of the readings of an autopilot's own filter, and of slow samples of the commands.
+    timing: timing errors of the readings of an autopilot's own filter, of slow samples of the commands, and of stamps.
     trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
     at all times.
@@ -293,7 +294,11 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
             axis = _behind_filter(axis, forces, grid, held, dive.velocity_smoothing_s)
         axis = coupled(axis, motion)
         if forces.sampled_s:
-            axis = _late_or_early(axis, forces)
+            axis = replace(
+                _late_or_early(axis, forces, LATE_SHARE * forces.sampled_s), sampled_s=forces.sampled_s
+            )
+        elif dive.stamped_s > STAMPED_S and not axis.is_coloured and dof not in unpushed:
+            axis = _late_or_early(axis, forces, dive.stamped_s)
         if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
             return axis, held
         return (
@@ -392,7 +397,7 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
     count = [len(run.time_s) for run in runs]
     time_s = np.concatenate([run.time_s for run in runs])
     steps = [np.diff(run.time_s, prepend=run.time_s[0]) for run in runs]
-    step_s = np.round(np.concatenate(steps), TIME_DIGITS).astype(np.float64)
+    step_s = _in_ticks(np.concatenate(steps))
     found_s, step = np.unique(step_s, return_inverse=True)
     empty = int(found_s[0] == 0.0)
     step = np.asarray(step - empty, dtype=np.int64)
@@ -419,21 +424,22 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
 
 
 def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _RunEvents | None:
-    time_s = np.round(np.concatenate([c.time_s for c in channels]), TIME_DIGITS)
+    time_s = _in_ticks(np.concatenate([c.time_s for c in channels]))
     value = np.concatenate([c.value for c in channels])
     scale = np.concatenate([c.scale for c in channels])
     state = np.concatenate([np.full(len(c.time_s), c.state_read, dtype=np.int64) for c in channels])
     channel = np.concatenate([np.full(len(c.time_s), i, dtype=np.int64) for i, c in enumerate(channels)])
     keep = np.flatnonzero((time_s >= span_s[0]) & (time_s <= span_s[1]))
     order = keep[np.argsort(time_s[keep], kind="stable")]
-    time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
+    time_s, value, scale = (a[order] for a in (time_s, value, scale))
+    state, channel = state[order], channel[order]
     if np.count_nonzero(np.isfinite(value) & (state == channels[0].state_read)) < FEWEST:
         return None
     # An increment that began before the first event is incomplete.
     whole = state != INCREMENT
     value = np.where(whole | (np.cumsum(~whole) > 1), value, np.nan)
     initial = _initial(time_s, value, scale, state)
-    between = np.round(_dividing(time_s), TIME_DIGITS).astype(np.float64)
+    between = _in_ticks(_dividing(time_s))
     before = np.searchsorted(time_s, between)
     return _RunEvents(
         np.insert(time_s, before, between),
@@ -443,6 +449,10 @@ def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _Ru
         np.insert(channel, before, 0),
         initial,
     )
+
+
+def _in_ticks(time_s: Array) -> Array:
+    return np.asarray(np.round(time_s / TICK_S) * TICK_S, dtype=np.float64)
 
 
 def _dividing(time_s: Array) -> Array:
@@ -481,17 +491,16 @@ def _behind_filter(
     )
 
 
-def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
-    """Return the axis with the timing error of slowly sampled commands, in addition to any other timing error."""
-    before = axis.before_s
-    apart_s, spread_s = 0.5 * forces.sampled_s, LATE_SHARE * forces.sampled_s
+def _late_or_early(axis: Axis, forces: WrenchHistory, spread_s: float) -> Axis:
+    """Return the axis with a timing error of its commands of that standard deviation, in addition to any other."""
+    before, apart_s = axis.before_s, 0.5 * spread_s / LATE_SHARE
     push = forces.along(axis.dof)
     early, late = (push.mean_between(before + by_s, axis.time_s + by_s)[:, 0] for by_s in (apart_s, -apart_s))
     timing: tuple[Timing, ...] = (Timing((late - early) / (2.0 * apart_s), spread_s),)
     if axis.timing:
         first, *others = axis.timing
         timing = (replace(first, spread=float(np.hypot(first.spread, spread_s))), *others)
-    return replace(axis, timing=timing, sampled_s=forces.sampled_s)
+    return replace(axis, timing=timing)
 
 
 def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:

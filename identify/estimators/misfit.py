@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import OF_HULL
+from identify.dive import STAMPED_S
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import LATER_S
 from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
@@ -24,10 +25,6 @@ Array = NDArray[np.float64]
 
 DOUBTFUL_SCORE = 5.0
 DEAF_NOISE = 1e6
-
-STAMPED_S = 0.5e-3
-"""Standard error of the time at which forces act relative to readings: many stamps are whole milliseconds, and a
-computer's tasks wait for each other. If masses are known to a tenth of a per cent, this is most of the uncertainty."""
 
 TURNS, SETTLED = 6, 0.1
 """The forces are computed from the speeds and the lateness of the latest fit, at most TURNS times, or until no
@@ -154,7 +151,8 @@ class Doubts:
 
     @property
     def is_late(self) -> bool:
-        return abs(self.late.score) > DOUBTFUL_SCORE
+        """Beyond what the stamps themselves are off by."""
+        return abs(self.late.score) > DOUBTFUL_SCORE and abs(self.late.size) > STAMPED_S
 
     @property
     def clearest(self) -> float:

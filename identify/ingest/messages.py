@@ -66,6 +66,11 @@ class Batch:
         """The named fields as (n, k)."""
         return np.column_stack([self.fields[name].astype(np.float64) for name in names])
 
+    @property
+    def components(self) -> NDArray[np.int64]:
+        """The sender (n,) of each message: its component."""
+        return self.fields.frames.component[self.fields.rows]
+
 
 @dataclass(frozen=True)
 class Messages:
@@ -95,6 +100,10 @@ class Messages:
         for field, value in equal.items():
             keep &= fields[field] == value
         return self._batch(fields.at(keep))
+
+    def components(self, name: str) -> set[int]:
+        """The vehicle's components that send the messages called `name`."""
+        return set(self.frames.component[self._own(name).rows].tolist())
 
     def by_name(self, name: str) -> dict[str, Batch]:
         """The messages called `name`, grouped by their own field `name`, as in NAMED_VALUE_FLOAT."""

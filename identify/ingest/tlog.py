@@ -5,7 +5,7 @@ VISION_POSITION_DELTA as a change of position over `time_delta_usec`, in the bod
 VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED north-east-down.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.ardusub.frames import FRAME, motors_of
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.dive import Array, Signal
+from identify.dive import STAMPED_S, Array, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs
 from identify.ingest.frames import Frames, load_frames, message_name
@@ -36,6 +36,9 @@ GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
 DOWNWARD = 25
 ARMED = 128
 ARDUPILOT = 3
+ARDUPILOT_STAMPED_S = 2.5e-3
+"""Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps,
+by the rates of a simulated body behind an ArduSub."""
 AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9
@@ -61,7 +64,9 @@ def velocity_of(messages: Messages, attitude: Signal | None) -> Told | None:
         signal = _odometry(odometry, attitude)
         if signal is not None:
             return Told(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
-    signal = _deltas(messages.get_from_anyone("VISION_POSITION_DELTA"))
+    signal = _deltas(
+        messages.get_from_anyone("VISION_POSITION_DELTA"), messages.components("DEBUG_FLOAT_ARRAY")
+    )
     if signal is None:
         signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
     if signal is not None:
@@ -90,17 +95,20 @@ def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
     return None
 
 
-def _deltas(batch: Batch | None) -> Signal | None:
+def _deltas(batch: Batch | None, companions: Collection[int]) -> Signal | None:
     """Mean velocity over each VISION_POSITION_DELTA, dated at its middle and in the body axes of that instant.
 
     Drivers that state no time (time_usec 0, such as BlueOS's for Water Linked) send the DVL's own velocity times the
-    interval, which was never turned.
+    interval, which was never turned. So does our companion, one of the components `companions` (it sends the contract's
+    arrays): its velocity is that of the end.
     """
     if batch is None:
         return None
     step_s = batch.fields["time_delta_usec"].astype(np.float64) * 1e-6
     with np.errstate(divide="ignore", invalid="ignore"):
         velocity = batch.fields["position_delta"].astype(np.float64) / step_s[:, None]
+    if np.isin(batch.components, list(companions)).all():
+        return _where(batch.time_s, velocity, step_s > 0)
     half = 0.5 * batch.fields["angle_delta"].astype(np.float64)
     stated = (batch.fields["time_usec"] > 0) & np.isfinite(half).all(axis=1)
     velocity[stated] = rotation.turned_by(half[stated], velocity[stated])
@@ -145,6 +153,9 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
+        "stamped_s": STAMPED_S
+        if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None
+        else ARDUPILOT_STAMPED_S,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "motors": _motors(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),

@@ -17,7 +17,7 @@ from bridge.simulator.direct import TICK_S
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.legs import Leg
-from identify.estimators.misfit import STAMPED_S
+from identify.dive import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, of_motion, of_timing
 from identify.planning.limits import REST_S, Limits, Tank, Trial
 from identify.planning.manoeuvres import (

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD
 from fakes.firmware import Firmware
-from fakes.vehicle import QuietLink
-from rig import Aboard, Pilot, arm, ready, taken
+from rig import Aboard, Pilot, Port, arm, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
 from test_flights import BATTERY, LIMITS
 
@@ -107,24 +106,8 @@ def begun_again(firmware):
     return aboard, pilot, acts
 
 
-class Port(QuietLink):
-    """The ground's link to the firmware; a read lets the body's time pass."""
-
-    name = "tcp:firmware"
-
-    def __init__(self, firmware, *acts):
-        self.firmware, self.acts = firmware, acts
-
-    def read(self, timeout_s):
-        self.firmware.run(timeout_s, *self.acts)
-        return b"".join(iter(lambda: self.firmware.ground.read(0.0), b""))
-
-    def write(self, data):
-        self.firmware.ground.write(data)
-
-
 def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path):
-    """`fly` for the width that laps by hand leave, the identifications beside it as slow as here."""
+    """`fly` until the masses are known to 3 %, the identifications beside it as slow as here."""
     (tmp_path / "rov.yaml").write_text(
         (CONFIGS / "vehicles" / "bluerov2.yaml").read_text() + "sensors: {dvl: {kind: a50}}\n"
     )
@@ -143,7 +126,8 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         )
         identifying = InTurn(folder.path, file, "standard", firmware.clock, time.monotonic)
         crew.find(1)
-        flight = PlanFlight(crew, flown, LIMITS, Wanted(flown.tells, 0.05), identifying, say)
+        wanted = Wanted(("M_u", "M_v", "M_w", "I_r"), 0.03)
+        flight = PlanFlight(crew, flown, LIMITS, wanted, identifying, say)
         flight.begin(5.0)
         while not flight.over:
             flight.step()
@@ -153,6 +137,7 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         for p in answer.parameters:
             say(f"{p.name} {p.value:.4g} ({p.low95:.4g} to {p.high95:.4g})")
         assert flight.outcome.end is End.FINISHED
+        assert flight.outcome.all_known
         assert float(np.hypot(*firmware.body.state[:2])) < 0.5
     finally:
         firmware.close()

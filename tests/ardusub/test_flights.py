@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub
 from fakes.firmware import Firmware
-from rig import Aboard, Pilot, arm, ready
+from rig import FILE, Aboard, Pilot, Port, arm, ready
 from test_dvl_and_recording import WITH_DVL, Dvl
 
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
 from bridge.vehicle.legs import Leg
+from bridge.wire.framing import Framer, decode
 from gcs_plugin.flying.session import FlightSession
+from tui.flying import recorded_crew
 
 LIMITS = FlightLimits(0.3, 8.0, 1.0, 6.0, 0.9, 25.0, 12.0, 900.0, hold_s=3.0)
 WAVE = (Leg(2.0, push_surge_n=8.0), Leg(4.0, push_surge_n=-8.0, alternate=3), Leg(2.0, push_surge_n=8.0))
@@ -166,6 +168,25 @@ def test_a_vehicle_that_the_pilot_holds_armed_is_taken_in_the_last_seconds_and_l
     flown.session.finish()
     flown.until(lambda: flown.flight.state is State.HOLDING)
     assert not flown.session.has_armed
+
+
+def test_the_grounds_recording_tells_how_late_the_autopilots_rates_are(fake, tmp_path):
+    aboard = Aboard(fake, file=WITH_DVL)
+    port = Port(fake, aboard, Dvl(fake, aboard))
+    crew, recorder, folder = recorded_crew(port, FILE, "standard", tmp_path, fake.clock, print)
+    assert fake.until(lambda: aboard.companion.settings.complete, 30.0, *port.acts)
+    port.read(0.0)
+    crew.find(1)
+    for _ in range(60):
+        crew.step()
+    recorder.close()
+    assert {"INS_GYRO_FILTER": 20.0, "INS_ACCEL_FILTER": 20.0}.items() <= _stated(folder).items()
+
+
+def _stated(folder):
+    """What PARAM_VALUE states in a recording, by name."""
+    messages = map(decode, Framer().feed((folder.path / "telemetry.tlog").read_bytes()))
+    return {m.param_id: m.param_value for m in messages if m and m.get_type() == "PARAM_VALUE"}
 
 
 def change_mode(flown):

@@ -23,7 +23,7 @@ from identify.diagnose.changed import (
 )
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import nominal_of
+from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.simulation import EACH, simulation_of, slope_of
 from identify.diagnose.wording import effect_words
@@ -192,12 +192,26 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
         kept(STEADY_CURRENT, 0.1, 0.1),
         AcceptedEffect("kraken", "kraken", {"arms": 8.0}),
     )
-    causes, (sentence,) = accepted_causes(accepted, LIBRARY)
-    assert [cause.effect for cause in causes] == [QUADRATIC_DRAG, WEAK]
-    np.testing.assert_array_equal(causes[0].values, DRAG)
+    causes = accepted_causes(accepted, LIBRARY)
+    assert [cause.effect for cause in causes.lasting] == [QUADRATIC_DRAG, WEAK]
+    np.testing.assert_array_equal(causes.lasting[0].values, DRAG)
+    _, sentence = causes.sentences(causes.lasting)
     assert "steady current (of that dive alone)" in sentence
     assert "kraken (this library has no such effect)" in sentence
     assert "thrust gain" not in sentence
+
+
+def test_accepted_water_is_in_force_where_the_dive_bears_it_out_and_else_told(nominal):
+    course = nominal.course
+    there = Cause(STEADY_CURRENT, np.array([0.08, -0.05]))
+    in_it = refitted(nominal, [there.act(course).times(-1.0)])
+    for values, borne_out in ((there.values, True), (-there.values, False)):
+        causes = accepted_causes([kept(STEADY_CURRENT, *values)], LIBRARY)
+        held = causes.in_force(in_it).accepted
+        assert [cause.effect for cause in held] == [STEADY_CURRENT] * borne_out
+        (sentence,) = causes.sentences(held)
+        assert ("holds what was accepted" in sentence) is borne_out
+        assert ("of that dive alone" in sentence) is not borne_out
 
 
 @pytest.mark.parametrize(

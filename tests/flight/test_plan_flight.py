@@ -297,15 +297,32 @@ def test_a_vehicle_in_another_configuration_is_not_flown(capsys, monkeypatch):
     assert not vehicle.bridge.armed
 
 
+def foretell(folder, **widths):
+    """What `plan` leaves for `calibrate`: the plan, and how well each coefficient would be known by it."""
+    foretold = [{"name": n, "after": {"relative_std": widths.get(n, 0.01) / 1.96}} for n in ("M_u", "D_u")]
+    (folder / "calibrate-plan.yaml").write_text(PLAN)
+    (folder / "calibrate-plan.json").write_text(json.dumps({"parameters": foretold}))
+    return 0
+
+
+def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, capsys, monkeypatch):
+    monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
+    monkeypatch.setattr(calibrate, "step", lambda *_: foretell(files / "dives", D_u=0.066))
+    words = "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed"
+    assert cli.main(words.split()) == 1
+    assert (
+        "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, more "
+        "--minutes, or wider limits, or --know M_u" in " ".join(capsys.readouterr().out.split())
+    )
+
+
 def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(files, monkeypatch):
     on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
-    steps, codes = [], {"plan": 0, "identify": 0, "params": 1}
+    steps, codes = [], {"identify": 0, "params": 1}
 
     def step(name, *words):
         steps.append((name, *words))
-        if name == "plan":
-            (files / "dives" / "calibrate-plan.yaml").write_text(PLAN)
-        return codes[name]
+        return foretell(files / "dives") if name == "plan" else codes[name]
 
     monkeypatch.setattr(calibrate, "step", step)
     words = (
@@ -313,7 +330,8 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     )
     assert cli.main([*words.split(), "--json", "out.json"]) == 1
     assert [name for name, *_ in steps] == ["plan", "identify", "params"]
-    within = "--minutes 5 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml"
+    within = "--minutes 5 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml "
+    within += "--json dives/calibrate-plan.json"
     assert steps[0][3:] == tuple(within.split())
     assert steps[2][1] == "upload"
     assert json.loads((files / "out.json").read_text())["steps"] == {"identify": 0, "params": 1}
@@ -325,8 +343,7 @@ def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, m
 
     def step(name, *words):
         steps.append((name, *words))
-        (files / "dives" / "calibrate-plan.yaml").write_text(PLAN)
-        return 0
+        return foretell(files / "dives")
 
     monkeypatch.setattr(calibrate, "step", step)
     words = (

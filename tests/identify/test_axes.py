@@ -1,5 +1,6 @@
 """Signals on one grid, axes with exact answers, and the wrench through curve, lag and geometry."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import closed_loop
@@ -104,6 +105,20 @@ def test_long_steps_are_divided_and_the_forces_reach_the_last_event():
     named = np.where(axis.step >= 0, axis.different_s[axis.step], 0.0)
     np.testing.assert_array_equal(named, axis.step_s)
     assert built.motion.time_s[-1] >= axis.time_s[-1]
+
+
+def test_thrust_by_stamps_that_are_trusted_less_may_come_earlier_or_later():
+    dive, file = closed_loop.dive(np.random.default_rng(1), seconds=30.0), closed_loop.vehicle_file()
+    (plain,) = build_axes(dive, file, "only").axes
+    (axis,) = build_axes(replace(dive, stamped_s=2.5e-3), file, "only").axes
+    (timing,) = axis.timing
+    later = replace(dive, pwm=None, tau_cmd=Signal(dive.tau_cmd.time_s + 2e-3, dive.tau_cmd.value))
+    (moved,) = build_axes(later, file, "only").axes
+    assert (plain.timing, timing.spread) == ((), 2.5e-3)
+    _, here, there = np.intersect1d(plain.time_s, moved.time_s, return_indices=True)
+    by_2_ms = (moved.force[there] - plain.force[here]).mean(axis=1)[5:-5]
+    by_1_s = timing.force[here][5:-5]
+    assert by_1_s @ by_2_ms / (by_1_s @ by_1_s) == pytest.approx(2e-3, rel=0.4)
 
 
 def test_fast_readings_become_means_of_equal_lengths_of_time_and_slow_ones_stay():

@@ -27,7 +27,7 @@ from fakes.shared import shared
 from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from identify.dive import Dive, Signal
+from identify.dive import STAMPED_S, Dive, Signal
 from identify.ingest.open import read_dive
 
 
@@ -209,6 +209,29 @@ def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_p
     assert dive.velocity.value[10] == pytest.approx([0.5, 0.0, 0.1], abs=1e-6)
     assert dive.velocity.time_s[10] == pytest.approx(0.95, abs=1e-3)
     assert not dive.velocity_is_filtered
+
+
+def test_the_stamps_of_an_ardupilot_are_trusted_less(tmp_path: Path) -> None:
+    dives = [
+        read_dive(write(tmp_path / "a.tlog", recording(said))) for said in (ardusub_dive(), contract_dive())
+    ]
+    assert [dive.stamped_s for dive in dives] == [2.5e-3, STAMPED_S]
+
+
+@pytest.mark.parametrize(("has_arrays", "late_s"), [(True, 0.0), (False, 0.05)])
+def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp_path, has_arrays, late_s):
+    said = ardusub_dive()
+    for k in range(100):
+        t = k / 10
+        delta = mav.MAVLink_vision_position_delta_message(
+            int(t * 1e6), 100_000, [0, 0, 0.1], [0.05, 0, 0], 100
+        )
+        said.append((t, 1, 191, delta))
+        said += [(t, 1, 191, array(t, "TAU_CMD", (1.0,)))] * has_arrays
+    said.sort(key=lambda m: m[0])
+    velocity = read_dive(write(tmp_path / "a.tlog", recording(said))).velocity
+    assert velocity.time_s[10] == pytest.approx(1.0 - late_s, abs=1e-3)
+    assert bool(velocity.value[10, 1] == 0.0) is has_arrays, "turned back to the axes of the middle"
 
 
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:

@@ -1,14 +1,18 @@
 """The body of ArduSub's own simulator: bytes in, bytes out, against exact answers."""
 
+import contextlib
 import json
 import math
+import socket
 import struct
 from dataclasses import replace
+from threading import Event, Thread
 
 import numpy as np
 import pytest
+from fakes.ports import free_port
 
-from bridge.simulator.json_plant import STEP_HZ, json_body
+from bridge.simulator.json_plant import STEP_HZ, json_body, serve
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
@@ -86,6 +90,41 @@ def test_a_packet_that_is_sent_again_is_answered_again_and_moves_nothing():
     before = autopilot.body.time_s
     assert autopilot.body.answer(autopilot.packet(SURGE)) == autopilot.raw
     assert autopilot.body.time_s == before
+
+
+def packet_of(autopilot, count):
+    autopilot.count = count
+    return autopilot.packet(NEUTRAL)
+
+
+def test_packets_that_were_sent_again_meanwhile_get_one_answer_together():
+    """A second answer would pass for the state after the next packet: from then on every pulse would act late."""
+    autopilot, stop, stepped, port = Autopilot(), Event(), Event(), free_port(socket.SOCK_DGRAM)
+    first, second, third = (packet_of(autopilot, count) for count in (1, 2, 3))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+        here.connect(("127.0.0.1", port))
+        here.settimeout(5.0)
+        answers = []
+
+        def each():
+            """The body's computer is busy after the first step: the autopilot asks for the second again and again."""
+            if not answers:
+                answers.append(here.recv(1024))
+                for _ in range(5):
+                    here.send(second)
+                stepped.set()
+
+        serving = Thread(target=serve, args=(autopilot.body, port, stop, each), daemon=True)
+        serving.start()
+        while not stepped.wait(0.05):
+            with contextlib.suppress(ConnectionRefusedError):
+                here.send(first)
+        answers.append(here.recv(1024))
+        here.send(third)
+        answers.append(here.recv(1024))
+        stop.set()
+        serving.join()
+    assert [round(json.loads(raw)["timestamp"] * STEP_HZ) for raw in answers] == [1, 2, 3]
 
 
 def test_an_autopilot_that_rebooted_gets_a_time_that_starts_again_and_a_body_that_moves_on():

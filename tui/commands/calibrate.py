@@ -4,6 +4,8 @@ Each step is the verb of its name with its own gates; the first that says no end
 """
 
 import argparse
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,14 @@ from bridge.text import say
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.flying.plan import load_plan
+from gcs_plugin.flying.run import Wanted
 from identify.planning.limits import START_DEPTH_M
+from identify.statistics import Z95
+from identify.words import listed
 from tui import show
 from tui.cli import module_of, verb_parser
 from tui.commands import fly
+from tui.parameter_files import read_json
 
 SPEED_SHARE = 0.8
 """Share of the limit's speed that a plan uses: the rest is for what pushes the vehicle beside its thrusters."""
@@ -36,7 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
     plan = root / "calibrate-plan.yaml"
     within = [word for pair in plan_limits(limits).items() for word in pair]
     minutes = ("--minutes", f"{arguments.minutes:g}")
-    code = step("plan", "--vehicle", vehicle, *minutes, *within, "--out", str(plan))
+    foretold = plan.with_suffix(".json")
+    code = step("plan", "--vehicle", vehicle, *minutes, *within, "--out", str(plan), "--json", str(foretold))
     if code != exit_codes.DONE:
         return code
     flight_plan = load_plan(plan)
@@ -44,6 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
+    if vague := too_vague(read_json(foretold), wanted):
+        show.say(console, f"nothing was sent: {vague}")
+        return exit_codes.NO
     if not arguments.armed:
         show.say(
             console,
@@ -75,6 +85,21 @@ def run(arguments: argparse.Namespace) -> int:
         )
     show.write_json(done, arguments.json)
     return code
+
+
+def too_vague(plan: Mapping[str, Any], wanted: Wanted) -> str:
+    """Why no flight of a plan, the JSON of `plan`, would tell what is wanted, and the ways out; "" if one may."""
+    widths = {each["name"]: Z95 * (each["after"]["relative_std"] or 0.0) for each in plan["parameters"]}
+    vague = {name: widths[name] for name in wanted.names if widths[name] > wanted.share}
+    if not vague:
+        return ""
+    told = listed([f"{name} to {100 * width:.2g} %" for name, width in vague.items()])
+    sharp = " ".join(name for name in wanted.names if name not in vague)
+    return (
+        f"all of this plan tells {told} alone, and --to asks for {100 * wanted.share:g} %: give "
+        f"--to {math.ceil(100 * max(vague.values()))}, more --minutes, or wider limits"
+        + (f", or --know {sharp}" if sharp else "")
+    )
 
 
 def plan_limits(limits: FlightLimits) -> dict[str, str]:
