@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import Configuration, VehicleFile
+from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.controller import unrecorded
 from identify.diagnose.candidates import Cause
 from identify.diagnose.innovations import mean_before, reading_error
 from identify.diagnose.mounting import mirrored, swapped
 from identify.diagnose.predicted import by_present_thrust, course_of, predicted
-from identify.diagnose.regression import steady_trims
+from identify.diagnose.regression import LEVELLED, steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
 from identify.effects.course import Course
@@ -52,6 +53,12 @@ SEA_S, SEA_SPREAD = 1.5, 0.1
 
 SURGE, SWAY, ALIKE = 0, 1, 0.2
 """Prior spread between surge and sway of the logarithm of an autopilot filter's error."""
+
+SLOWEST_LEVELLING_S = 0.25
+"""Interval between commands within which an autopilot that levels roll and pitch has answered a tilt: its thrust looks
+like a righting moment."""
+
+LEAST_LEVER_M = 1e-3
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
@@ -209,7 +216,7 @@ def nominal_of(
         dive = with_later_commands(dive, late_s)
         built = _axes_of(dive, file, configuration)
         start = filters_of(built, shape)
-    if (slow := _without_quick(start, built)) is not built:
+    if (slow := _without_quick(start, built, dive, shape)) is not built:
         start, built = filters_of(slow, shape), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
@@ -293,9 +300,9 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
     return replace(problem, prior_mean=mean, prior_precision=precision)
 
 
-def _without_quick(start: Filters, built: Axes) -> Axes:
-    """The axes without degrees of freedom that settle within a few commands, or swing within a slow sample: the
-    recording misses the thrust in between."""
+def _without_quick(start: Filters, built: Axes, dive: Dive, shape: Configuration) -> Axes:
+    """The axes without degrees of freedom that settle within a few commands, or swing or may be levelled within a slow
+    sample: the recording misses the thrust in between."""
     quick = {
         problem.axis.dof
         for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
@@ -313,6 +320,17 @@ def _without_quick(start: Filters, built: Axes) -> Axes:
         dof: f"it swings too quickly for commands that are known every {sampled_s:.2g} s"
         for dof, sampled_s in swinging.items()
     }
+    turned_by_thrust = np.abs(allocation_matrix(shape)).max(axis=1) > LEAST_LEVER_M
+    for problem in start.joint.problems:
+        sampled_s = dive.reckoned.step_s if dive.reckoned else problem.axis.sampled_s
+        if (
+            problem.axis.dof in LEVELLED
+            and sampled_s > SLOWEST_LEVELLING_S
+            and turned_by_thrust[problem.axis.dof]
+        ):
+            left[problem.axis.dof] = (
+                f"an autopilot may level it between commands that are known every {sampled_s:.2g} s"
+            )
     kept = tuple(axis for axis in built.axes if axis.dof not in left)
     return replace(built, axes=kept, missing=built.missing | left) if kept and left else built
 

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from fakes.shared import shared
 
+from bench.field.draw import draw
+from bench.field.export import COMPANION, STATION
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import lacking
 from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS
@@ -116,3 +119,19 @@ def test_a_firmwares_dive_logged_twice_a_second_tells_the_hulls_drag():
     assert (found.verdict, [cause.name for cause in found.findings]) == ("explained", ["quadratic_drag"])
     for name, true in (("X_uu", 48.285), ("Y_vv", 62.08)):
         assert found.findings[0].parameters[name].value == pytest.approx(true, rel=0.05)
+
+
+def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between_two_pulses(
+    tmp_path: Path,
+) -> None:
+    """Its thrust looks like a righting moment: 0.3 m of one was told of a hull of 0.08 m."""
+    case = draw(100_002, 3, "none", seconds=60.0)
+    (tmp_path / "rov.yaml").write_text(case.vehicle.text)
+    file = load_vehicle(str(tmp_path / "rov.yaml"))
+    (name,) = file.vehicle.configurations
+    for rates, levelled in ((COMPANION, False), (STATION, True)):
+        log = tmp_path / "dive.tlog"
+        log.write_bytes(replace(case, rates=rates).recording(0))
+        built = nominal_of(read_dive(log, None, file), file, name).built
+        left = {dof for dof, why in built.missing.items() if "an autopilot may level it" in why}
+        assert left == ({3, 4} if levelled else set())
