@@ -125,7 +125,7 @@ def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between
     tmp_path: Path,
 ) -> None:
     """Its thrust looks like a righting moment: 0.3 m of one was told of a hull of 0.08 m."""
-    case = draw(100_002, 3, "none", seconds=60.0)
+    case = draw(100_002, 6, "none", seconds=60.0)
     (tmp_path / "rov.yaml").write_text(case.vehicle.text)
     file = load_vehicle(str(tmp_path / "rov.yaml"))
     (name,) = file.vehicle.configurations
@@ -135,3 +135,4 @@ def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between
         built = nominal_of(read_dive(log, None, file), file, name).built
         left = {dof for dof, why in built.missing.items() if "an autopilot may level it" in why}
         assert left == ({3, 4} if levelled else set())
+        assert bool({3, 4} & {axis.dof for axis in built.axes}) is not levelled
