@@ -149,7 +149,7 @@ class Options:
         self.value("--out", "FOLDER", "takes the dive folder", default="dives")
 
     def receipts(self, meaning: str) -> None:
-        """The folder of what was uploaded."""
+        """The folder of the uploaded values."""
         self.value("--receipts", "FOLDER", meaning, default="receipts")
 
     def report(self, meaning: str) -> None:

@@ -65,7 +65,7 @@ class AcceptedCauses:
         return now
 
     def sentences(self, held: Sequence[Cause]) -> tuple[str, ...]:
-        """What the model before holds of them, and what not."""
+        """Accepted causes that the model holds, and those it does not."""
         kept = {cause.key for cause in held}
         gone = [effect_words(cause.effect) for cause in self.passing if cause.key not in kept]
         left = [*self.unknown, *(f"{words} (of that dive alone)" for words in gone)]

@@ -64,7 +64,7 @@ QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
 
 MOST_LATE = 0.75
-"""Slow samples act at most so late, in steps: half a step if each holds until the next, and what the fit may miss."""
+"""Slow samples act at most so late, in steps: half a step if each holds until the next, and the fit's own error."""
 
 STILL_RAD = np.deg2rad(0.1)
 """Roll or pitch without thrust and within this rms is held level, and carries no information."""

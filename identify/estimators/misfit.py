@@ -151,7 +151,7 @@ class Doubts:
 
     @property
     def is_late(self) -> bool:
-        """Beyond what the stamps themselves are off by."""
+        """Beyond the error of the stamps themselves."""
         return abs(self.late.score) > DOUBTFUL_SCORE and abs(self.late.size) > STAMPED_S
 
     @property

@@ -85,8 +85,7 @@ def unknown_between(dive: Dive, commands: Signal) -> bool:
 
 
 def loop_is_recorded(dive: Dive) -> bool:
-    """Whether the controller logs what it asks for, each time that it does: its wrench beside pulses, or what it was
-    made of."""
+    """Whether the controller logs its demand each time: its wrench with the pulses, or the parts of the wrench."""
     pulses = dive.thruster_commands is not None and dive.tau_cmd is not None
     return pulses or dive.tau_pid is not None or dive.nu_fb is not None
 

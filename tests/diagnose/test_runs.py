@@ -134,7 +134,8 @@ def test_the_silence_between_runs_is_no_lull_among_bursts(nominal):
     left = {axis.problem.axis.dof: (axis, rng.normal(size=len(axis.std))) for axis in axes}
     runs_s, time_s = nominal.course.runs_s, nominal.course.time_s
     best = max(bursts(left, time_s, runs_s), key=lambda burst: burst.gain)
-    assert best.gain < 3.0
+    # A draw of noise alone.
+    assert best.gain < 5.0
     assert not best.force(time_s)[~nominal.course.recorded].any()
 
 

@@ -61,6 +61,7 @@ def exact_dive(seconds: float = 120.0, sway: float = 0.15, noise: float = 0.0) -
         velocity=Signal(time_s, measured),
         gyro=Signal(time_s, nu[:, 3:]),
         tau_cmd=command,
+        commands_hold=True,
     )
 
 

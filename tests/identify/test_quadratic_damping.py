@@ -189,7 +189,7 @@ def test_a_drag_that_is_surely_there_keeps_its_normal_interval():
 
 def test_where_an_autopilot_may_have_steered_by_what_its_log_lacks_the_values_are_doubted(both):
     dive = closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC)
-    log = replace(dive, velocity_is_filtered=True, nu_fb=None, tau_pid=None, nu_ref=None)
+    log = replace(dive, velocity_is_filtered=True, nu_fb=None, tau_pid=None, nu_ref=None, commands_hold=True)
     fitted = {p.name for p in both.parameters if np.isfinite(p.value)}
     (doubt,) = steered_doubts(log, file_with("both"), "only", fitted)
     assert doubt.about == ("M_u", "D_u", "X_uu")

@@ -357,7 +357,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.push_screen(ConnectScreen(self.desk.ways()), answered)
 
     def action_name_vehicle(self) -> None:
-        """Ask which vehicle file what names none is of."""
+        """Ask for the vehicle file of a dive that names none."""
         name_vehicle = self.desk.name_vehicle
         if name_vehicle is None or isinstance(self.screen, AskScreen):
             return

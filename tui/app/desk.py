@@ -36,7 +36,7 @@ class Desk:
     folder, `end_recording` ends it: both wait for it, return the folder of the finished dive, and raise
     SeatrialError; None if the app may not give such orders. `links` are those that `record` would record, () while
     none is known; `ways` lists the ways to a vehicle, and `connect` goes one of them, raises SeatrialError, and is
-    None if the app may not. `name_vehicle` takes FILE[:CONFIGURATION] for what names none itself, raises ConfigError if
+    None if the app may not. `name_vehicle` takes FILE[:CONFIGURATION] for dives that name none, raises ConfigError if
     there is no such file, and is None if the app may not. `was_killed` says whether the recording of a process ended
     without having been told to.
     """

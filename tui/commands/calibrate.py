@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def too_vague(plan: Mapping[str, Any], wanted: Wanted) -> str:
-    """Why no flight of a plan, the JSON of `plan`, would tell what is wanted, and the ways out; "" if one may."""
+    """Why no flight of a plan, the JSON of `plan`, would tell the wanted parameters, and ways out; "" if one may."""
     widths = {each["name"]: Z95 * (each["after"]["relative_std"] or 0.0) for each in plan["parameters"]}
     vague = {name: widths[name] for name in wanted.names if widths[name] > wanted.share}
     if not vague:
