@@ -320,7 +320,7 @@ def _without_quick(start: Filters, built: Axes, dive: Dive, shape: Configuration
         dof: f"it swings too quickly for commands that are known every {sampled_s:.2g} s"
         for dof, sampled_s in swinging.items()
     }
-    turned_by_thrust = np.abs(allocation_matrix(shape)).max(axis=1) > LEAST_LEVER_M
+    turned_by_thrust = np.abs(allocation_matrix(shape)).max(axis=1, initial=0.0) > LEAST_LEVER_M
     for problem in start.joint.problems:
         sampled_s = dive.reckoned.step_s if dive.reckoned else problem.axis.sampled_s
         if (
