@@ -66,7 +66,7 @@ def _by_station(cases: Sequence[Judged]) -> list[str]:
 
 
 def lines(cases: Sequence[Judged]) -> list[str]:
-    """The"""
+    """The tables of the section."""
     return [
         *goals(cases),
         "",
