@@ -130,13 +130,15 @@ def test_an_angle_is_averaged_within_its_run():
 
 def test_the_silence_between_runs_is_no_lull_among_bursts(nominal):
     axes = regression_of(nominal.joint, nominal.theta, ()).axes
-    rng = np.random.default_rng(3)
-    left = {axis.problem.axis.dof: (axis, rng.normal(size=len(axis.std))) for axis in axes}
     runs_s, time_s = nominal.course.runs_s, nominal.course.time_s
-    best = max(bursts(left, time_s, runs_s), key=lambda burst: burst.gain)
-    # A draw of noise alone.
-    assert best.gain < 5.0
-    assert not best.force(time_s)[~nominal.course.recorded].any()
+    gains = []
+    for seed in range(7):
+        rng = np.random.default_rng(seed)
+        left = {axis.problem.axis.dof: (axis, rng.normal(size=len(axis.std))) for axis in axes}
+        best = max(bursts(left, time_s, runs_s), key=lambda burst: burst.gain)
+        gains.append(best.gain)
+        assert not best.force(time_s)[~nominal.course.recorded].any()
+    assert np.median(gains) < 3.0
 
 
 def test_runs_that_are_all_too_short_are_refused():
