@@ -110,6 +110,11 @@ class Run:
         return self.end_s - self.start_s
 
 
+TIMED_S = 0.025
+"""Standard error of the time at which reckoned pulses act, half a step of sticks at 20 Hz; and the interval of samples
+up to which a delay of the thrusters is judged."""
+
+
 @dataclass(frozen=True)
 class Reckoned:
     """Pulses that stand between samples `step_s` apart.
@@ -121,6 +126,11 @@ class Reckoned:
     step_s: float
     error_us: tuple[float, ...]
     share: float
+
+    @property
+    def tells_timing(self) -> bool:
+        """Whether a delay or a lag of the thrusters shows beyond what the reckoning misses."""
+        return self.unknown_s <= TIMED_S
 
     @property
     def unknown_s(self) -> float:

@@ -45,7 +45,8 @@ class Ticks(NamedTuple):
     """Rows that the dive fills in.
 
     Per tick: state (STATES,), nu_dot (6,), push (6,) when the pulse (k,) is given; nominal (k,): thrust by the file's
-    curve and lag; supply (2,): V and A. Per step: moving (3,), velocity over ground, NED, m/s.
+    curve and lag; supply (2,): V and A; asked (5,): the sticks, the way
+    home included. Per step: moving (3,), velocity over ground, NED, m/s.
     """
 
     state: Array
@@ -54,6 +55,7 @@ class Ticks(NamedTuple):
     pwm: Array
     nominal: Array
     supply: Array
+    asked: Array
     moving: Array
 
 
@@ -89,6 +91,7 @@ def dive(
                 way = homewards(state, seen[2], asked, tick, leash_m)
             now_asked[0] *= way
             now_asked[1] *= way
+            ticks.asked[tick] = now_asked
             wrench(now_asked, seen, pilot, memory, want)
             pulses(want, pilot, places)
             for i in range(k):

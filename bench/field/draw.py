@@ -156,7 +156,9 @@ class FieldCase:
     def recording(self, which: int) -> bytes:
         """The `.tlog` of a dive."""
         rng = np.random.default_rng([self.seed, self.number, 33, which])
-        return tlog_of(told(self.flown(which), self.sensors, self.filter, rng), LOST, rng, self.rates)
+        return tlog_of(
+            told(self.flown(which), self.sensors, self.filter, self.autopilot, rng), LOST, rng, self.rates
+        )
 
     def files(self) -> dict[str, bytes]:
         """All files of the case's folder, by name."""

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bench.field.autopilot import VelocityFilter, estimated, reckoned
+from bench.field.autopilot import NEUTRAL, Autopilot, VelocityFilter, estimated, reckoned
 from bench.field.dive import EACH, STEP_S
 from bench.field.mission import TICK_S
 from bench.field.simulate import Flown, Sensors
 from bridge.vehicle.config import GRAVITY_M_S2, Water
 from bridge.wire.framing import Encoder
+from identify.challenge.dive import pulse
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,9 @@ def down(state: Array) -> Array:
     return np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
 
 
-def told(flown: Flown, sensors: Sensors, own: VelocityFilter, rng: np.random.Generator) -> Told:
+def told(
+    flown: Flown, sensors: Sensors, own: VelocityFilter, autopilot: Autopilot, rng: np.random.Generator
+) -> Told:
     """Contents of a dive's messages. The reported attitude and depth are the readings that the autopilot flew by."""
     ticks, noise = flown.ticks, flown.noise
     nu = ticks.state[:, 7:13]
@@ -110,14 +113,21 @@ def told(flown: Flown, sensors: Sensors, own: VelocityFilter, rng: np.random.Gen
         velocity,
         ticks.state[::SLOW, 2] + noise[::SLOW, 6],
         supply,
-        _sticks(flown.sticks.asked[:, :4]),
+        positions(ticks.asked, autopilot),
     )
 
 
-def _sticks(asked: Array) -> Array:
-    """Positions (n, 4) of the sticks; the thrust goes with the square of a pulse's distance from neutral."""
-    bent = np.sign(asked) * np.sqrt(np.abs(asked))
-    return FULL_STICK * bent / np.maximum(np.abs(bent).max(axis=0), 1e-9)
+def positions(asked: Array, autopilot: Autopilot) -> Array:
+    """Positions (n, 4) of the sticks (n, 5): a rate of sinking or turning goes with its stick, and so does what surge
+    and sway ask of the mixer, a pulse of the stock one, a force of the other."""
+    shares = asked[:, :4].copy()
+    if autopilot.straight:
+        for axis in (0, 1):
+            each_n = asked[:, axis] / autopilot.reach[axis]
+            shares[:, axis] = [
+                pulse(share, autopilot.thrust_at, NEUTRAL) - NEUTRAL for share in each_n.tolist()
+            ]
+    return FULL_STICK * shares / np.maximum(np.abs(shares).max(axis=0), 1e-9)
 
 
 def tlog_of(heard: Told, lost: float, rng: np.random.Generator, rates: Rates = COMPANION) -> bytes:

@@ -115,7 +115,7 @@ def fly(
     start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
     ticks = kernel.Ticks(
         np.zeros((count, STATES)), np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, k)),
-        np.zeros((count, k)), np.zeros((count, 2)), np.zeros((count * kernel.EACH, 3)),
+        np.zeros((count, k)), np.zeros((count, 2)), np.zeros((count, 5)), np.zeros((count * kernel.EACH, 3)),
     )  # fmt: skip
     supply = kernel.Supply(
         sensors.full_v,

@@ -131,7 +131,9 @@ def _has_velocity(dive: Dive) -> bool:
 
 def _seldom(dive: Dive, shape: Configuration) -> bool:
     commands = dive.thruster_commands if tells_thrusters(dive, shape) else dive.tau_cmd
-    return dive.reckoned is not None or (commands is not None and sampled_seldom(commands))
+    if dive.reckoned is not None:
+        return not dive.reckoned.tells_timing
+    return commands is not None and sampled_seldom(commands)
 
 
 def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nominal | None = None) -> Nominal:

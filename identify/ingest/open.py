@@ -108,7 +108,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
         )
     piloted = recorded if vehicle is None else with_pulses(recorded, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
-    possible = with_reckoned_pulses(possible)
+    possible = with_reckoned_pulses(possible, vehicle)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
     dive = without_frozen(without_repeated(possible), rest_us)
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))

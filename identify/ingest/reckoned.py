@@ -2,17 +2,21 @@
 
 Such a log has the pulses twice a second, and several times as often the signals that make them: the pilot's sticks,
 and the attitude, rates and depth that the autopilot answers. But for its integrals, each output is a sum of these with
-constant factors. The factors are those that foretell each sample best from its two neighbours, and so do the sticks'
-delay; by how much they miss it remains unknown between two samples.
+constant factors: the pulse, or the thrust where a mixer takes the thrusters' curve into account. The factors are those
+that foretell each sample best from its two neighbours, and so are the sticks' delay and the choice of pulse or thrust;
+by how much they miss it remains unknown between two samples.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array, Dive, Reckoned, Signal
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import thrust_curve
+from identify.dive import TIMED_S, Array, Dive, Reckoned, Signal
 from identify.ingest.commands import sampled_seldom
 from identify.ingest.rotation import euler_angles
 
@@ -23,60 +27,94 @@ DELAYS_S: Final = np.arange(-0.1, 0.31, 0.02)
 LEAST_SAMPLES: Final = 10
 """Samples for each factor, at least."""
 
+ALIKE: Final = 1.05
+"""Misses, relative to the fewest, with which a delay of the sticks is as good."""
+
 MOST_MISSED: Final = 0.5
 """Variance of the misses, relative to that of samples halfway between their neighbours, up to which pulses are
 reckoned."""
 
 
 @dataclass(frozen=True)
-class Law:
-    """The law of the pulses: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each output.
+class Output:
+    """What the law makes of each output: `of` pulses (n, k), and the pulses `back` from it."""
 
-    missed_us (k,): rms by which a sample is missed; share: variance of the misses of all outputs, relative to that of
-    samples halfway between their neighbours.
+    of: Callable[[Array], Array]
+    back: Callable[[Array], Array]
+
+
+PULSE: Final = Output(lambda pulses: pulses, lambda outputs: outputs)
+
+
+@dataclass(frozen=True)
+class Law:
+    """The law of the pulses: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each `output`.
+
+    missed (k,): rms by which a sample is missed, in the output's unit; share: variance of the misses of all outputs,
+    relative to that of samples halfway between their neighbours.
     """
 
+    output: Output
     delay_s: float
     factors: Array
-    missed_us: Array
+    missed: Array
     share: float
 
 
-def with_reckoned_pulses(dive: Dive) -> Dive:
-    """The dive with pulses every STEP_S in place of slow samples, and a note, if the pilot's sticks are recorded."""
+def with_reckoned_pulses(dive: Dive, vehicle: VehicleFile | None = None) -> Dive:
+    """The dive with pulses every STEP_S in place of slow samples, and a note, if the pilot's sticks are recorded.
+
+    Raises ConfigError for a thrust table of the vehicle that can't be read.
+    """
     pwm = dive.pwm
     if pwm is None or dive.sticks is None or not len(dive.sticks) or not sampled_seldom(pwm):
         return dive
-    law = law_of(dive, pwm)
+    laws = [law for output in _outputs(vehicle) if (law := law_of(dive, pwm, output)) is not None]
+    law = min(laws, key=lambda each: each.share, default=None)
     if law is None or law.share > MOST_MISSED:
         return dive
     time_s = np.arange(pwm.time_s[0], pwm.time_s[-1], STEP_S)
     # A pulse holds until the next, so that the middle of its step is what it stands for.
     at_s = time_s + 0.5 * STEP_S
     acting = _acting(dive, pwm, at_s)[:, None]
-    left = pwm.value - _makers(dive, pwm.time_s, law.delay_s) @ law.factors
-    value = np.where(acting, _between(pwm.time_s, left, at_s), _between(pwm.time_s, pwm.value, at_s))
+    made = law.output.of(pwm.value)
+    left = made - _makers(dive, pwm.time_s, law.delay_s) @ law.factors
+    value = np.where(acting, _between(pwm.time_s, left, at_s), _between(pwm.time_s, made, at_s))
     value += np.where(acting, _makers(dive, at_s, law.delay_s) @ law.factors, 0.0)
     low, high = np.nanmin(pwm.value, axis=0), np.nanmax(pwm.value, axis=0)
+    known = Reckoned(
+        1.0 / pwm.rate_hz, tuple((law.missed / _rms_slope(law.output, pwm.value)).tolist()), law.share
+    )
     note = (
         f"Thruster commands come at {pwm.rate_hz:.1f} Hz; between them they are reckoned from the sticks and the "
-        f"attitude, which foretell {100 * (1 - law.share):.0f} % of what happens there. The rest is taken for a noise, "
-        "and a delay or a lag of the thrusters can't be judged; record them at 10 Hz or more for that."
+        f"attitude, which foretell {100 * (1 - law.share):.0f} % of what happens there. The rest is taken for a noise"
     )
+    if not known.tells_timing:
+        note += (
+            ", and a delay or a lag of the thrusters can't be judged; record them at 10 Hz or more for that"
+        )
     return replace(
         dive,
-        pwm=Signal(time_s, np.clip(value, low, high)),
-        reckoned=Reckoned(1.0 / pwm.rate_hz, tuple(law.missed_us.tolist()), law.share),
-        notes=(*dive.notes, note),
+        pwm=Signal(time_s, np.clip(law.output.back(value), low, high)),
+        reckoned=known,
+        stamped_s=max(dive.stamped_s, TIMED_S),
+        notes=(*dive.notes, f"{note}."),
     )
 
 
-def law_of(dive: Dive, pwm: Signal) -> Law | None:
+def _outputs(vehicle: VehicleFile | None) -> tuple[Output, ...]:
+    if vehicle is None:
+        return (PULSE,)
+    curve = thrust_curve(vehicle.vehicle.thrust_curve, vehicle.path.parent)
+    return PULSE, Output(curve.thrust, curve.pwm)
+
+
+def law_of(dive: Dive, pwm: Signal, output: Output) -> Law | None:
     """The law that foretells the samples best from their neighbours; None with too few samples."""
-    beyond = _beyond_neighbours(pwm.value)
+    beyond = _beyond_neighbours(output.of(pwm.value))
     acting = _armed(dive, pwm.time_s)
     usable = np.isfinite(beyond).all(axis=1) & acting[:-2] & acting[1:-1] & acting[2:]
-    best: Law | None = None
+    laws = []
     for delay_s in DELAYS_S.tolist():
         makers = _beyond_neighbours(_makers(dive, pwm.time_s, delay_s))
         kept = usable & np.isfinite(makers).all(axis=1)
@@ -86,9 +124,17 @@ def law_of(dive: Dive, pwm: Signal) -> Law | None:
         factors, *_ = np.linalg.lstsq(makers[kept], beyond[kept], rcond=1e-8)
         missed: Array = ((beyond[kept] - makers[kept] @ factors) ** 2).sum(axis=0) / freedom
         share = float(missed.sum() / max(float(np.var(beyond[kept], axis=0).sum()), 1e-12))
-        if best is None or share < best.share:
-            best = Law(delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share)
-    return best
+        laws.append(Law(output, delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share))
+    # Sticks and pulses of one clock leave the delay open by a step of the sticks: the middle is taken.
+    best = min(law.share for law in laws)
+    alike = [law for law in laws if law.share <= ALIKE * best]
+    return alike[len(alike) // 2]
+
+
+def _rms_slope(output: Output, pulses_us: Array) -> Array:
+    """Rms (k,) of the output's slope along the pulses (n, k), per us."""
+    slope = 0.5 * (output.of(pulses_us + 1.0) - output.of(pulses_us - 1.0))
+    return np.asarray(np.maximum(np.sqrt(np.nanmean(slope**2, axis=0)), 1e-9))
 
 
 def _beyond_neighbours(values: Array) -> Array:
@@ -121,14 +167,15 @@ def _between(of_s: Array, values: Array, time_s: Array) -> Array:
 
 
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
-    """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth, velocity."""
+    """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth or the pressure that
+    tells it, velocity."""
     sticks = dive.sticks
     assert sticks is not None
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
     if dive.attitude is not None:
         roll, pitch, yaw = euler_angles(dive.attitude.value)
         columns.append(_between(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]), time_s))
-    for signal in (dive.gyro, dive.depth, dive.velocity):
+    for signal in (dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity):
         if signal is not None and np.isfinite(signal.value).all(axis=1).any():
             columns.append(_between(signal.time_s, signal.value, time_s))
     return np.hstack(columns)

@@ -12,11 +12,11 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import section
-from bench.field.autopilot import VelocityFilter, estimated, reckoned
+from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
 from bench.field.draw import NONE, FieldCase, draw, effects_of, felt, missing_wrench, stays_down
-from bench.field.export import STATION, euler, tlog_of, told
+from bench.field.export import STATION, euler, positions, tlog_of, told
 from bench.field.plants import PLANTS
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
@@ -58,7 +58,7 @@ def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
     flown = case().flown(0)
     flown = replace(flown, noise=np.zeros_like(flown.noise))
     rng = np.random.default_rng(0)
-    found = messages(tlog_of(told(flown, QUIET, HONEST, rng), 0.0, rng))
+    found = messages(tlog_of(told(flown, QUIET, HONEST, case().autopilot, rng), 0.0, rng))
     ticks, nu = flown.ticks, flown.ticks.state[:, 7:13]
     attitude = [m for _, m in found["ATTITUDE"]]
     read = np.array(
@@ -106,16 +106,32 @@ def test_a_ground_station_logs_pulses_twice_a_second_and_the_sticks_that_it_send
     assert {message.get_srcSystem() for message in sent} == {255}
     sticks = np.array([[message.x, message.y, message.z, message.r] for message in sent])
     assert np.abs(sticks).max() == 1000
-    # The pulse at which a stick stands is as far from neutral as the stick: thrust goes with the square of it.
-    asked = one.flown(0).sticks.asked[:, 0]
-    full = np.abs(asked).max()
-    heard = np.interp(np.arange(len(asked)), np.linspace(0, len(asked) - 1, len(sticks)), sticks[:, 0])
-    assert np.corrcoef(np.sign(heard) * heard**2, asked / full)[0, 1] > 0.98
+    # As the autopilot got them: a pilot who turns back moves the stick.
+    moved = positions(one.flown(0).ticks.asked, one.autopilot)[:, 0]
+    heard = np.interp(np.arange(len(moved)), np.linspace(0, len(moved) - 1, len(sticks)), sticks[:, 0])
+    assert np.corrcoef(heard, moved)[0, 1] > 0.98
+
+
+@pytest.mark.parametrize("straight", [0, 1], ids=["a mixer of thrusts", "a mixer of pulses"])
+def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight: int) -> None:
+    one = case()
+    autopilot = one.autopilot._replace(straight=straight)
+    asked = np.zeros((3, 5))
+    asked[:, 0] = autopilot.reach[0] * np.array([0.0, 1.0, 4.0])
+    stick = positions(asked, autopilot)[:, 0]
+    want, places = np.zeros(6), np.zeros(autopilot.matrix.shape[1])
+    made = []
+    for force in asked[:, 0]:
+        want[0] = force
+        pulses(want, autopilot, places)
+        offset = np.abs(places - NEUTRAL).max()
+        made.append(offset if straight else autopilot.thrust_at[NEUTRAL + int(offset)])
+    np.testing.assert_allclose(np.array(made) / made[-1], stick / stick[-1], atol=0.02)
 
 
 def test_three_frames_in_a_thousand_are_lost() -> None:
     one, rng = case(), np.random.default_rng(1)
-    heard = told(one.flown(0), one.sensors, one.filter, rng)
+    heard = told(one.flown(0), one.sensors, one.filter, one.autopilot, rng)
     whole = sum(map(len, messages(tlog_of(heard, 0.0, rng)).values()))
     kept = sum(map(len, messages(tlog_of(heard, 0.3, rng)).values()))
     assert kept == pytest.approx(0.7 * whole, rel=0.05)

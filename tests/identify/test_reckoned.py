@@ -10,6 +10,7 @@ from fakes.shared import shared
 from bench.field.draw import draw
 from bench.field.export import COMPANION, STATION
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.thrusters import thrust_curve
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import lacking
@@ -17,7 +18,7 @@ from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS
 from identify.forces import wrench
 from identify.ingest.open import read_dive
-from identify.ingest.reckoned import STEP_S, with_reckoned_pulses
+from identify.ingest.reckoned import PULSE, STEP_S, law_of, with_reckoned_pulses
 from identify.run.together import joined
 
 FILE = load_vehicle("bluerov2")
@@ -61,6 +62,38 @@ def test_between_the_samples_pulses_follow_the_sticks_and_the_rates():
     assert reckoned.reckoned.step_s == pytest.approx(SELDOM_S, rel=0.01)
     assert reckoned.reckoned.share < 0.01
     assert "Thruster commands come at 2.0 Hz; between them they are reckoned" in reckoned.notes[-1]
+    assert "can't be judged" not in reckoned.notes[-1]
+
+
+def test_where_the_mixer_inverts_the_thrusters_curve_it_is_the_thrust_that_follows_the_sticks():
+    dive, _ = recorded()
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    newton_per_us = 0.05
+
+    def mixed(pulses):
+        return curve.pwm((pulses - curve.neutral_us) * newton_per_us)
+
+    bent = replace(dive, pwm=replace(dive.pwm, value=mixed(dive.pwm.value)))
+    assert law_of(bent, bent.pwm, PULSE).share > 0.05
+    reckoned = with_reckoned_pulses(bent, FILE)
+    assert reckoned.reckoned.share < 0.01
+    by_pulses = with_reckoned_pulses(dive)
+    low, high = bent.pwm.value.min(axis=0), bent.pwm.value.max(axis=0)
+    expected = np.clip(mixed(by_pulses.pwm.value), low, high)
+    off = curve.thrust(reckoned.pwm.value) - curve.thrust(expected)
+    assert np.sqrt(np.mean(off**2)) < 0.02 * np.std(curve.thrust(expected))
+
+
+def test_the_pressure_stands_for_the_depth_that_an_autopilot_holds():
+    dive, _ = recorded()
+    deep = np.cumsum(np.random.default_rng(3).normal(0, 3.0, len(dive.pwm)))
+    held = replace(dive.pwm, value=dive.pwm.value + np.outer(deep, np.full(6, 40.0)))
+    dive = replace(dive, pwm=held)
+    blind = law_of(dive, held, PULSE)
+    seen = law_of(
+        replace(dive, pressure=Signal(held.time_s, 101_325.0 + 9_800.0 * deep[:, None])), held, PULSE
+    )
+    assert seen.share < 0.01 < 0.1 * blind.share
 
 
 @pytest.mark.parametrize(
@@ -96,7 +129,9 @@ def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judge
     np.testing.assert_allclose(known.hidden, 0.0)
     assert (loose.hidden[[0, 1, 5]] > 0.1).all()
     assert (known.sampled_s, loose.sampled_s) == (0.0, 0.5 * SELDOM_S)
-    assert QUICK_COMMANDS in lacking([by_law], shape)
+    missed = replace(by_law, reckoned=replace(by_law.reckoned, share=0.2))
+    assert QUICK_COMMANDS in lacking([missed], shape)
+    assert QUICK_COMMANDS not in lacking([by_law], shape)
     assert QUICK_COMMANDS not in lacking([replace(by_law, reckoned=None)], shape)
 
 
