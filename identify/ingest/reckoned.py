@@ -168,14 +168,18 @@ def _between(of_s: Array, values: Array, time_s: Array) -> Array:
 
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
     """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth or the pressure that
-    tells it, velocity."""
+    tells it, velocity.
+
+    Each holds until its next reading. Pulses between two readings, reckoned from both, would know the later one and its
+    noise, and a late thrust would explain it best.
+    """
     sticks = dive.sticks
     assert sticks is not None
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
     if dive.attitude is not None:
         roll, pitch, yaw = euler_angles(dive.attitude.value)
-        columns.append(_between(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]), time_s))
+        columns.append(np.column_stack([roll, pitch, np.unwrap(yaw)])[_latest(dive.attitude.time_s, time_s)])
     for signal in (dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity):
         if signal is not None and np.isfinite(signal.value).all(axis=1).any():
-            columns.append(_between(signal.time_s, signal.value, time_s))
+            columns.append(signal.value[_latest(signal.time_s, time_s)])
     return np.hstack(columns)
