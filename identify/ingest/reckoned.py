@@ -166,6 +166,12 @@ def _between(of_s: Array, values: Array, time_s: Array) -> Array:
     return np.column_stack([np.interp(time_s, of_s[known], column) for column in values[known].T])
 
 
+def _held(of_s: Array, values: Array, time_s: Array) -> Array:
+    """The last known of values (n, k) at each of the times (m,)."""
+    known = np.isfinite(values).all(axis=1)
+    return np.asarray(values[known][_latest(of_s[known], time_s)])
+
+
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
     """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth or the pressure that
     tells it, velocity.
@@ -178,8 +184,8 @@ def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
     if dive.attitude is not None:
         roll, pitch, yaw = euler_angles(dive.attitude.value)
-        columns.append(np.column_stack([roll, pitch, np.unwrap(yaw)])[_latest(dive.attitude.time_s, time_s)])
+        columns.append(_held(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]), time_s))
     for signal in (dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity):
         if signal is not None and np.isfinite(signal.value).all(axis=1).any():
-            columns.append(signal.value[_latest(signal.time_s, time_s)])
+            columns.append(_held(signal.time_s, signal.value, time_s))
     return np.hstack(columns)
