@@ -165,8 +165,9 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         likeliest = Signal(from_pwm.time_s, _unrounded(from_pwm, variance, breaks_s))
         history = _history(likeliest, curve, "pwm", notes, breaks_s)
         hidden = np.sqrt(rounded + _reckoned(dive, vehicle, directory, configuration_name))
-        loose = dive.reckoned is not None and not dive.reckoned.tells_timing
-        return replace(history, hidden=hidden, sampled_s=dive.reckoned.unknown_s if loose else 0.0)
+        reckoned = dive.reckoned
+        unknown_s = reckoned.unknown_s if reckoned is not None and not reckoned.tells_timing else 0.0
+        return replace(history, hidden=hidden, sampled_s=unknown_s)
     commanded_count = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
     count = len(vehicle.configurations[configuration_name].thrusters)
     if commanded is None and 0 < commanded_count < count:

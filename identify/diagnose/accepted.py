@@ -347,7 +347,9 @@ def likely_accepted(
     now = explanation.now
     if len(likely) < len(causes):
         kept = {item.cause.key for item in likely}
-        now = explained_by([cause for cause in explanation.causes if cause.key in kept], nominal, library).now
+        now = explained_by(
+            [cause for cause in explanation.causes if cause.key in kept], nominal, library, explanation.now
+        ).now
     if now is not explanation.now or holds:
         known = known_beside([item.cause for item in whole], now)
     made = accepted_of(whole, known, shape)

@@ -69,6 +69,9 @@ FALL = 0.5 * Z95**2
 LEAST_APART = 6.25
 """Nats by which a rival must be excluded: with fewer, the cause would be less than 50 % probable, without a reason."""
 
+RIVALS = 2
+"""Best rivals of a doubtful cause with which the filters are fitted."""
+
 LEAST_LIKENESS = 0.5
 """Causes less alike than this are no ambiguity group even if either fits: both may be present."""
 
@@ -234,7 +237,7 @@ def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
     """
     by_part = _by_part(slopes, left, parts)
     weight = by_part.weight
-    sum_, squares = np.maximum(weight.sum(axis=0), 1e-300), (weight**2).sum(axis=0)
+    sum_, squares = np.maximum(weight.sum(axis=0), 1e-100), (weight**2).sum(axis=0)
     variance = np.maximum(by_part.excess, 0.0) / np.maximum(sum_ - squares / sum_, 1e-300)
     return np.asarray(np.where((weight > 0).sum(axis=0) > 1, variance * squares / sum_**2, 0.0))
 
@@ -293,7 +296,7 @@ def without_doubtful(
     while explanation.causes:
         within = tuple(cause for cause in explanation.causes if not cause.at_bound)
         if len(within) < len(explanation.causes):
-            explanation = explained_by(within, nominal, library)
+            explanation = explained_by(within, nominal, library, explanation.now)
             continue
         absent, covariance = _covariances(explanation)
         shares = [
@@ -310,7 +313,7 @@ def without_doubtful(
         # Of causes that trade with each other the shadows are dropped, however wide the interval of the cause that
         # casts them.
         best = max(fewer, key=lambda others: explanation.weighing.fitted(others).gain)
-        explanation = explained_by(best, nominal, library)
+        explanation = explained_by(best, nominal, library, explanation.now)
     return explanation, np.zeros((0, 0))
 
 
@@ -388,6 +391,29 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
         else:
             best_apart = max(best_apart, tried.gain)
     return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart)
+
+
+def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:
+    """Nats by which the filters, fitted with all causes, are likelier than with the best rival of the k-th in its place
+    or with none, beyond what the forms of the others may leave.
+
+    Masses and dampings that are fitted without a cause make up for some of it. The regression, at the masses found with
+    it, holds that to be all that can be told.
+    """
+    cause = explanation.causes[k]
+    without = explained_by(
+        (*explanation.causes[:k], *explanation.causes[k + 1 :]), nominal, library, explanation.now
+    )
+    weighing, fit = without.weighing, without.fit
+    best = without.now.log_posterior + remainder_nats(FormRemainder(weighing, fit), cause)
+    rivals = [
+        rival
+        for _, _, rival in ranked_candidates(weighing.candidates_beside(fit), fit)
+        if rival.effect.name != cause.effect.name
+    ]
+    for rival in rivals[:RIVALS]:
+        best = max(best, explained_by((*fit.causes, rival), nominal, library, without.now).now.log_posterior)
+    return explanation.now.log_posterior - best
 
 
 def cosine(weighing: Weighing, others: Fitted, cause: Cause, other: Cause) -> float:

@@ -193,7 +193,7 @@ def diagnose(
     )
     left = above_noise(left, heldout, nominal.filtered)
     forces = unexplained_forces(left)
-    causes = findings_of(explanation, covariance, missing, unexplained_nats(left))
+    causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     gap, (trials, known) = both(
         lambda: _gap(explanation, missing, left, before, after, causes),
         lambda: (trials_of(explanation, causes), known_beside(explanation.causes, explanation.now)),

@@ -71,6 +71,10 @@ SIMPLER_SHARE = 5e-3
 An attitude that is off by two degrees tilts a weight by as much.
 """
 
+NEAR_SIGMA, FAR_LIKELIER = 5.0, 3.0
+"""Standard errors of a gain that is not by chance, and times the required nats by which the filters must rise to make
+up for a gain that is too small."""
+
 CLIMB_SHARE = 0.1
 """Share of the nats saved at fixed noise levels that a climb of the filters may end short by."""
 
@@ -104,11 +108,21 @@ def explain(
     weighing, fit = _begun(nominal, at)
     been: list[tuple[str, ...]] = []
     refused: frozenset[str] = frozenset()
+    held: frozenset[str] = frozenset()
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
         better = improved(weighing, fit, refused)
-        if better.at == fit.at and _labels(better) == _labels(fit):
+        if not held <= {*_labels(better)}:
+            # A cause that the filters need, and that saves too little at fixed noise levels.
             break
+        if better.at == fit.at and _labels(better) == _labels(fit):
+            likelier = _likelier_with_one_more(nominal, weighing, fit, refused, at)
+            if likelier is None:
+                break
+            been.append(_labels(fit))
+            held |= {*_labels(likelier[1])} - {*_labels(fit)}
+            weighing, fit = likelier
+            continue
         again = _labels(better) in been
         # A form remainder can make the search cycle: of two sets that lead to each other, the smaller.
         if again and len(better.causes) > len(fit.causes):
@@ -133,6 +147,38 @@ def explain(
     weighing, fit = _with_likeliest_timing(nominal, weighing, fit, at)
     weighing, fit = _with_usual_values(nominal, weighing, fit, at)
     return Explanation(fit, weighing, weighing.now)
+
+
+def _likelier_with_one_more(
+    nominal: Nominal,
+    weighing: Weighing,
+    fit: Fitted,
+    refused: Collection[str],
+    at: Callable[[Nominal, Sequence[Cause]], Weighing],
+) -> tuple[Weighing, Fitted] | None:
+    """The fit with the best further cause that saves too little at fixed noise levels, if the filters, fitted with it,
+    are far likelier.
+
+    Masses that were fitted without a Munk moment make up for most of it, and leave hardly any of it to be seen.
+    """
+    if not fit.causes or len(fit.causes) >= MOST_CAUSES:
+        return None
+    near = (
+        cause
+        for gain, sigma, cause in ranked_candidates(_beyond_all(weighing, fit), fit)
+        if sigma > NEAR_SIGMA and gain > _least_gain(cause) and cause.effect.label not in refused
+    )
+    cause = next(near, None)
+    if cause is None:
+        return None
+    count = len(fit.causes) + 1
+    trial = weighing.fitted((*fit.causes, cause))
+    if len(trial.causes) < count or trial.causes[-1].at_bound:
+        return None
+    settled, settled_fit = _settled(nominal, weighing, trial, at)
+    rise = settled.now.log_posterior - weighing.now.log_posterior
+    least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
+    return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
 
 
 def _nats_uncertain(better: Fitted, fit: Fitted) -> float:
@@ -266,10 +312,16 @@ def _settled(
     return weighing, fit
 
 
-def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect]) -> Explanation:
-    """An explanation by the given causes alone, refitted with their noise levels; nominal: the filters without any."""
+def explained_by(
+    causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect], near: Nominal | None = None
+) -> Explanation:
+    """An explanation by the given causes alone, refitted with their noise levels.
+
+    nominal: the filters without any cause; near: those from which the fit starts, of causes much like these. From the
+    nominal ones, whose masses made up for the causes, it may end at a far lower maximum.
+    """
     at = _weighing_maker(library)
-    start = at(nominal, causes)
+    start = at(near or nominal, causes)
     weighing, fit = _settled(nominal, start, start.fitted(tuple(causes)), at)
     return Explanation(fit, weighing, weighing.now)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.candidates import Cause, natural_scale
-from identify.diagnose.confidence import ambiguity_of
+from identify.diagnose.confidence import ambiguity_of, margin_by_filters
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.result import Disturbance, Finding, Gain, Next, Tried, Value, Verdict
@@ -339,11 +339,17 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
 
 
 def findings_of(
-    explanation: Explanation, covariance: Array, missing: Missing, unexplained_nats: float
+    explanation: Explanation,
+    covariance: Array,
+    missing: Missing,
+    unexplained_nats: float,
+    nominal: Nominal,
+    library: Sequence[Effect],
 ) -> tuple[Finding, ...]:
     """The causes with parameters and intervals by their covariance (k, k), strongest first.
 
-    unexplained_nats: of the significant generic forces in addition to the causes.
+    unexplained_nats: of the significant generic forces in addition to the causes; nominal: the filters without any
+    cause, which are fitted again with rivals of a doubtful one.
     """
     fit = replace(explanation.fit, covariance=covariance)
     out, braking = [], braking_of(explanation.causes, explanation.now)
@@ -352,12 +358,16 @@ def findings_of(
     groups = side_by_side(lambda k: ambiguity_of(explanation, k), range(len(explanation.causes)))
     for k, (cause, group) in enumerate(zip(explanation.causes, groups, strict=True)):
         others = explanation.weighing.fitted(_others(explanation, k))
+        probable = probability(group.margin_nats, unexplained_nats)
+        if probable < LIKELY:
+            margin_nats = margin_by_filters(explanation, k, nominal, library)
+            probable = max(probable, probability(margin_nats, unexplained_nats))
         out.append(
             Finding(
                 cause,
                 group.names,
                 group.likeness,
-                probability(group.margin_nats, unexplained_nats),
+                probable,
                 _with_period_interval(cause, parameters_of(fit, k), explanation),
                 explanation.fit.gain - others.gain,
                 feedforward_gain(cause, _others(explanation, k), missing, explanation.now, braking),

@@ -203,7 +203,7 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
         "Quadratic drag was not accepted: it is 42 % probable, likelier absent than present."
     )
     # Without its quadratic part, all of the drag is linear again.
-    plain = explained_by([], nominal, library).now
+    plain = explained_by([], nominal, library, found.now).now
     assert none.values["D_u"].value == pytest.approx(float(plain.course.damping[0]))
     assert none.values["D_u"].value > 1.02 * whole.values["D_u"].value
 

@@ -211,19 +211,84 @@ def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows
     assert len(made) == 2
 
 
+def test_causes_are_refitted_from_the_filters_that_are_near(nominal, monkeypatch):
+    """From filters without any, whose masses make up for the causes, the climb may end far lower."""
+    spoilt, drag = with_drag(nominal)
+    starts = []
+
+    def refitted_from(begun, acts, near):
+        starts.append(near)
+        return refitted(begun, acts, near)
+
+    monkeypatch.setattr(search, "refitted", refitted_from)
+    near = explained_by([drag], spoilt, LIBRARY).now
+    assert starts[0] is spoilt
+    starts.clear()
+    explained_by([drag], spoilt, LIBRARY, near)
+    assert starts[0] is near
+
+
+@pytest.mark.parametrize(
+    ("rise", "errors", "taken"), [(60.1, 5.1, True), (59.9, 5.1, False), (60.1, 4.9, False)]
+)
+def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_far_likelier_with_it(
+    monkeypatch, rise, errors, taken
+):
+    """Masses that were fitted without it made up for the most of it."""
+    first = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
+    monkeypatch.setattr(search, "_beyond_all", lambda *_: None)
+    monkeypatch.setattr(search, "FormRemainder", lambda *_: None)
+    monkeypatch.setattr(search, "required_gain", lambda *_: 20.0)
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(8.0, errors, PUSH)])
+    settled = SimpleNamespace(now=SimpleNamespace(log_posterior=rise))
+    monkeypatch.setattr(search, "_settled", lambda *given: (settled, given[2]))
+    weighing = replace_now(saving(8.0), log_posterior=0.0)
+    found = search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None)
+    assert (found is not None) == taken
+    assert found is None or found[1].causes == (first, PUSH)
+    refused = (PUSH.effect.label,)
+    assert search._likelier_with_one_more(None, weighing, fitted([first], 50.0), refused, None) is None
+
+
+def replace_now(weighing, log_posterior):
+    """Such a weighing, by filters of that posterior."""
+    return SimpleNamespace(**vars(weighing), now=SimpleNamespace(log_posterior=log_posterior))
+
+
+def test_a_doubtful_cause_is_as_probable_as_the_filters_need_it(nominal, monkeypatch):
+    spoilt, _ = with_drag(nominal)
+    found = explained(spoilt, *LIBRARY)
+    without = explained_by([], spoilt, LIBRARY, found.now)
+    rises = found.now.log_posterior - without.now.log_posterior
+    by_filters = confidence.margin_by_filters(found, 0, spoilt, LIBRARY)
+    assert 7.0 < by_filters <= rises
+    monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
+    nothing = confidence.AmbiguityGroup((), {}, 0.0)
+    monkeypatch.setattr(findings, "ambiguity_of", lambda *_: nothing)
+    (cause,) = findings.findings_of(found, found.fit.covariance, None, 0.0, spoilt, LIBRARY)
+    assert cause.probability == pytest.approx(probability(by_filters))
+
+
+def findings_beside(found, unexplained_nats):
+    """The causes beside unknown forces, as probable as the regression holds them."""
+    return findings.findings_of(found, found.fit.covariance, None, unexplained_nats, found.now, ())
+
+
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
+    monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
     found = explained(with_drag(nominal)[0], *LIBRARY)
-    (sure,) = findings.findings_of(found, found.fit.covariance, None, 0.0)
+    (sure,) = findings_beside(found, 0.0)
     monkeypatch.setattr(confidence, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
-    (doubtful,) = findings.findings_of(found, found.fit.covariance, None, 0.0)
+    (doubtful,) = findings_beside(found, 0.0)
     assert doubtful.probability < 0.6 < sure.probability
 
 
 def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
+    monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
     found = explained(with_drag(nominal)[0], *LIBRARY)
-    told = [findings.findings_of(found, found.fit.covariance, None, nats)[0] for nats in (0.0, 40.0, 1e9)]
+    told = [findings_beside(found, nats)[0] for nats in (0.0, 40.0, 1e9)]
     margins = [6.0 * one.probability / (0.98 - one.probability) for one in told]
     assert margins[1] == pytest.approx(margins[0] ** 2 / (margins[0] + 10.0))
     assert told[1].probability > 0.8 * told[0].probability
