@@ -45,8 +45,8 @@ TIMED = (
 
 @dataclass(frozen=True)
 class _ClockOffset:
-    """Arrival time minus boot time in seconds, by row; `boot_s`: the latest boot time up to each of these rows, `last_s`:
-    the latest of all."""
+    """Arrival time minus boot time in seconds, by row. `boot_s`: the latest boot time up to each of these rows;
+    `last_s`: the latest of all."""
 
     row: Array
     offset_s: Array
