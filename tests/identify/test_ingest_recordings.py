@@ -234,6 +234,18 @@ def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp
     assert bool(velocity.value[10, 1] == 0.0) is has_arrays, "turned back to the axes of the middle"
 
 
+@pytest.mark.parametrize(("component", "late_s"), [(1, 0.085), (191, 0.0)])
+def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of_a_bridge(
+    tmp_path, component, late_s
+):
+    said = ardusub_dive()
+    for k in range(100):
+        said.append((k / 10, 1, component, mav.MAVLink_scaled_pressure2_message(100 * k, 1100.0, 0, 2000)))
+    said.sort(key=lambda m: m[0])
+    pressure = read_dive(write(tmp_path / "a.tlog", recording(said))).pressure
+    assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
+
+
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
     """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
     said: list[Stamped] = []
