@@ -8,7 +8,7 @@ on.
 
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -58,7 +58,7 @@ def measured(configuration: str, seed: int) -> Data:
             file, configuration, mission, Path(folder), seed, time.time(), lambda _: None
         )
         by_hand = widths_of(hand.path, str(file.path), configuration)
-        wanted = as_well(by_hand, flown_plan)
+        wanted = as_well(by_hand, flown_plan.tells)
         link, clock = simulated.afloat(file, configuration, seed, parameters_of(file, None))
         outcome, took_s = flight(
             link, clock, file, configuration, flown_plan, wanted, Path(folder), time.monotonic
@@ -66,9 +66,10 @@ def measured(configuration: str, seed: int) -> Data:
     return figures(mission.duration_s, by_hand, wanted, outcome, took_s)
 
 
-def as_well(by_hand: Widths, flown_plan: FlightPlan) -> Wanted:
-    """What a flight is asked for: the widest that a mission by hand leaves of what it tells to KNOWN."""
-    names = tuple(name for name in flown_plan.tells if by_hand[name] <= KNOWN)
+def as_well(by_hand: Widths, of: Sequence[str]) -> Wanted:
+    """What a flight is asked for: the widest that a mission by hand leaves `of` these, as far as it tells them to
+    KNOWN."""
+    names = tuple(name for name in of if by_hand[name] <= KNOWN)
     return Wanted(names, max(by_hand[name] for name in names))
 
 

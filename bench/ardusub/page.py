@@ -6,6 +6,7 @@ The figures of a case are kept in runs/, so that a run that was stopped goes on;
 """
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -192,15 +193,19 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     """How long the companion's plan took to know as much as laps by hand, as Markdown."""
     names = list(figures["hand"])
     times = {"hand": f"{figures['hand_s']:.0f} s", "flown": f"{figures['known_s']:.0f} s"}
-    words = {"hand": "laps by sticks, all of them", "flown": "`fly`, until all is known"}
-    rows = [(words[way], times[way], *(f"{100 * figures[way][name]:.2g}" for name in names)) for way in words]
+    words = {"hand": "laps by sticks, all of them", "flown": "`fly`, until the masses are known"}
+    rows = [(words[way], times[way], *(_percent(figures[way][name]) for name in names)) for way in words]
     return [
         *bench_table(("known to, % of the value", "after", *names), rows),
         "",
-        f"Asked for was the widest of the laps' intervals, {100 * figures['share']:.2g} %; `fly` took "
+        f"Asked for was the widest of the laps' intervals of a mass, {100 * figures['share']:.2g} %; `fly` took "
         f"1/{figures['hand_s'] / figures['known_s']:.1f} of their time, {figures['identify_s']:.0f} s of "
         "it for each identification beside it.",
     ]
+
+
+def _percent(width: float) -> str:
+    return f"{100 * width:.2g}" if math.isfinite(width) else "-"
 
 
 def _answered(figures: Mapping[str, Any]) -> str:
