@@ -58,7 +58,7 @@ def _submerged(span_s: Span, forces: WrenchHistory, pushes: NDArray[np.bool_], d
     start_s, end_s = _stays(time_s, deep), -_stays(-time_s[::-1], deep[::-1])
     inside = (forces.time_s >= span_s[0]) & (forces.time_s <= span_s[1]) & pushes
     kept = inside & (forces.time_s >= start_s) & (forces.time_s <= end_s)
-    if np.count_nonzero(kept) < (1.0 - MOST_PUSHED) * np.count_nonzero(inside):
+    if end_s <= start_s or np.count_nonzero(kept) < (1.0 - MOST_PUSHED) * np.count_nonzero(inside):
         return span_s
     return start_s, end_s
 

@@ -173,9 +173,10 @@ def test_a_vehicle_that_the_pilot_holds_armed_is_taken_in_the_last_seconds_and_l
 
 def test_the_grounds_recording_tells_how_late_the_autopilots_rates_are(fake, tmp_path):
     aboard = Aboard(fake, file=WITH_DVL)
-    port = Passing(fake, aboard, Dvl(fake, aboard))
+    acts = (aboard, Dvl(fake, aboard))
+    port = Passing(fake, *acts)
     crew, recorder, folder = recorded_crew(port, FILE, "standard", tmp_path, fake.clock, print)
-    assert fake.until(lambda: aboard.companion.settings.complete, 30.0, *port.acts)
+    assert fake.until(lambda: aboard.companion.settings.complete, 30.0, *acts)
     port.read(0.0)
     crew.find(1)
     for _ in range(60):

@@ -100,6 +100,12 @@ def test_manoeuvres_just_below_the_surface_are_kept():
     assert under_water(forces.spans_s, forces, shallow, LEAST_N) == (forces.spans_s, ())
 
 
+def test_a_vehicle_that_floats_all_along_is_kept_whole():
+    dive = dived().between(0.0, FLOATS_S)
+    forces = wrench(dive, FILE, "standard")
+    assert under_water(forces.spans_s, forces, dive.depth, LEAST_N) == (forces.spans_s, ())
+
+
 def test_without_depth_nothing_tells_that_it_floats():
     forces = wrench(dived(), FILE, "standard")
     assert under_water(forces.spans_s, forces, None, LEAST_N) == (forces.spans_s, ())
