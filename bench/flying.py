@@ -8,6 +8,7 @@ on.
 
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -17,13 +18,15 @@ from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
 from bench.stamp import reached, stamp
 from bench.words import paragraph, table
+from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
+from bridge.links.link import Link
 from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import mission_named
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin import simulated
 from gcs_plugin.flying.plan import FlightPlan, flight_plan
-from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted
+from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, Widths
 from identify.planning.limits import START_DEPTH_M, Limits
 from identify.run.plan import plan
 from tui.flying import InTurn, recorded_crew, widths_of
@@ -55,11 +58,25 @@ def measured(configuration: str, seed: int) -> Data:
             file, configuration, mission, Path(folder), seed, time.time(), lambda _: None
         )
         by_hand = widths_of(hand.path, str(file.path), configuration)
-        names = tuple(name for name in flown_plan.tells if by_hand[name] <= KNOWN)
-        wanted = Wanted(names, max(by_hand[name] for name in names))
-        outcome, took_s = flight(configuration, flown_plan, wanted, seed, Path(folder))
+        wanted = as_well(by_hand, flown_plan.tells)
+        link, clock = simulated.afloat(file, configuration, seed, parameters_of(file, None))
+        outcome, took_s = flight(
+            link, clock, file, configuration, flown_plan, wanted, Path(folder), time.monotonic
+        )
+    return figures(mission.duration_s, by_hand, wanted, outcome, took_s)
+
+
+def as_well(by_hand: Widths, of: Sequence[str]) -> Wanted:
+    """What a flight is asked for: the widest that a mission by hand leaves `of` these, as far as it tells them to
+    KNOWN."""
+    names = tuple(name for name in of if by_hand[name] <= KNOWN)
+    return Wanted(names, max(by_hand[name] for name in names))
+
+
+def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, took_s: list[float]) -> Data:
+    """Seconds of a mission by hand and of a flight until all is as well known, and the widths of both."""
     return {
-        "hand_s": mission.duration_s,
+        "hand_s": hand_s,
         "known_s": outcome.known_s,
         "whole_s": outcome.seconds,
         "identify_s": float(np.mean(took_s)),
@@ -71,19 +88,28 @@ def measured(configuration: str, seed: int) -> Data:
 
 def planned(configuration: str) -> FlightPlan:
     """The plan of the configuration, from its vehicle file alone."""
-    file = load_vehicle(f"{VEHICLE}:{configuration}")
-    proposal = plan(file, Limits(), PLAN_S).proposal
+    return plan_of(load_vehicle(f"{VEHICLE}:{configuration}"), Limits())
+
+
+def plan_of(file: VehicleFile, limits: Limits) -> FlightPlan:
+    """The plan of a vehicle file within limits."""
+    proposal = plan(file, limits, PLAN_S).proposal
     return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
 
 
 def flight(
-    configuration: str, flown_plan: FlightPlan, wanted: Wanted, seed: int, root: Path
+    link: Link,
+    clock: Clock,
+    file: VehicleFile,
+    configuration: str,
+    flown_plan: FlightPlan,
+    wanted: Wanted,
+    root: Path,
+    spent_s: Callable[[], float],
 ) -> tuple[Outcome, list[float]]:
-    """Fly the plan until all that is wanted is known; the seconds that each identification took."""
-    file = load_vehicle(f"{VEHICLE}:{configuration}")
-    link, clock = simulated.afloat(file, configuration, seed, parameters_of(file, None))
+    """Fly the plan until all that is wanted is known; the seconds that each identification took, by `spent_s`."""
     crew, recorder, folder = recorded_crew(link, file, configuration, root, clock, lambda _: None)
-    identifying = InTurn(folder.path, file, configuration, clock, time.monotonic)
+    identifying = InTurn(folder.path, file, configuration, clock, spent_s)
     try:
         crew.find(1)
         flying = PlanFlight(crew, flown_plan, LIMITS, wanted, identifying)

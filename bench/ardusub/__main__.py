@@ -3,13 +3,13 @@
 import argparse
 
 from bench.ardusub.firmware import WHY_NOT, binary
-from bench.ardusub.page import CASES, measured
+from bench.ardusub.page import CASES, PLANNED, measured
 from bench.stamp import ROOT
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.ardusub", description=__doc__)
-    parser.add_argument("cases", nargs="+", choices=CASES)
+    parser.add_argument("cases", nargs="+", choices=(*CASES, PLANNED))
     arguments = parser.parse_args()
     path = binary()
     if path is None:

@@ -5,6 +5,7 @@ take longer, and changes nothing in it.
 """
 
 import os
+import queue
 import socket
 import subprocess
 import threading
@@ -12,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from bridge.errors import LinkError
 from bridge.links.link import Link
@@ -103,6 +104,7 @@ class BodyClock:
 
 
 Script = Iterator[None]
+Act = Callable[[], object]
 TICK_S: Final = 0.005
 
 
@@ -165,6 +167,79 @@ class Firmware:
         except BaseException as error:  # noqa: BLE001 (raised again in the caller's thread)
             self._script, self._error = None, error
             self._ended.set()
+
+
+class Stepped:
+    """A firmware whose time stands still between two calls, so that a flight waits for what takes long beside it."""
+
+    def __init__(self, process: Firmware) -> None:
+        self.process, self.clock = process, process.clock
+        self.ground, self.aboard = process.ground, process.aboard
+        self._work: queue.Queue[Iterator[Any] | None] = queue.Queue()
+        self._results: queue.Queue[tuple[Any, Exception | None]] = queue.Queue()
+        self.begin()
+
+    def begin(self) -> None:
+        """Let the time stand still."""
+        threading.Thread(target=self._work_on, daemon=True).start()
+
+    def run(self, seconds: float, *acts: Act) -> None:
+        """Let time pass; `acts` run every TICK_S."""
+        self.until(lambda: False, seconds, *acts)
+
+    def until(self, met: Act, seconds: float, *acts: Act) -> Any:
+        """Let time pass until a condition is met, for so long at most; return the condition's value."""
+
+        def script() -> Iterator[Any]:
+            until_s = self.clock.boot_s() + seconds
+            while not (result := met()) and self.clock.boot_s() < until_s:
+                for act in acts:
+                    act()
+                yield
+            return result
+
+        self._work.put(script())
+        result, error = self._results.get(timeout=600)
+        if error is not None:
+            raise error
+        return result
+
+    def close(self) -> None:
+        self._work.put(None)
+        self.process.close()
+
+    def _work_on(self) -> None:
+        try:
+            self.process.fly(self._forever())
+        except LinkError as error:  # the firmware ended
+            self._results.put((None, error))
+
+    def _forever(self) -> Script:
+        """One piece of work after the other; the body, and with it the firmware, waits for each."""
+        while (work := self._work.get()) is not None:
+            try:
+                self._results.put(((yield from work), None))
+            except Exception as error:  # noqa: BLE001 (raised again in the caller's thread)
+                self._results.put((None, error))
+
+
+class Passing(Link):
+    """The ground's link to a stepped firmware: a read lets time pass, in which `acts` run."""
+
+    name = "tcp:autopilot"
+
+    def __init__(self, firmware: Stepped, *acts: Act) -> None:
+        self._firmware, self._acts = firmware, acts
+
+    def read(self, timeout_s: float) -> bytes:
+        self._firmware.run(timeout_s, *self._acts)
+        return b"".join(iter(lambda: self._firmware.ground.read(0.0), b""))
+
+    def write(self, data: bytes) -> None:
+        self._firmware.ground.write(data)
+
+    def close(self) -> None:
+        """The firmware's own link stays open."""
 
 
 def wait_until(clock: BodyClock, met: Callable[[], object], seconds: float, what: str) -> Script:

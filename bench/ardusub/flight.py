@@ -1,8 +1,9 @@
 """A plan flown by sticks in ArduSub's ALT_HOLD, recorded by the companion beside it: a dive of the real firmware."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,9 +23,11 @@ from bridge.sensors.samples import DvlSample
 from bridge.simulator.json_plant import json_body
 from bridge.simulator.missions import Mission
 from bridge.simulator.truth import NoiseLevels, Truth
-from bridge.vehicle.config import Device, Sensors, VehicleFile, load_vehicle
+from bridge.vehicle.coefficients import DAMPINGS, QUADRATICS
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.parameters import vehicle_table
-from bridge.vehicle.thrusters import thrust_curve
+from bridge.vehicle.references import Reference
+from bridge.vehicle.thrusters import Array, thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 
 VEHICLE: Final = "bluerov2"
@@ -38,14 +41,22 @@ CLIMB_M_S, DEAD = 5.0, 0.2
 RING: Final = Bounds(1 << 30, 1 << 30)
 
 
-def vehicle_with_dvl() -> VehicleFile:
-    """The BlueROV2 of configs with a Water Linked A50 on it."""
-    file = load_vehicle(VEHICLE)
-    return replace(file, vehicle=replace(file.vehicle, sensors=Sensors(dvl=Device("a50"))))
+SEA_KG_M3: Final = 1024.0
+"""Density of the water in ArduSub's simulated barometer (libraries/AP_Baro/AP_Baro_HIL.cpp)."""
+
+
+def vehicle_file(folder: Path) -> Path:
+    """The BlueROV2 of configs with a Water Linked A50 on it, in the sea, as a file in `folder`, which is made."""
+    folder.mkdir(parents=True, exist_ok=True)
+    out = folder / f"{VEHICLE}.yaml"
+    bundled = load_vehicle(VEHICLE).path.read_text(encoding="utf-8")
+    more = f"\nwater: {{density_kg_m3: {SEA_KG_M3:g}}}\nsensors: {{dvl: {{kind: a50}}}}\nthrust_curve:"
+    out.write_text(bundled.replace("\nthrust_curve:", more), encoding="utf-8")
+    return out
 
 
 class Pilot:
-    """A ground station with a joystick: beats, and sends its sticks 25 times a second."""
+    """A ground station with a joystick: beats, and sends its sticks 25 times a second; none where `sticks` is empty."""
 
     def __init__(self, link: Link, clock: BodyClock) -> None:
         self._link, self._clock = link, clock
@@ -60,7 +71,7 @@ class Pilot:
         if now_s >= self._beat_s:
             self._beat_s = now_s + BEAT_S
             self.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
-        if now_s >= self._sticks_s:
+        if self.sticks and now_s >= self._sticks_s:
             self._sticks_s = now_s + STICKS_S
             self.send(dialect.MAVLink_manual_control_message(1, **self.sticks, buttons=0))
         while data := self._link.read(0.0):
@@ -83,6 +94,49 @@ class Pilot:
             self.armed = bool(beat.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
 
 
+class Aboard:
+    """The companion's computer, with a DVL of the body's velocity and a recording in `ring`; a call is a tick."""
+
+    def __init__(self, firmware: Firmware, file: VehicleFile, ring: Path, seed: int) -> None:
+        self._body, self._clock, self._ring = (
+            firmware.body,
+            firmware.clock,
+            ring_in(ring, RING, firmware.clock),
+        )
+        self._folder = ring
+        configuration = next(iter(file.vehicle.configurations))
+        parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
+        self.companion = Companion(file, configuration, parameters, Ground(), None)
+        self._bridge = Bridge(
+            file.vehicle,
+            firmware.clock,
+            [firmware.aboard],
+            parameters,
+            companion=self.companion,
+            ring=self._ring,
+        )
+        self._noise, self._dvl_m_s = np.random.default_rng(seed), NoiseLevels().dvl_m_s
+        self._dvl_s = self._disk_s = 0.0
+
+    def __call__(self) -> None:
+        now_s = self._clock.boot_s()
+        if now_s >= self._dvl_s:
+            self._dvl_s = now_s + DVL_S
+            velocity = (self._body.state[7:10] + self._dvl_m_s * self._noise.standard_normal(3)).tolist()
+            self._bridge.accept("dvl", (DvlSample(now_s, tuple(velocity), math.nan, 20.0),))
+        if now_s >= self._disk_s:
+            self._disk_s = now_s + DISK_S
+            self._ring.work()
+        self._bridge.step()
+
+    def recording(self) -> Path:
+        """End the recording, and return it."""
+        self._ring.work()
+        self._ring.close()
+        (recording,) = self._folder.iterdir()
+        return recording
+
+
 @dataclass(frozen=True)
 class Flown:
     """What a flight left: the companion's recording, and the texts that the ground heard."""
@@ -99,45 +153,30 @@ def fly(
     *,
     settings: Mapping[str, float] = SETTINGS,
     seed: int = 1,
+    depth_m: float = DEPTH_M,
 ) -> Flown:
     """Fly a mission of pushes and rates with the firmware at `path`, the body being `truth`.
 
     `folder` is made; the recording lies in it. Raises LinkError where the firmware does not do its part.
     """
-    file = companion_file(vehicle_with_dvl())
+    file = companion_file(load_vehicle(str(vehicle_file(folder))))
     configuration = next(iter(file.vehicle.configurations))
-    body = json_body(file, configuration, truth, seed=seed, depth_m=DEPTH_M)
-    firmware = Firmware(path, folder, body, settings)
+    firmware = Firmware(
+        path, folder, json_body(file, configuration, truth, seed=seed, depth_m=depth_m), settings
+    )
     try:
-        clock = firmware.clock
-        ring = ring_in(folder / "ring", RING, clock)
-        parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
-        companion = Companion(file, configuration, parameters, Ground(), None)
-        bridge = Bridge(file.vehicle, clock, [firmware.aboard], parameters, companion=companion, ring=ring)
-        pilot = Pilot(firmware.ground, clock)
-        noise, levels = np.random.default_rng(seed), NoiseLevels()
-        due = {"dvl": 0.0, "disk": 0.0}
+        aboard, pilot = Aboard(firmware, file, folder / "ring", seed), Pilot(firmware.ground, firmware.clock)
 
         def act() -> None:
-            now_s = clock.boot_s()
-            if now_s >= due["dvl"]:
-                due["dvl"] = now_s + DVL_S
-                velocity = (body.state[7:10] + levels.dvl_m_s * noise.standard_normal(3)).tolist()
-                bridge.accept("dvl", (DvlSample(now_s, tuple(velocity), math.nan, 20.0),))
-            if now_s >= due["disk"]:
-                due["disk"] = now_s + DISK_S
-                ring.work()
-            bridge.step()
+            aboard()
             pilot.step()
 
         shape = file.vehicle.configurations[configuration]
         curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
         mixer = Mixer(int(settings["FRAME_CONFIG"]), (1.0,) * len(shape.thrusters), shape, curve)
-        firmware.fly(_with(act, _flight(clock, companion, pilot, mixer, mission)))
-        ring.work()
-        ring.close()
-        (recording,) = (folder / "ring").iterdir()
-        return Flown(recording, tuple(pilot.texts))
+        pushed = partial(push_of, shape.model)
+        firmware.fly(_with(act, _flight(firmware.clock, aboard.companion, pilot, mixer, mission, pushed)))
+        return Flown(aboard.recording(), tuple(pilot.texts))
     finally:
         firmware.close()
 
@@ -148,7 +187,26 @@ def _with(act: Any, script: Script) -> Script:
         yield
 
 
-def _flight(clock: BodyClock, companion: Companion, pilot: Pilot, mixer: Mixer, mission: Mission) -> Script:
+def push_of(model: Mapping[str, float], reference: Reference) -> Array:
+    """The push ahead, aside and about (3,) that a pilot gives for a reference: in surge and sway its own, or else that
+    which keeps the velocity against the drag of `model`; the turn is the autopilot's."""
+    out = np.zeros(3)
+    for dof in range(2):
+        speed = reference.nu[dof]
+        drag = model[DAMPINGS[dof].name] + model[QUADRATICS[dof].name] * abs(speed)
+        push = reference.push[dof]
+        out[dof] = drag * speed if push is None else push
+    return out
+
+
+def _flight(
+    clock: BodyClock,
+    companion: Companion,
+    pilot: Pilot,
+    mixer: Mixer,
+    mission: Mission,
+    pushed: Callable[[Reference], Array],
+) -> Script:
     yield from wait_until(
         clock,
         lambda: companion.settings.complete and companion.rates.settled,
@@ -168,7 +226,7 @@ def _flight(clock: BodyClock, companion: Companion, pilot: Pilot, mixer: Mixer, 
     began_s = clock.boot_s()
     while (since_s := clock.boot_s() - began_s) < mission.duration_s:
         reference = mission.reference(since_s)
-        push = np.array([reference.push[0] or 0.0, reference.push[1] or 0.0, 0.0])
+        push = pushed(reference)
         x, y, _ = 1000 * mixer.inputs(push) / GAIN if push.any() else (0.0, 0.0, 0.0)
         sink, turn = reference.nu[2], reference.nu[5] / TURN_RAD_S / GAIN
         dive = math.copysign(DEAD + (1 - DEAD) * abs(sink) / CLIMB_M_S, sink) / GAIN if sink else 0.0

@@ -6,6 +6,7 @@ The figures of a case are kept in runs/, so that a run that was stopped goes on;
 """
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -15,9 +16,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from bench.ardusub.firmware import WHY_NOT, binary
-from bench.ardusub.flight import VEHICLE, fly
+from bench.ardusub.flight import VEHICLE, fly, vehicle_file
+from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
+from bench.words import table as bench_table
 from bridge import exit_codes
 from bridge.errors import FitError
 from bridge.simulator.missions import load_mission
@@ -42,6 +45,7 @@ class Case:
 
 
 PLAIN: Final = "plain"
+PLANNED: Final = "planned"
 CASES: Final = {
     PLAIN: Case("nothing planted"),
     "half": Case("thruster 2 at half its thrust", planted={"T2_gain": 0.5}),
@@ -59,7 +63,7 @@ def page(runs: Path, docs: Path) -> str:
     path = binary()
     if path is None:
         return f"Dives of the real ArduSub: [their table](ardusub.md#figures). Not measured anew: {WHY_NOT}."
-    results = {name: measured(path, runs / "ardusub", name) for name in CASES}
+    results = {name: measured(path, runs / "ardusub", name) for name in (*CASES, PLANNED)}
     target = docs / "ardusub.md"
     text = target.read_text(encoding="utf-8")
     before, _, after = text.partition(BEGIN)
@@ -72,8 +76,10 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     kept = runs / f"{name}-{stamp(*SOURCES)}.json"
     if kept.exists():
         return dict(json.loads(kept.read_text(encoding="utf-8")))
-    truth = truth_of(CASES[name])
-    if name == PLAIN:
+    truth = truth_of(CASES[PLAIN if name == PLANNED else name])
+    if name == PLANNED:
+        figures = measured_plan(path, runs / name, truth)
+    elif name == PLAIN:
         folder = runs / name
         figures = identified(told("identify", flown(path, folder, name), folder), truth)
     else:
@@ -100,11 +106,7 @@ def truth_of(case: Case) -> Truth:
 
 def told(verb: str, recording: Path, folder: Path, *options: str) -> dict[str, Any]:
     """What `seatrial identify` or `diagnose` answers to a recording, as its JSON."""
-    bundled = load_vehicle(VEHICLE).path.read_text(encoding="utf-8")
-    file, out = folder / "bluerov2.yaml", folder / f"{verb}.json"
-    file.write_text(
-        bundled.replace("\nthrust_curve:", "\nsensors: {dvl: {kind: a50}}\nthrust_curve:"), encoding="utf-8"
-    )
+    file, out = vehicle_file(folder), folder / f"{verb}.json"
     method = ["--method", "likelihood"] if verb == "identify" else []
     command = [
         sys.executable,
@@ -182,9 +184,28 @@ def table(results: dict[str, dict[str, Any]]) -> str:
     lines += [
         f"| {CASES[name].words} | {_answered(figures)} | {_answered(figures['after'])} |"
         for name, figures in results.items()
-        if name != PLAIN
+        if name not in (PLAIN, PLANNED)
     ]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", *flown_by_itself(results[PLANNED])])
+
+
+def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
+    """How long the companion's plan took to know as much as laps by hand, as Markdown."""
+    names = list(figures["hand"])
+    times = {"hand": f"{figures['hand_s']:.0f} s", "flown": f"{figures['known_s']:.0f} s"}
+    words = {"hand": "laps by sticks, all of them", "flown": "`fly`, until the masses are known"}
+    rows = [(words[way], times[way], *(_percent(figures[way][name]) for name in names)) for way in words]
+    return [
+        *bench_table(("known to, % of the value", "after", *names), rows),
+        "",
+        f"Asked for was the widest of the laps' intervals of a mass, {100 * figures['share']:.2g} %; `fly` took "
+        f"1/{figures['hand_s'] / figures['known_s']:.1f} of their time, {figures['identify_s']:.0f} s of "
+        "it for each identification beside it.",
+    ]
+
+
+def _percent(width: float) -> str:
+    return f"{100 * width:.2g}" if math.isfinite(width) else "-"
 
 
 def _answered(figures: Mapping[str, Any]) -> str:

@@ -3,5 +3,6 @@
 from typing import Final
 
 SOURCES: Final = (
-    "bench/ardusub", "bridge", "identify", "configs/vehicles/bluerov2.yaml", "configs/thrusters/*.csv",
+    "bench/ardusub", "bench/flying.py", "bridge", "gcs_plugin/flying", "identify", "tui/flying.py",
+    "configs/vehicles/bluerov2.yaml", "configs/thrusters/*.csv",
 )  # fmt: skip

@@ -16,6 +16,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import STAMPED_S, Dive, Signal
+from identify.estimators.afloat import under_water
 from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.estimators.lateness import (
     LATER_S,
@@ -261,14 +262,15 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     forces = wrench(dive, file, name)
     later_s = max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
-    spans_s = [(first_s + later_s, last_s) for first_s, last_s in forces.spans_s]
+    least_n = LEAST_DRIVE * configuration.thruster_limit_n
+    begun_s = [(first_s + later_s, last_s) for first_s, last_s in forces.spans_s]
+    spans_s, floats = under_water(begun_s, forces, dive.depth_by(vehicle.water), least_n)
     start, end = spans_s[0][0], spans_s[-1][1]
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     velocity, motion = at_origin(dive, grid, np.asarray(lever))
     motion = with_rates_of_places(dive, file, motion)
     places = places_of(dive, file, motion, attitude)
-    least_n = LEAST_DRIVE * configuration.thruster_limit_n
     unpushed = {
         dof: _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
         for dof in dofs
@@ -309,7 +311,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     return Axes(
         tuple(item[0] for item in every.values() if not isinstance(item, str)),
         {dof: why for dof, why in every.items() if isinstance(why, str)},
-        forces.notes,
+        (*forces.notes, *floats),
         _strange(dive, forces, vehicle, name),
         motion,
         {dof: item[1] for dof, item in every.items() if not isinstance(item, str)},

@@ -45,14 +45,20 @@ TIMED = (
 
 @dataclass(frozen=True)
 class _ClockOffset:
-    """Arrival time minus boot time as a function of the row, in seconds; `last_s` is the latest boot time."""
+    """Arrival time minus boot time in seconds, by row. `boot_s`: the latest boot time up to each of these rows;
+    `last_s`: the latest of all."""
 
     row: Array
     offset_s: Array
+    boot_s: Array
     last_s: float
 
-    def at(self, rows: Rows) -> Array:
+    def at(self, rows: Array | Rows) -> Array:
         return np.interp(rows, self.row, self.offset_s)
+
+    def row_of(self, boot_s: Array) -> Array:
+        """The row (n,), as a fraction, that belongs to each boot time: messages of one stamp get the same."""
+        return np.interp(boot_s, self.boot_s, self.row)
 
 
 @dataclass(frozen=True)
@@ -154,11 +160,12 @@ class Messages:
         own_clock = self.clocks.get(component)
         if own_clock is None:
             return by_arrival
-        shift = own_clock.at(fields.rows) - self.clocks[self.primary].at(fields.rows)
-        stated = stated_s(fields) + shift
-        stated[stated > own_clock.last_s + shift + WILD_S] = np.nan
+        stated = stated_s(fields)
+        stated[stated > own_clock.last_s + WILD_S] = np.nan
         if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
             stated += np.round((by_arrival - stated) / WRAP_S) * WRAP_S
+        at = own_clock.row_of(stated)
+        stated += own_clock.at(at) - self.clocks[self.primary].at(at)
         return np.where(np.isfinite(stated), stated, by_arrival)
 
 
@@ -263,8 +270,12 @@ def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
     # Never more than rows: the span is only as good as the recording's times.
     blocks = min(max(1, int((time_s.max() - time_s.min()) / BLOCK_S)), len(rows))
     starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
+    latest_s = np.maximum.accumulate(time_s)
     return _ClockOffset(
-        rows[starts].astype(np.float64), np.minimum.reduceat(offset, starts), float(time_s.max())
+        rows[starts].astype(np.float64),
+        np.minimum.reduceat(offset, starts),
+        latest_s[starts],
+        float(latest_s[-1]),
     )
 
 

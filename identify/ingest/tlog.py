@@ -39,6 +39,9 @@ ARDUPILOT = 3
 ARDUPILOT_STAMPED_S = 2.5e-3
 """Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps,
 by the rates of a simulated body behind an ArduSub."""
+ARDUPILOT_PRESSURE_S = 0.085
+"""Its main loop reads its barometer ten times a second, and sends what it read last (ArduSub.cpp, update_altitude;
+GCS_Common.cpp): so late was the depth of a simulated body behind an ArduSub, and it may be 0.05 to 0.15 s."""
 AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9
@@ -196,7 +199,7 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
         "specific_force": _updated(imu, ACCELERATION_BITS, ("xacc", "yacc", "zacc")),
         "fog": _updated(messages.get("HIGHRES_IMU", id=1), FOG_BIT, ("zgyro",)),
         "attitude": _attitude(messages),
-        "pressure": _columns(messages.get("SCALED_PRESSURE2"), ("press_abs",), 100.0),
+        "pressure": _pressure(messages),
         "altitude": _altitude(messages.get("DISTANCE_SENSOR", orientation=DOWNWARD)),
         "pwm": pwm,
         "rpm": _rpm(arrays.get("RPM"), pwm),
@@ -210,6 +213,15 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
         batch = arrays.get(name)
         signals[name.lower()] = None if batch is None else Signal(batch.time_s, _data(batch, width))
     return signals
+
+
+def _pressure(messages: Messages) -> Signal | None:
+    """Pressure, dated before the time for which an ArduPilot holds it; that of another sender as it is stamped."""
+    batch = messages.get("SCALED_PRESSURE2")
+    signal, autopilot = _columns(batch, ("press_abs",), 100.0), messages.get("HEARTBEAT", autopilot=ARDUPILOT)
+    if batch is None or signal is None or autopilot is None or batch.components[0] != autopilot.components[0]:
+        return signal
+    return Signal(signal.time_s - ARDUPILOT_PRESSURE_S, signal.value)
 
 
 def _ardusub(messages: Messages) -> dict[str, Signal | None]:

@@ -1,6 +1,5 @@
 """A companion beside an autopilot, and the ground that flies it, on simulated or real time alike."""
 
-from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.companion import Companion, companion_file
@@ -99,22 +98,6 @@ class Pilot:
                 texts.append(m.text)
             number = m.id
         return texts
-
-
-class Port(QuietLink):
-    """The ground's link to the autopilot; a read lets the autopilot's time pass."""
-
-    name = "tcp:autopilot"
-
-    def __init__(self, autopilot, *acts):
-        self.autopilot, self.acts = autopilot, acts
-
-    def read(self, timeout_s):
-        self.autopilot.run(timeout_s, *self.acts)
-        return b"".join(iter(lambda: self.autopilot.ground.read(0.0), b""))
-
-    def write(self, data):
-        self.autopilot.ground.write(data)
 
 
 def ready(autopilot, *acts):

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD
 from fakes.firmware import Firmware
-from rig import Aboard, Pilot, Port, arm, ready, taken
+from rig import Aboard, Pilot, arm, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
 from test_flights import BATTERY, LIMITS
 
+from bench.ardusub.firmware import Passing
 from bridge.ardusub.companion import companion_file
 from bridge.ardusub.law import MANUAL
 from bridge.flight.flight import End
@@ -122,7 +123,7 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         proposal = plan(file, Limits(space_m=6.0, depth_space_m=2.0, speed_m_s=0.5), 300.0).proposal
         flown = flight_plan("firmware", 3.0, [part.manoeuvre.steps for part in proposal.parts])
         crew, recorder, folder = recorded_crew(
-            Port(firmware, *acts), file, "standard", tmp_path, firmware.clock, say
+            Passing(firmware, *acts), file, "standard", tmp_path, firmware.clock, say
         )
         identifying = InTurn(folder.path, file, "standard", firmware.clock, time.monotonic)
         crew.find(1)

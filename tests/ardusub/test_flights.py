@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub
 from fakes.firmware import Firmware
-from rig import FILE, Aboard, Pilot, Port, arm, ready
+from rig import FILE, Aboard, Pilot, arm, ready
 from test_dvl_and_recording import WITH_DVL, Dvl
 
+from bench.ardusub.firmware import Passing
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
 from bridge.vehicle.legs import Leg
@@ -172,9 +173,10 @@ def test_a_vehicle_that_the_pilot_holds_armed_is_taken_in_the_last_seconds_and_l
 
 def test_the_grounds_recording_tells_how_late_the_autopilots_rates_are(fake, tmp_path):
     aboard = Aboard(fake, file=WITH_DVL)
-    port = Port(fake, aboard, Dvl(fake, aboard))
+    acts = (aboard, Dvl(fake, aboard))
+    port = Passing(fake, *acts)
     crew, recorder, folder = recorded_crew(port, FILE, "standard", tmp_path, fake.clock, print)
-    assert fake.until(lambda: aboard.companion.settings.complete, 30.0, *port.acts)
+    assert fake.until(lambda: aboard.companion.settings.complete, 30.0, *acts)
     port.read(0.0)
     crew.find(1)
     for _ in range(60):

@@ -5,8 +5,6 @@ which runs as fast as the computer can, and not at all between two calls; `RealT
 program beside it.
 """
 
-import queue
-import threading
 import time
 from dataclasses import replace
 
@@ -14,9 +12,8 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub import firmware
-from bench.ardusub.firmware import SETTINGS, SPEEDUP, WHY_NOT
+from bench.ardusub.firmware import SETTINGS, SPEEDUP, WHY_NOT, Stepped
 from bridge.clock import SystemClock
-from bridge.errors import LinkError
 from bridge.simulator.json_plant import json_body
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
@@ -31,7 +28,7 @@ def binary():
     return path
 
 
-class Firmware:
+class Firmware(Stepped):
     """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS.
 
     At a small `speedup` its scripts get their turns on a loaded computer too. `files` are in the folder from the start,
@@ -52,48 +49,10 @@ class Firmware:
         configuration = next(iter(file.vehicle.configurations))
         truth = replace(load_truth(file, configuration).calm(), onset=planted or {})
         self.body = json_body(file, configuration, truth, depth_m=depth_m, first_output=first_output)
-        self.process = firmware.Firmware(path, folder, self.body, {**SETTINGS, **(settings or {})}, speedup)
-        self.clock = self.process.clock
-        self.ground, self.aboard = self.process.ground, self.process.aboard
         self.own = Encoder(255, 190)
-        self.work, self.results = queue.Queue(), queue.Queue()
-        self.begin()
-
-    def begin(self):
-        self.thread = threading.Thread(target=self.work_on, daemon=True)
-        self.thread.start()
-
-    def work_on(self):
-        try:
-            self.process.fly(self.forever())
-        except LinkError as error:  # the firmware ended
-            self.results.put((None, error))
-
-    def forever(self):
-        """One piece of work after the other; the body, and with it the firmware, waits for each."""
-        while (work := self.work.get()) is not None:
-            try:
-                self.results.put(((yield from work), None))
-            except Exception as error:  # noqa: BLE001 (raised again in the test's thread)
-                self.results.put((None, error))
-
-    def run(self, seconds, *acts):
-        self.until(lambda: False, seconds, *acts)
-
-    def until(self, found, seconds, *acts):
-        def script():
-            until_s = self.clock.boot_s() + seconds
-            while not (result := found()) and self.clock.boot_s() < until_s:
-                for act in acts:
-                    act()
-                yield
-            return result
-
-        self.work.put(script())
-        result, error = self.results.get(timeout=600)
-        if error is not None:
-            raise error
-        return result
+        super().__init__(
+            firmware.Firmware(path, folder, self.body, {**SETTINGS, **(settings or {})}, speedup)
+        )
 
     def command(self, number, *parameters):
         filled = (*parameters, *(0,) * (7 - len(parameters)))
@@ -104,10 +63,6 @@ class Firmware:
 
     def set_mode(self, mode):
         self.command(dialect.MAV_CMD_DO_SET_MODE, 1.0, float(mode))
-
-    def close(self):
-        self.work.put(None)
-        self.process.close()
 
 
 class RealTime(Firmware):
@@ -121,9 +76,9 @@ class RealTime(Firmware):
     def begin(self):
         pass
 
-    def until(self, found, seconds, *acts):
+    def until(self, met, seconds, *acts):
         until_s = self.clock.boot_s() + seconds
-        while not (result := found()) and self.clock.boot_s() < until_s:
+        while not (result := met()) and self.clock.boot_s() < until_s:
             for act in acts:
                 act()
             time.sleep(0.002)

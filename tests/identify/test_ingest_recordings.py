@@ -234,6 +234,18 @@ def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp
     assert bool(velocity.value[10, 1] == 0.0) is has_arrays, "turned back to the axes of the middle"
 
 
+@pytest.mark.parametrize(("component", "late_s"), [(1, 0.085), (191, 0.0)])
+def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of_a_bridge(
+    tmp_path, component, late_s
+):
+    said = ardusub_dive()
+    for k in range(100):
+        said.append((k / 10, 1, component, mav.MAVLink_scaled_pressure2_message(100 * k, 1100.0, 0, 2000)))
+    said.sort(key=lambda m: m[0])
+    pressure = read_dive(write(tmp_path / "a.tlog", recording(said))).pressure
+    assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
+
+
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
     """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
     said: list[Stamped] = []
@@ -245,6 +257,20 @@ def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> Non
         said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
     dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
     assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
+
+
+def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drifts(tmp_path: Path) -> None:
+    """A controller's tick: of NU_FB a moment after TAU_PID the check of a closed loop would take the tick before."""
+    said: list[Stamped] = []
+    for k in range(600):
+        t, bridge_s = k / 20, k / 20 * (1 + 1e-4)
+        said.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
+        said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
+        said.append((t, 1, 191, odometry(bridge_s, (t, 0.0, 0.0))))
+        said += [(t, 1, 191, array(bridge_s, name, (1.0,))) for name in ("TAU_PID", "NU_FB")]
+    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+    assert (dive.nu_fb.time_s == dive.tau_pid.time_s).all()
+    assert dive.nu_fb.time_s == pytest.approx(dive.pwm.time_s, abs=2e-3)
 
 
 MAGIC = b"\xa3\x95"

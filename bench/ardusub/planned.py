@@ -1,0 +1,91 @@
+"""A plan that the companion flies beside the real firmware, against laps flown by sticks: time to know the masses as
+well. How well both know the drags then is told too.
+
+Beside the flight identifications take the time that this computer's processors spend on them.
+"""
+
+import shutil
+import time
+from pathlib import Path
+from typing import Any, Final
+
+from bench.ardusub.firmware import SETTINGS, Firmware, Passing, Stepped
+from bench.ardusub.flight import Aboard, Pilot, fly, vehicle_file
+from bench.flying import LIMITS, as_well, figures, flight, plan_of
+from bridge.ardusub.companion import companion_file
+from bridge.simulator.json_plant import json_body
+from bridge.simulator.missions import AFLOAT_M, hovering
+from bridge.simulator.truth import Truth
+from bridge.vehicle.coefficients import MASSES
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Mission
+from gcs_plugin.flying.plan import FlightPlan
+from gcs_plugin.flying.run import Outcome, Wanted
+from identify.planning.limits import Limits
+from tui.flying import widths_of
+
+BATTERY: Final = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "SIM_BATT_VOLTAGE": 16}
+"""A battery whose voltage the limits can hold."""
+WITHIN: Final = Limits(space_m=4.5, depth_space_m=0.9, speed_m_s=0.5)
+READY_S: Final = 60.0
+SLOWER: Final = ("rows at 0.3", "rows at 0.2")
+
+
+def laps() -> Mission:
+    """The paper's hovering, its rows at the greatest of their three speeds alone, and its turns."""
+    legs = tuple(leg for leg in hovering().legs if not leg.name.startswith(SLOWER))
+    return Mission("laps", legs, start_depth_m=AFLOAT_M)
+
+
+def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
+    """Laps by hand, and a plan flown until as much is known; `folder` is made anew."""
+    shutil.rmtree(folder, ignore_errors=True)
+    vehicle = vehicle_file(folder)
+    file, by_sticks = load_vehicle(str(vehicle)), laps()
+    configuration = next(iter(file.vehicle.configurations))
+    hand = fly(path, folder / "laps", by_sticks, truth, depth_m=LIMITS.deepest_m)
+    by_hand = widths_of(hand.recording, str(vehicle), configuration)
+    flown_plan = plan_of(file, WITHIN)
+    wanted = as_well(by_hand, [mass.name for mass in MASSES if mass.name in flown_plan.tells])
+    outcome, took_s = flown(path, folder / "planned", vehicle, truth, flown_plan, wanted)
+    return figures(by_sticks.duration_s, by_hand, wanted, outcome, took_s) | {
+        "hand": {name: by_hand[name] for name in flown_plan.tells},
+        "flown": {name: outcome.widths[name] for name in flown_plan.tells},
+    }
+
+
+def flown(
+    path: Path,
+    folder: Path,
+    vehicle: Path,
+    truth: Truth,
+    flown_plan: FlightPlan,
+    wanted: Wanted,
+    seed: int = 1,
+) -> tuple[Outcome, list[float]]:
+    """Fly a plan from the surface until all that is wanted is known; the seconds of each identification."""
+    file = companion_file(load_vehicle(str(vehicle)))
+    configuration = next(iter(file.vehicle.configurations))
+    firmware = Stepped(
+        Firmware(path, folder, json_body(file, configuration, truth, seed=seed), {**SETTINGS, **BATTERY})
+    )
+    try:
+        clock = firmware.clock
+        aboard = Aboard(firmware.process, file, folder / "ring", seed)
+        pilot = Pilot(firmware.ground, clock)
+        pilot.sticks = {}
+        firmware.until(lambda: pilot.standing_by, READY_S, aboard, pilot.step)
+        firmware.until(lambda: not aboard.companion.no_flight(clock.boot_s()), READY_S, aboard, pilot.step)
+        link = Passing(firmware, aboard)
+        return flight(
+            link,
+            clock,
+            load_vehicle(str(vehicle)),
+            configuration,
+            flown_plan,
+            wanted,
+            folder,
+            time.process_time,
+        )
+    finally:
+        firmware.close()
