@@ -1,6 +1,7 @@
 """The page of a diagnosis: verdict, causes, candidates, place of the gap, pictures."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -52,6 +53,20 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
     names = {figure.name for part in diagnosis_report(quiet).sections for figure in part.figures}
     assert names == {"drift over the dive", "drift by horizon"}
     assert "There is no gap, so it lies nowhere" not in read(diagnosis())
+
+
+def test_a_page_without_a_gap_shows_no_bars_and_no_share_of_a_drift_that_is_not_there():
+    tried = (Tried(effect("waves"), 9.7, False), Tried(effect("dvl_bias"), 0.0, False))
+    quiet = diagnosis(
+        verdict="no_gap", gap=gap(1.02, 1.02), findings=(), heldout=NOTHING, tried=tried, check=None
+    )
+    page = read(quiet)
+    assert re.search(r"Candidate\nSaves\nwaves.*\n9.7 nats\n", page)
+    assert "Closes\n95 % interval" not in page
+    drawn = [figure.name for part in diagnosis_report(quiet).sections for figure in part.figures]
+    assert "candidates" not in drawn
+    with_gap = diagnosis_report(diagnosis(tried=tried)).sections
+    assert "candidates" in [figure.name for part in with_gap for figure in part.figures]
 
 
 def test_an_interval_of_nothing_but_one_number_is_left_out():
