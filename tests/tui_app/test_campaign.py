@@ -254,7 +254,7 @@ def test_without_a_go_in_shadow_nothing_is_asked_and_the_reason_is_said(place):
 
 @pytest.mark.parametrize("armed", [Armed.DISARMED, Armed.ARMED, Armed.UNKNOWN])
 def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
-    notices = played(place.desk, "ctrl+o", views=FixedViews(shown(3, armed)))
+    notices = played(place.desk, "ctrl+y", views=FixedViews(shown(3, armed)))
     assert [words for words in place.verbs.words if words[0] == "ff"] == [
         ("ff", "shadow", "--yes", "--system", "1")
     ]
@@ -262,7 +262,7 @@ def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
 
 
 def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):
-    (notice,) = played(place.desk, "ctrl+o", views=FixedViews(shown(1)))
+    (notice,) = played(place.desk, "ctrl+y", views=FixedViews(shown(1)))
     assert notice == "not lowered: the feed-forward does not act, in shadow"
 
 

@@ -169,7 +169,7 @@ EVERYWHERE: Final = (
     ),
     Action(
         "ff.lower",
-        "ctrl+o",
+        "ctrl+y",
         "Lower FF",
         "to shadow, where it only computes; does not ask",
         HIDDEN,
