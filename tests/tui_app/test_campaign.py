@@ -258,7 +258,7 @@ def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
     assert [words for words in place.verbs.words if words[0] == "ff"] == [
         ("ff", "shadow", "--yes", "--system", "1")
     ]
-    assert "shadow is sent to vehicle 1" in notices
+    assert "vehicle 1 is being set to shadow" in notices
 
 
 def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):

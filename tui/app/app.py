@@ -265,7 +265,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify(f"not lowered: {why or BEING_SET}", severity="warning")
             return
         self._send_mode(mode, view)
-        self.notify(f"{mode.word} is sent to vehicle {view.picture.links[0].system}")
+        self.notify(f"vehicle {view.picture.links[0].system} is being set to {mode.word}")
 
     def _send_mode(self, mode: Mode, view: View) -> None:
         """Set the feed-forward of the vehicle on screen."""
@@ -539,6 +539,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if before is None or (now is not None and now.folder == before.folder):
             return
         folder = Path(before.folder)
+        self.desk.read_dives()
         # A vehicle that fell silent in order is not lost because its next dive is recorded already.
         self._rests = (self._was_armed or self._rests) and silent_after(self._views.view())
         self._was_armed = False
@@ -551,7 +552,6 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             )
             return
         self._is_over = now is None
-        self.desk.read_dives()
         if self._ended is None or self._ended.resolve() != folder.resolve():
             lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
             then = self._next_dive() if now is None else "; the next dive is recorded"
