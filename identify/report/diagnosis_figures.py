@@ -228,7 +228,7 @@ def _over_time(ways: Sequence[tuple[Drift, str]], dof: int) -> Panel:
 
 def _unit_of(dof: int) -> tuple[str, float]:
     """The unit of a drift, and how many of it are 1 m/s or rad/s."""
-    return ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
+    return ("mm/s", 1e3) if dof < 3 else ("deg/s", math.degrees(1.0))
 
 
 def velocities(prediction: Prediction) -> Traces:
@@ -236,7 +236,7 @@ def velocities(prediction: Prediction) -> Traces:
     panels = []
     ways = (prediction.measured, prediction.before, prediction.after)
     for dof in np.flatnonzero(np.isfinite(prediction.floor)).tolist():
-        unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
+        unit, scale = ("m/s", 1.0) if dof < 3 else ("deg/s", math.degrees(1.0))
         panels.append((f"{DOFS[dof]}, {unit}", np.array([scale * way[:, dof] for way in ways])))
     return Traces(
         "measured and simulated velocities",

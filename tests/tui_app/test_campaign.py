@@ -50,6 +50,8 @@ BOTH = replace(SHADOW, mode="both")
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, since=True), Task.VALIDATE, "validate first"),
         (replace(AWAY, identified=True, uploaded=True, since=True), Task.VALIDATE, "validate first"),
+        (replace(SHADOW, since=True, told=None, reading=True), Task.WAIT, "first is being read"),
+        (replace(SHADOW, since=True, reading=True), Task.VALIDATE, "validate first"),
         (GO, Task.TO_BOTH, "GO in shadow: raise the feed-forward to both"),
         (replace(GO, go=False), Task.LOOK, "first is a NO-GO: read why"),
         (replace(GO, flown="off", go=False), Task.FLY_SHADOW, "once it has flown a minute in shadow"),

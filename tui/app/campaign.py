@@ -38,10 +38,10 @@ class Campaign:
     to record. `working` is the long verb that runs, "" for none; `writing`: parameters or a mode are on their way to
     the vehicle.
     `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
-    feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet. `identified`: values of
-    it, or of a dive before it, are kept; `accepts`: the newest of them are a diagnosis's; `uploaded`: the vehicle
-    accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`: the dive began after that upload;
-    `flown` is the mode in which it was flown, "" if it was not validated, and `go`
+    feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet; `reading`: dives are
+    being read. `identified`: values of it, or of a dive before it, are kept; `accepts`: the newest of them are a
+    diagnosis's; `uploaded`: the vehicle accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`:
+    the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
     whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
     """
 
@@ -56,6 +56,7 @@ class Campaign:
     shown: bool = True
     lacking: tuple[str, ...] = ()
     told: int | None = None
+    reading: bool = False
     identified: bool = False
     accepts: bool = False
     uploaded: bool = False
@@ -108,6 +109,7 @@ DIAGNOSE = Next(
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
 LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
+READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
 WRITES = Next(Task.WAIT, (), "the vehicle is being written to: wait for its answer")
 OF_OTHERS: Final = {
     Task.VALIDATE: ("screen.dives", "dives.newest", "dives.validate"),
@@ -180,7 +182,7 @@ def _to_dive(campaign: Campaign) -> Next:
 def _after_upload(campaign: Campaign) -> Next:
     acts = campaign.mode in (Mode.ALONE.word, Mode.BOTH.word)
     if campaign.since and not campaign.flown:
-        return VALIDATE
+        return READS if campaign.reading and campaign.told is None else VALIDATE
     if campaign.since and campaign.go is False and campaign.flown == Mode.SHADOW.word:
         return LOOK
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):

@@ -13,7 +13,7 @@ from gcs_plugin.dives.folder import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted
 from tui.app.campaign import AXES, Campaign
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, Desk, values_of
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
 from tui.app.jobs import written_ns
 from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, STALE_S, View
@@ -51,6 +51,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         shown=dive is None or desk.chosen() == dive,
         lacking=lacking,
         told=told,
+        reading=desk.jobs.runs(LIST),
         identified=values is not None,
         accepts=values is not None and values.name == ACCEPTABLE,
         uploaded=uploaded_ns > 0,
