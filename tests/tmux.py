@@ -17,8 +17,8 @@ NEEDS_TMUX = pytest.mark.skipif(shutil.which("tmux") is None, reason="tmux is no
 class Tmux:
     """One terminal of its own server."""
 
-    def __init__(self, name, columns, rows, command, environment):
-        self._base = ["tmux", "-L", name]
+    def __init__(self, name, columns, rows, command, environment, patience_s=PATIENCE_S):
+        self._base, self._patience_s = ["tmux", "-L", name], patience_s
         size = ["-x", str(columns), "-y", str(rows)]
         subprocess.run(
             [*self._base, "-f", "/dev/null", "new-session", "-d", *size, command], env=environment, check=True
@@ -42,7 +42,7 @@ class Tmux:
 
     def until(self, *words, without=()):
         """The screen once all `words` are on it; fails with the screen that is there instead."""
-        until_s = time.monotonic() + PATIENCE_S
+        until_s = time.monotonic() + self._patience_s
         looking = threading.Event()
         while time.monotonic() < until_s:
             screen = self.screen()
@@ -50,7 +50,7 @@ class Tmux:
                 return screen
             # A look starts a process: without a rest between them they keep a core from what is waited for.
             looking.wait(0.1)
-        pytest.fail(f"{words} not seen within {PATIENCE_S:.0f} s:\n{screen}")
+        pytest.fail(f"{words} not seen within {self._patience_s:.0f} s:\n{screen}")
 
     def resize(self, columns, rows):
         subprocess.run([*self._base, "resize-window", "-x", str(columns), "-y", str(rows)], check=True)

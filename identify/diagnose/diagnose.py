@@ -89,7 +89,7 @@ from identify.diagnose.verdict import (
     verdict_of,
 )
 from identify.dive import Dive
-from identify.effects.effect import Effect
+from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library
 from identify.estimators.likelihood_axis import MASS
 from identify.side_by_side import both
@@ -240,6 +240,7 @@ def diagnose(
             *((spikes_sentence(spiky),) if spiky and not many else ()),
             *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
             *recording_notes(dive, nominal),
+            *unjudged_causes(lacks & {OWN_VELOCITY}),
         ),
         time.perf_counter() - began_s,
         prediction,
@@ -247,7 +248,7 @@ def diagnose(
         beside_all(known, shape),
         (
             *unjudged_notes(nominal),
-            *unjudged_causes(lacks),
+            *unjudged_causes(lacks - {OWN_VELOCITY}),
             *still,
             *((spikes_sentence(spiky),) if many else ()),
         ),

@@ -160,9 +160,9 @@ MAY_BE = "a sea or a current that comes and goes, a tether, or thrust that the v
 
 
 def rate(value: float, dof: str) -> str:
-    """A velocity in mm/s, or a rate of turn in °/s, from m/s or rad/s."""
+    """A velocity in mm/s, or a rate of turn in deg/s, from m/s or rad/s."""
     scaled = math.degrees(value) if dof in TURNING else 1e3 * value
-    return f"{significant(scaled, 2)} {'°/s' if dof in TURNING else 'mm/s'}"
+    return f"{significant(scaled, 2)} {'deg/s' if dof in TURNING else 'mm/s'}"
 
 
 def closes(share: float) -> str:
@@ -216,7 +216,7 @@ def level(axes: Sequence[AxisShrink], *, before: bool = True) -> str:
 
 
 def changes(axes: Sequence[AxisShrink]) -> str:
-    """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 °/s in yaw`, of the degrees of freedom that change most
+    """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 deg/s in yaw`, of the degrees of freedom that change most
     in floors; "" if none changes."""
     moved = [axis for axis in axes if math.isfinite(axis.value) and axis.before != axis.after]
     moved.sort(key=lambda axis: -abs(axis.before - axis.after) / axis.floor)

@@ -222,7 +222,7 @@ def _cells(value: Value) -> tuple[str, str, str]:
 def _candidates(d: Diagnosis) -> Section | None:
     if not d.tried:
         return None
-    text, drawn, weaker = figures.candidates(d.tried, d.findings)
+    text, drawn, weaker = figures.candidates(d.tried, d.findings, d.verdict != "no_gap")
     return Section("2.1 All candidates", f"{NATS}{_by_other_tests(d)}{text}", weaker, drawn)
 
 
@@ -242,7 +242,11 @@ def _how_far(d: Diagnosis) -> Section:
         for where, shrink in (("the check dive", d.check), ("pieces held out", d.heldout))
         if shrink is not None and shrink.by_axis
     ][:1]
-    rows = tuple((where, *_shrunk(shrink)) for where, shrink in shrinks if shrink is not None)
+    rows = tuple(
+        (where, *_shrunk(shrink))
+        for where, shrink in shrinks
+        if shrink is not None and math.isfinite(shrink.value)
+    )
     caption = f"All together: how much of the {wording.DRIFT_S:g} s drift beyond noise the causes close."
     tables = [*by_axis, *([Table(("Where", "Closes", "95 % interval"), rows, caption)] if rows else [])]
     gains = tuple(_gained(shrink) for shrink in d.findings)

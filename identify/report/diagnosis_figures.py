@@ -113,13 +113,13 @@ def _bearing(part: Slice) -> float:
 
 
 def candidates(
-    tried: Sequence[Tried], findings: Sequence[Finding]
+    tried: Sequence[Tried], findings: Sequence[Finding], gap: bool
 ) -> tuple[str, tuple[Figure, ...], tuple[Table, ...]]:
     """Evidence for each candidate of the library, in its best form: text, a figure of the strongest, a table of the
     rest.
 
-    If no candidate has notable evidence, only a sentence that says so. A cause in `findings` that is less probable than
-    not is called possible, with its probability.
+    If no candidate has notable evidence, only a sentence that says so; without `gap` no figure, as bars would look like
+    one. A cause in `findings` that is less probable than not is called possible, with its probability.
     """
     best: dict[tuple[str, int], Tried] = {}
     for candidate in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
@@ -143,13 +143,17 @@ def candidates(
         )
         for candidate in notable
     ]
-    first = max(SHOWN, sum(candidate.accepted for candidate in notable))
+    first = max(SHOWN, sum(candidate.accepted for candidate in notable)) if gap else 0
     others = (
         f" {few} other{'s' if few > 1 else ''}: {'none' if few > 1 else 'it'} gains "
         f"{'' if few > 1 else 'no '}more than {LEAST_TOLD:g} nats."
         if few
         else ""
     )
+    weaker = tuple((bar.name, bar.number) for bar in rows[first:])
+    tables = (Table(("Weaker candidate" if gap else "Candidate", "Saves"), weaker),) if weaker else ()
+    if not gap:
+        return f" None is accepted.{others}", (), tables
     drawn = Figure(
         "candidates",
         "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled), or a "
@@ -157,8 +161,7 @@ def candidates(
         f"several forms of one the best is shown. Bars grow with the logarithm of the nats.{others}",
         stack([bars(rows[:first])]),
     )
-    weaker = tuple((bar.name, bar.number) for bar in rows[first:])
-    return "", (drawn,), (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
+    return "", (drawn,), tables
 
 
 def _aside(candidate: Tried, possible: Mapping[str, str]) -> str:
@@ -225,7 +228,7 @@ def _over_time(ways: Sequence[tuple[Drift, str]], dof: int) -> Panel:
 
 def _unit_of(dof: int) -> tuple[str, float]:
     """The unit of a drift, and how many of it are 1 m/s or rad/s."""
-    return ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
+    return ("mm/s", 1e3) if dof < 3 else ("deg/s", math.degrees(1.0))
 
 
 def velocities(prediction: Prediction) -> Traces:
@@ -233,7 +236,7 @@ def velocities(prediction: Prediction) -> Traces:
     panels = []
     ways = (prediction.measured, prediction.before, prediction.after)
     for dof in np.flatnonzero(np.isfinite(prediction.floor)).tolist():
-        unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
+        unit, scale = ("m/s", 1.0) if dof < 3 else ("deg/s", math.degrees(1.0))
         panels.append((f"{DOFS[dof]}, {unit}", np.array([scale * way[:, dof] for way in ways])))
     return Traces(
         "measured and simulated velocities",

@@ -285,9 +285,13 @@ def _table(table: Table) -> str:
 
 
 def _csv(table: Table) -> str:
-    """The table as CSV; a click in it selects it all, so that it is copied without a script."""
+    """The table as CSV, its numbers as a spreadsheet reads them; a click in it selects it all, so that it is copied
+    without a script."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows((table.columns, *table.rows))
+    rows = (
+        ["" if cell == MISSING else cell.replace("\N{MINUS SIGN}", "-") for cell in row] for row in table.rows
+    )
+    csv.writer(text, lineterminator="\n").writerows((table.columns, *rows))
     return text.getvalue()
 
 

@@ -59,9 +59,9 @@ STYLE = """
 .key { display: flex; flex-wrap: wrap; gap: 0 1.4em; list-style: none; margin: 0; padding: 0; }
 .key svg { width: 36px; height: 12px; margin-right: .4em; }
 .pane { overflow-x: auto; }
-.band { position: relative; width: 100%; min-width: 600px; }
-.zoom4:checked ~ .pane .band { width: 400%; min-width: 2400px; }
-.zoom16:checked ~ .pane .band { width: 1600%; min-width: 9600px; }
+.band { position: relative; width: 100%; }
+.zoom4:checked ~ .pane .band { width: 400%; }
+.zoom16:checked ~ .pane .band { width: 1600%; }
 .band svg { display: block; width: 100%; height: 130px; border-bottom: 2px solid var(--rule); }
 .band p { position: sticky; left: 0; width: max-content; max-width: 90vw; margin: .6em 0 0; font-weight: 600; }
 .scale { position: sticky; left: 0; width: 0; height: 0; }

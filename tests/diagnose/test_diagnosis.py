@@ -157,6 +157,12 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
         assert told in sentence
 
 
+def test_how_late_an_autopilot_s_filter_is_stands_among_the_notes_and_not_beside_the_verdict(case):
+    said = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive_of(case), velocity_is_filtered=True))
+    assert any("a late DVL was not judged" in note for note in said.notes)
+    assert not any("DVL" in proviso for proviso in said.provisos)
+
+
 def with_pulses(dive, of_neutral):
     """The dive with other pulses (n, k), as made from how far they were off neutral; the wrench not recorded."""
     off = dive.pwm.value - 1500.0

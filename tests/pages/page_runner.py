@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE_S = 240.0
+PATIENCE_S = 900.0
 RUNS_ON = (
     (re.compile(r"seatrial record (?!.*--seconds)"), "go by way of it"),
     (re.compile(r"seatrial simulate .*--mission idle"), "is afloat"),

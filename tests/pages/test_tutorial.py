@@ -9,7 +9,7 @@ import socket
 from pathlib import PurePath
 
 import pytest
-from page_runner import ROOT, Typist, blocks
+from page_runner import PATIENCE_S, ROOT, Typist, blocks
 from tmux import NEEDS_TMUX, Tmux
 
 from tui import cli
@@ -140,7 +140,7 @@ def typist(tmp_path, port):
 @pytest.fixture
 def app(typist):
     """A terminal for the app, in the folder of the page."""
-    terminal = Tmux(f"seatrial-tutorial-{os.getpid()}", 100, 30, "sh", typist.environment)
+    terminal = Tmux(f"seatrial-tutorial-{os.getpid()}", 100, 30, "sh", typist.environment, PATIENCE_S)
     terminal.keys(f"cd {typist.folder}; clear", "Enter")
     yield terminal
     terminal.close()
@@ -187,7 +187,7 @@ def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, a
     app.until("-first", "NEXT  i  identify")
     says("Key `i` identifies the dive under the mark")
     app.keys("i")
-    app.until("Converged", "record the vehicle; then: identified, not uploaded")
+    app.until("Converged", "record it; then: identified, not uploaded")
     type_next()
     says("record again")
     type_next()

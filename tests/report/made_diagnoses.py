@@ -86,7 +86,7 @@ def gap(before: float = 3.4, after: float = 1.2) -> Gap:
 
 
 def shrink(before: float, after: float, value: float, low95: float = NAN, high95: float = NAN) -> Shrink:
-    """In surge and yaw alike, over floors of 10 mm/s and 0.3 °/s."""
+    """In surge and yaw alike, over floors of 10 mm/s and 0.3 deg/s."""
     axes = tuple(
         AxisShrink(dof, before * floor, after * floor, floor, value, 0.61, 0.28, 0.33)
         for dof, floor in (("surge", 0.01), ("yaw", math.radians(0.3)))

@@ -1,6 +1,7 @@
 """The page of a diagnosis: verdict, causes, candidates, place of the gap, pictures."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +55,20 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
     assert "There is no gap, so it lies nowhere" not in read(diagnosis())
 
 
+def test_a_page_without_a_gap_shows_no_bars_and_no_share_of_a_drift_that_is_not_there():
+    tried = (Tried(effect("waves"), 9.7, False), Tried(effect("dvl_bias"), 0.0, False))
+    quiet = diagnosis(
+        verdict="no_gap", gap=gap(1.02, 1.02), findings=(), heldout=NOTHING, tried=tried, check=None
+    )
+    page = read(quiet)
+    assert re.search(r"Candidate\nSaves\nwaves.*\n9.7 nats\n", page)
+    assert "Closes\n95 % interval" not in page
+    drawn = [figure.name for part in diagnosis_report(quiet).sections for figure in part.figures]
+    assert "candidates" not in drawn
+    with_gap = diagnosis_report(diagnosis(tried=tried)).sections
+    assert "candidates" in [figure.name for part in with_gap for figure in part.figures]
+
+
 def test_an_interval_of_nothing_but_one_number_is_left_out():
     assert wording.percents(0.84, 0.94) == "84 % to 94 %"
     assert wording.percents(-0.001, 0.004) == wording.percents(NAN, 0.4) == ""
@@ -68,8 +83,8 @@ def test_predicted_and_measured_shrink_stand_side_by_side():
     page = read(diagnosis())
     assert "0.8 to 1.2 times as much is as good as a model gets" in page
     assert wording.shrink_lines(diagnosis(check=None))[0] == (
-        "Over the whole dive, which was fitted: the 5 s drift falls from 76 mm/s to 27 mm/s in surge and from 1.1 °/s "
-        "to 0.38 °/s in yaw."
+        "Over the whole dive, which was fitted: the 5 s drift falls from 76 mm/s to 27 mm/s in surge and from 1.1 "
+        "deg/s to 0.38 deg/s in yaw."
     )
     assert "predicted: pieces held out\n90 %\n84 % to 94 %" in page
     assert "measured: the check dive\n86 %\n79 % to 92 %" in page
@@ -97,7 +112,7 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     said = wording.verdict_sentence(diagnosis(check=None, heldout=None))
     assert said == (
         "Quadratic drag explains the gap: with it the model's 5 s drift falls from 76 mm/s to 27 mm/s in surge and "
-        f"from 1.1 °/s to 0.38 °/s in yaw, which closes 100 % of what is beyond noise.{PLACE}"
+        f"from 1.1 deg/s to 0.38 deg/s in yaw, which closes 100 % of what is beyond noise.{PLACE}"
     )
     two = diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3)))
     assert wording.verdict_sentence(two).startswith("Quadratic drag and weak thruster 3 explain the gap: ")
@@ -108,18 +123,18 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     [
         (
             {},
-            "falls from 31 mm/s to 13 mm/s in surge and from 0.93 °/s to 0.39 °/s in yaw on the check dive, which "
+            "falls from 31 mm/s to 13 mm/s in surge and from 0.93 deg/s to 0.39 deg/s in yaw on the check dive, which "
             "closes 86 % of what is beyond noise.",
         ),
         (
             {"check": None},
-            "falls from 1.0 °/s to 0.38 °/s in yaw and from 34 mm/s to 12 mm/s in surge on pieces held out, which "
+            "falls from 1.0 deg/s to 0.38 deg/s in yaw and from 34 mm/s to 12 mm/s in surge on pieces held out, which "
             "closes 90 % of what is beyond noise.",
         ),
         (
             {"check": shrink(3.0, 3.5, -0.25)},
-            "goes from 30 mm/s to 35 mm/s in surge and from 0.90 °/s to 1.0 °/s in yaw on the check dive, which closes "
-            "−25 % of what is beyond noise.",
+            "goes from 30 mm/s to 35 mm/s in surge and from 0.90 deg/s to 1.0 deg/s in yaw on the check dive, which "
+            "closes −25 % of what is beyond noise.",
         ),
     ],
 )
@@ -168,8 +183,8 @@ def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
 def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
     drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), findings=(), heldout=NOTHING, check=None)
     assert wording.verdict_sentence(drifting) == (
-        "Nothing that lasts: the model's 5 s drift is 67 mm/s in surge (noise alone 22 mm/s) and 0.96 °/s in yaw "
-        "(noise alone 0.64 °/s), but neither a candidate nor any force that returns explains it."
+        "Nothing that lasts: the model's 5 s drift is 67 mm/s in surge (noise alone 22 mm/s) and 0.96 deg/s in yaw "
+        "(noise alone 0.64 deg/s), but neither a candidate nor any force that returns explains it."
     )
     page = read(drifting)
     assert "There is no gap" not in page
@@ -208,7 +223,7 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
     said = wording.verdict_sentence(diagnosis(findings=(heard,), heldout=shrink(0.99, 0.99, NAN), check=None))
     assert said.endswith(
         "it shows in what is recorded, not in the motion: with it or without, the model's 5 s drift is 9.9 mm/s in "
-        "surge (noise alone 10 mm/s) and 0.30 °/s in yaw (noise alone 0.30 °/s) on pieces held out, "
+        "surge (noise alone 10 mm/s) and 0.30 deg/s in yaw (noise alone 0.30 deg/s) on pieces held out, "
         f"{BY_CHANCE}.{PLACE}"
     )
 
@@ -226,9 +241,9 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
     )
     assert chance.startswith("Thruster lag shows, but opens no gap: ")
     assert (
-        ": without it the model's 5 s drift is 9.8 mm/s in surge (noise alone 10 mm/s) and 0.29 °/s in yaw (noise "
-        "alone 0.30 °/s), with it 9.1 mm/s in surge (noise alone 10 mm/s) and 0.27 °/s in yaw (noise alone 0.30 °/s) "
-        f"on pieces held out, {BY_CHANCE}." in chance
+        ": without it the model's 5 s drift is 9.8 mm/s in surge (noise alone 10 mm/s) and 0.29 deg/s in yaw (noise "
+        "alone 0.30 deg/s), with it 9.1 mm/s in surge (noise alone 10 mm/s) and 0.27 deg/s in yaw (noise alone 0.30 "
+        f"deg/s) on pieces held out, {BY_CHANCE}." in chance
     )
     closes = diagnosis(findings=(lag,), gap=small, heldout=shrink(1.15, 1.0, 0.9), check=None)
     assert wording.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
@@ -285,15 +300,15 @@ YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
 def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
     told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
     assert wording.verdict_sentence(told).endswith(
-        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 °/s to 1.0 °/s in yaw on "
-        f"the check dive, which closes 86 % of what is beyond noise.{PLACE}"
+        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 deg/s to 1.0 deg/s in yaw "
+        f"on the check dive, which closes 86 % of what is beyond noise.{PLACE}"
     )
     _, surge, yaw, pooled = wording.shrink_lines(told)
     assert surge == (
         "On the check dive, surge: the 5 s drift goes from 34 mm/s to 16 mm/s (noise alone 9.0 mm/s); closes 72 % of "
         "what is beyond noise."
     )
-    assert yaw.startswith("On the check dive, yaw: the 5 s drift goes from 1.1 °/s to 1.0 °/s")
+    assert yaw.startswith("On the check dive, yaw: the 5 s drift goes from 1.1 deg/s to 1.0 deg/s")
     assert pooled == (
         "On the check dive, all together: the model with the causes closes 86 % (95 %: 79 % to 92 %) of the 5 s drift "
         "beyond noise."

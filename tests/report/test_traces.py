@@ -55,7 +55,7 @@ def test_the_page_shows_measured_beside_simulated_on_the_check_dive_or_else_held
     page = read(diagnosis(prediction=prediction("lap-4"), held=prediction("pieces held out")))
     assert "3.1 Measured and simulated" in page
     assert "On the check dive, lap-4." in page
-    assert "yaw, °/s" in page
+    assert "yaw, deg/s" in page
     held = read(diagnosis(held=prediction("pieces held out")))
     assert "On pieces held out of the fit." in held
     assert "3.1 Measured" not in read(diagnosis())

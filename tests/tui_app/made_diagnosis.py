@@ -16,7 +16,7 @@ FORCES = {"surge": 1.21, "sway": 2.43, "heave": 0.11, "roll": 0.02, "pitch": Non
 
 
 def by_axis(before: float, after: float) -> dict:
-    """Drifts of so many floors in surge, and in yaw, of 10 mm/s and 0.9 °/s."""
+    """Drifts of so many floors in surge, and in yaw, of 10 mm/s and 0.9 deg/s."""
     return {
         dof: {"before": before * floor, "after": after * floor, "floor": floor}
         for dof, floor in (("surge", 0.01), ("yaw", 0.0157))
@@ -79,9 +79,9 @@ def diagnosis() -> dict:
             "check": CHECK,
             "configuration": "hovering",
             "verdict": "Quadratic drag and thruster lag or command delay explain the gap, but this dive can't tell "
-            "thruster lag from command delay: with them the model's 5 s drift falls from 2.8 °/s to 0.95 °/s in yaw "
-            "and from 31 mm/s to 11 mm/s in surge on the check dive, which closes 97 % of what is beyond noise. Most "
-            "of it lies in yaw, turning.",
+            "thruster lag from command delay: with them the model's 5 s drift falls from 2.8 deg/s to 0.95 deg/s in "
+            "yaw and from 31 mm/s to 11 mm/s in surge on the check dive, which closes 97 % of what is beyond noise. "
+            "Most of it lies in yaw, turning.",
             "after": 1.02,
             "by_axis": by_axis(3.57, 1.02),
             "causes": [

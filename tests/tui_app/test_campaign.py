@@ -12,7 +12,7 @@ from screen_text import Lacks, Sees, played
 
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.watch.picture import Armed
-from tui.app.campaign import Campaign, Task, next_of, raised_to
+from tui.app.campaign import Campaign, Task, lowered_to, next_of, raised_to
 from tui.app.progress import campaign_of
 from tui.app.screens.overlays import AskScreen
 from tui.dive_list import VERSION, Glance
@@ -34,30 +34,35 @@ BOTH = replace(SHADOW, mode="both")
         (Campaign(), Task.CONNECT, "connect the vehicle"),
         (replace(DIVED, vehicle=False), Task.VEHICLE, "say which vehicle this is"),
         (Campaign(linked=True), Task.RECORD, "record a dive"),
-        (HERE, Task.DIVE, "dive surge, sway and yaw"),
-        (replace(HERE, heard=False), Task.DIVE, "dive surge, sway and yaw"),
+        (HERE, Task.DIVE, "once surge, sway and yaw are dived"),
+        (replace(HERE, heard=False), Task.DIVE, "switch the vehicle on, and dive surge, sway and yaw"),
         (replace(DIVED, told=4, lacking=("M_v", "D_v")), Task.DIVE_MORE,
          "M_v, D_v not told by first: dive sway there and back at two speeds"),
         (replace(DIVED, told=None), Task.IDENTIFY, "identify first"),
         (DIVED, Task.IDENTIFY, "identify first"),
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
-        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "switch the vehicle on; then: identified, not uploaded"),
-        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record the vehicle; then: identified"),
+        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "switch it on; then: identified, not uploaded"),
+        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record it; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT, "connect the vehicle"),
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
-        (SHADOW, Task.FLY_SHADOW, "in shadow: fly a minute"),
-        (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "in shadow: fly a minute"),
+        (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
+        (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, since=True), Task.VALIDATE, "validate first"),
         (replace(AWAY, identified=True, uploaded=True, since=True), Task.VALIDATE, "validate first"),
+        (replace(SHADOW, since=True, told=None, reading=True), Task.WAIT, "first is being read"),
+        (replace(SHADOW, since=True, reading=True), Task.VALIDATE, "validate first"),
         (GO, Task.TO_BOTH, "GO in shadow: raise the feed-forward to both"),
         (replace(GO, go=False), Task.LOOK, "first is a NO-GO: read why"),
-        (replace(GO, flown="off", go=False), Task.FLY_SHADOW, "in shadow: fly a minute"),
-        (BOTH, Task.FLY, "the feed-forward acts: fly"),
-        (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "the feed-forward acts: fly"),
+        (replace(GO, flown="off", go=False), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
+        (BOTH, Task.FLY, "once it has flown with the feed-forward"),
+        (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "once it has flown with the feed-forward"),
         (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
         (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
-        (replace(BOTH, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what causes it"),
+        (replace(BOTH, since=True, flown="both", go=False), Task.LOWER, "first is a NO-GO: lower the feed-forward"),
+        (replace(SHADOW, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what causes it"),
+        (replace(BOTH, heard=False, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what"),
+        (replace(DIVED, writing=True), Task.WAIT, "the vehicle is being written to"),
         (replace(BOTH, since=True, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
         (replace(BOTH, since=True, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
@@ -70,7 +75,7 @@ def test_each_state_has_its_next_step(campaign, task, words):
     step = next_of(campaign)
     assert step.task is task
     assert step.words.startswith(words)
-    assert step.actions
+    assert step.actions or step.words.startswith(("switch the vehicle on", "the vehicle is being written"))
 
 
 @pytest.mark.parametrize(
@@ -98,6 +103,23 @@ def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(
 )
 def test_the_feed_forward_is_raised_by_one_step_and_to_both_only_after_a_go(campaign, to, why):
     mode, reason = raised_to(campaign)
+    assert (mode.word if mode is not None else None) == to
+    assert why in reason
+
+
+@pytest.mark.parametrize(
+    ("campaign", "to", "why"),
+    [
+        (BOTH, "shadow", ""),
+        (replace(BOTH, mode="ff"), "shadow", ""),
+        (SHADOW, None, "does not act, in shadow"),
+        (UPLOADED, None, "does not act, in off"),
+        (replace(BOTH, mode=""), None, "tells no mode"),
+        (replace(BOTH, recording=False), None, "none runs"),
+    ],
+)
+def test_a_feed_forward_that_acts_is_lowered_to_shadow_whatever_was_validated(campaign, to, why):
+    mode, reason = lowered_to(campaign)
     assert (mode.word if mode is not None else None) == to
     assert why in reason
 
@@ -170,6 +192,9 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     )
     place.identify("2026-11-21T0910Z-shadow", value=13.0)
     assert place.campaign().uploaded is False
+    # What the vehicle accepted since is what the crew wanted, whichever file it came from.
+    place.write(accepted)
+    assert place.campaign().uploaded is True
 
 
 def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_finds_nothing(
@@ -227,6 +252,20 @@ def test_the_mode_is_typed_before_it_is_raised_and_with_armed_where_the_vehicle_
 def test_without_a_go_in_shadow_nothing_is_asked_and_the_reason_is_said(place):
     (notice,) = played(place.desk, "ctrl+u", views=FixedViews(shown(1)))
     assert notice.startswith("not raised: no dive in shadow since the upload was validated as a GO")
+
+
+@pytest.mark.parametrize("armed", [Armed.DISARMED, Armed.ARMED, Armed.UNKNOWN])
+def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
+    notices = played(place.desk, "ctrl+y", views=FixedViews(shown(3, armed)))
+    assert [words for words in place.verbs.words if words[0] == "ff"] == [
+        ("ff", "shadow", "--yes", "--system", "1")
+    ]
+    assert "vehicle 1 is being set to shadow" in notices
+
+
+def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):
+    (notice,) = played(place.desk, "ctrl+y", views=FixedViews(shown(1)))
+    assert notice == "not lowered: the feed-forward does not act, in shadow"
 
 
 def test_each_screen_says_the_next_step_and_its_keys_as_they_are_bound(place):

@@ -195,7 +195,7 @@ def test_the_drift_falls_in_numbers_and_bars_by_degree_of_freedom_and_how_much_c
     assert lines[0] == "drift of the model over 5 s, without → with the causes"
     assert lines[1] == "this dive, which was fitted"
     assert lines[2].split()[:7] == ["surge", "36", "→", "10", "mm/s", "noise", "10"]
-    assert lines[3].split()[:7] == ["yaw", "3.2", "→", "0.92", "°/s", "noise", "0.90"]
+    assert lines[3].split()[:7] == ["yaw", "3.2", "→", "0.92", "deg/s", "noise", "0.90"]
     assert lines[4].split("  ")[-1].strip() == "closes 98 % (93 to 100 %) of what is beyond noise"
     assert lines[7].startswith("check dive 2026-11-20T1015Z-validation ")
     assert lines[7].endswith(" closes 97 % of what is beyond noise")

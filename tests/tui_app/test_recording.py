@@ -178,6 +178,8 @@ def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
         assert ("no recording runs" in text(app)) is (killed or now is not None)
 
     assert played(boat.desk, end, shows_no_alarm, views=views) == [notice]
+    # What the dive holds is read at once: the next step hangs on it on every screen.
+    assert [words[0] for words in boat.verbs.words] == ["dives"]
 
 
 def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next_is_recorded():

@@ -21,19 +21,20 @@ from textual.worker import WorkerFailed
 from bridge import exit_codes
 from bridge.errors import ConfigError, SeatrialError
 from bridge.vehicle.config import shipped_vehicles
+from bridge.vehicle.mode import Mode
 from gcs_plugin.bell import Bell
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Armed
 from tui.app import themes
-from tui.app.campaign import Next, next_of, raised_to
+from tui.app.campaign import Next, lowered_to, next_of, raised_to
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.progress import LONG, campaign_of
+from tui.app.progress import LONG, ORDER, campaign_of
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
@@ -51,8 +52,8 @@ ORDERS = "orders"
 ANNOUNCED_S = 60.0
 LOOK_EVERY_S = 1.0
 SETTLES_S = 0.01
-RAISE = "ff"
 END = "END"
+BEING_SET = "a mode is on its way to the vehicle already"
 NOTHING_RUNS = "no recording runs that the app could speak to"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
@@ -99,7 +100,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._is_over = self._was_armed = self._rests = False
         self._declinable_until_s = -math.inf
         self._step: tuple[float, Next] | None = None
-        self._raising: JobState | None = None
+        self._ordered: JobState | None = None
         self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
         self._unwritten_of: float | None = None
         self._warned_of: set[tuple[str, float]] = set()
@@ -237,8 +238,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         """Ask for the words that raise the feed-forward by one step, if its gate lets it."""
         view = self._views.view()
         mode, why = raised_to(campaign_of(self.desk, view))
-        if mode is None or self.desk.jobs.runs(RAISE):
-            self.notify(f"not raised: {why or 'it is being raised already'}", severity="warning")
+        if mode is None or self.desk.jobs.runs(ORDER):
+            self.notify(f"not raised: {why or BEING_SET}", severity="warning")
             return
 
         def asked() -> str:
@@ -247,9 +248,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
 
         def answered(typed: str | None) -> None:
             if typed is not None and agrees(typed, asked()):
-                system = str(view.picture.links[0].system)
-                self.desk.jobs.start(RAISE, (RAISE, mode.word, "--yes", "--system", system))
-                self._raising = self.desk.jobs.state(RAISE)
+                self._send_mode(mode, view)
             elif typed is not None:
                 self.notify(f"'{typed}' is not {asked()}: nothing was sent", severity="warning")
 
@@ -258,15 +257,33 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         )
         self.push_screen(AskScreen(title, "sends it"), answered)
 
-    def _tell_raised(self) -> None:
-        """Say how the order to raise the feed-forward ended."""
-        state = self.desk.jobs.state(RAISE)
-        if self._raising is None or state is None or state.done is None:
+    def action_lower_ff(self) -> None:
+        """Set a feed-forward that acts to shadow, without asking: less of it is the safer mode."""
+        view = self._views.view()
+        mode, why = lowered_to(campaign_of(self.desk, view))
+        if mode is None or self.desk.jobs.runs(ORDER):
+            self.notify(f"not lowered: {why or BEING_SET}", severity="warning")
             return
-        self._raising = None
+        self._send_mode(mode, view)
+        self.notify(f"vehicle {view.picture.links[0].system} is being set to {mode.word}")
+
+    def _send_mode(self, mode: Mode, view: View) -> None:
+        """Set the feed-forward of the vehicle on screen."""
+        system = str(view.picture.links[0].system)
+        self.desk.jobs.start(ORDER, (ORDER, mode.word, "--yes", "--system", system))
+        self._ordered = self.desk.jobs.state(ORDER)
+
+    def _tell_ordered(self) -> None:
+        """Say how an order to set the feed-forward ended."""
+        state = self.desk.jobs.state(ORDER)
+        if self._ordered is None or state is None or state.done is None:
+            return
+        self._ordered = None
         done = state.done.code == exit_codes.DONE
-        words = f"in {state.done.result['mode']}, as the vehicle says" if done else state.done.why
-        self.notify(f"feed-forward: {words}", severity="information" if done else "error", timeout=TELL_S)
+        words = (
+            f"in {state.done.result['mode']}, as the vehicle says" if done else f"not set: {state.done.why}"
+        )
+        self.notify(f"feed-forward {words}", severity="information" if done else "error", timeout=TELL_S)
 
     async def action_quit(self) -> None:
         """Leave the app; refused while parameters are being written, and asked twice while a long verb runs.
@@ -492,7 +509,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._tell_over()
         self._watch_over_off()
         self._tell_written()
-        self._tell_raised()
+        self._tell_ordered()
         self._take_back_warnings()
         if self._pace.may_draw(now_s):
             self._show()
@@ -522,6 +539,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if before is None or (now is not None and now.folder == before.folder):
             return
         folder = Path(before.folder)
+        self.desk.read_dives()
         # A vehicle that fell silent in order is not lost because its next dive is recorded already.
         self._rests = (self._was_armed or self._rests) and silent_after(self._views.view())
         self._was_armed = False

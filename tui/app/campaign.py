@@ -22,6 +22,7 @@ class Task(Enum):
     VALIDATE = auto()
     LOOK = auto()
     TO_BOTH = auto()
+    LOWER = auto()
     FLY = auto()
     DIAGNOSE = auto()
     WAIT = auto()
@@ -34,12 +35,13 @@ class Campaign:
 
     `vehicle`: its file is known, or nobody may say which it is.
     `heard`: the vehicle is; `recording`: a recording runs; `over`: its dive is over; `linked`: it is known which links
-    to record. `working` is the long verb that runs, "" for none.
+    to record. `working` is the long verb that runs, "" for none; `writing`: parameters or a mode are on their way to
+    the vehicle.
     `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
-    feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet. `identified`: values of
-    it, or of a dive before it, are kept; `accepts`: the newest of them are a diagnosis's; `uploaded`: the vehicle
-    accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`: the dive began after that upload;
-    `flown` is the mode in which it was flown, "" if it was not validated, and `go`
+    feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet; `reading`: dives are
+    being read. `identified`: values of it, or of a dive before it, are kept; `accepts`: the newest of them are a
+    diagnosis's; `uploaded`: the vehicle accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`:
+    the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
     whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
     """
 
@@ -49,10 +51,12 @@ class Campaign:
     over: bool = False
     linked: bool = False
     working: str = ""
+    writing: bool = False
     dive: str = ""
     shown: bool = True
     lacking: tuple[str, ...] = ()
     told: int | None = None
+    reading: bool = False
     identified: bool = False
     accepts: bool = False
     uploaded: bool = False
@@ -76,8 +80,11 @@ AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
+SWITCH_ON = Next(Task.DIVE, (), "switch the vehicle on, and dive surge, sway and yaw")
 DIVE = Next(
-    Task.DIVE, ("recording.next",), "dive surge, sway and yaw, which is recorded; then begin the next dive"
+    Task.DIVE,
+    ("recording.next",),
+    "once surge, sway and yaw are dived, which is recorded: begin the next dive",
 )
 END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
@@ -88,17 +95,22 @@ ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
-FLY_SHADOW = Next(Task.FLY_SHADOW, ("recording.next",), "in shadow: fly a minute; then begin the next dive")
+FLY_SHADOW = Next(
+    Task.FLY_SHADOW, ("recording.next",), "once it has flown a minute in shadow: begin the next dive"
+)
 VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate {dive}")
 LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why")
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
-FLY = Next(Task.FLY, ("recording.next",), "the feed-forward acts: fly; then begin the next dive")
+LOWER = Next(Task.LOWER, ("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
+FLY = Next(Task.FLY, ("recording.next",), "once it has flown with the feed-forward: begin the next dive")
 DIAGNOSE = Next(
     Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
 )
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
-NOTHING_LEFT = replace(FLY, words="nothing is left to explain: fly on; then begin the next dive")
+NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
 LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
+READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
+WRITES = Next(Task.WAIT, (), "the vehicle is being written to: wait for its answer")
 OF_OTHERS: Final = {
     Task.VALIDATE: ("screen.dives", "dives.newest", "dives.validate"),
     Task.DIAGNOSE: ("screen.dives", "dives.newest", "dives.diagnose"),
@@ -108,6 +120,8 @@ OF_OTHERS: Final = {
 
 def next_of(campaign: Campaign) -> Next:
     """The thing to do now."""
+    if campaign.writing:
+        return WRITES
     if campaign.working:
         return Next(Task.WAIT, (f"screen.{campaign.working}",), f"{campaign.working} is at work: wait for it")
     if campaign.over and campaign.recording:
@@ -115,7 +129,7 @@ def next_of(campaign: Campaign) -> Next:
     if not campaign.vehicle:
         return VEHICLE
     if not campaign.dive:
-        return _with_dive(DIVE if campaign.recording else _to_vehicle(campaign, RECORD), campaign)
+        return _with_dive(_to_dive(campaign), campaign)
     if campaign.uploaded:
         return _with_dive(_after_upload(campaign), campaign)
     if campaign.identified:
@@ -125,13 +139,19 @@ def next_of(campaign: Campaign) -> Next:
     return _with_dive(IDENTIFY, campaign)
 
 
+def lowered_to(campaign: Campaign) -> tuple[Mode | None, str]:
+    """The mode to which the feed-forward may be lowered now, short of off; or None and the reason."""
+    mode, why = _ordered(campaign)
+    if mode is None or mode.applies_feedforward:
+        return (Mode.SHADOW if mode is not None else None), why
+    return None, f"the feed-forward does not act, in {mode.word}"
+
+
 def raised_to(campaign: Campaign) -> tuple[Mode | None, str]:
     """The mode to which the feed-forward may be raised now, or None and the reason."""
-    mode = BY_WORD.get(campaign.mode)
-    if mode is None or not campaign.heard:
-        return None, "the vehicle tells no mode of its feed-forward"
-    if not campaign.recording:
-        return None, "the order goes by the recording, and none runs"
+    mode, why = _ordered(campaign)
+    if mode is None:
+        return None, why
     if mode is Mode.OFF:
         return Mode.SHADOW, ""
     if mode is not Mode.SHADOW:
@@ -143,10 +163,26 @@ def raised_to(campaign: Campaign) -> tuple[Mode | None, str]:
     return None, "no dive in shadow since the upload was validated as a GO: fly a minute, then validate it"
 
 
+def _ordered(campaign: Campaign) -> tuple[Mode | None, str]:
+    """The vehicle's mode, if an order may go to it; else None and the reason."""
+    mode = BY_WORD.get(campaign.mode)
+    if mode is None or not campaign.heard:
+        return None, "the vehicle tells no mode of its feed-forward"
+    if not campaign.recording:
+        return None, "the order goes by the recording, and none runs"
+    return mode, ""
+
+
+def _to_dive(campaign: Campaign) -> Next:
+    if not campaign.recording:
+        return _to_vehicle(campaign, RECORD)
+    return DIVE if campaign.heard else SWITCH_ON
+
+
 def _after_upload(campaign: Campaign) -> Next:
     acts = campaign.mode in (Mode.ALONE.word, Mode.BOTH.word)
     if campaign.since and not campaign.flown:
-        return VALIDATE
+        return READS if campaign.reading and campaign.told is None else VALIDATE
     if campaign.since and campaign.go is False and campaign.flown == Mode.SHADOW.word:
         return LOOK
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
@@ -161,6 +197,8 @@ def _after_upload(campaign: Campaign) -> Next:
 
 
 def _diagnosed(campaign: Campaign) -> Next:
+    if campaign.go is False and lowered_to(campaign)[0] is not None:
+        return LOWER
     if not campaign.verdict:
         return MENDS if campaign.go is False else DIAGNOSE
     return NOTHING_LEFT if campaign.verdict == "no_gap" else LOOK_CLOSER
@@ -173,7 +211,7 @@ def _to_vehicle(campaign: Campaign, then: Next) -> Next:
     if not campaign.linked and not campaign.recording:
         return CONNECT
     if campaign.recording:
-        return Next(then.task, then.actions, f"switch the vehicle on; then: {then.words}")
+        return Next(then.task, then.actions, f"switch it on; then: {then.words}")
     return _to_recording(campaign, then)
 
 
@@ -181,7 +219,7 @@ def _to_recording(campaign: Campaign, then: Next) -> Next:
     """`then`, once it is recorded."""
     if campaign.recording or then is RECORD:
         return then
-    return Next(Task.RECORD, RECORD.actions, f"record the vehicle; then: {then.words}")
+    return Next(Task.RECORD, RECORD.actions, f"record it; then: {then.words}")
 
 
 def _dive_more(campaign: Campaign) -> Next:

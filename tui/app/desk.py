@@ -15,6 +15,8 @@ from tui.dive_list import kept_glance
 
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
+LIST: Final = "dives"
+"""The job that reads what the dives hold, so that the next step is known on every screen."""
 
 IDENTIFIED, DIAGNOSED, ACCEPTABLE = "identified.param", "diagnosis.json", "diagnosed.param"
 """Files that the screens leave next to a dive: its values; its diagnosis, and the model with the causes found."""
@@ -72,6 +74,14 @@ class Desk:
     def no_dive(self) -> str:
         """Sentence for a screen that has no dive to show."""
         return f"{self.out}: holds no dive yet; a recording makes one"
+
+    def read_dives(self) -> bool:
+        """Begin to read what the dives hold; False if that is being read already."""
+        if self.jobs.runs(LIST):
+            return False
+        vehicle = ("--otherwise", self.vehicle) if self.vehicle else ()
+        self.jobs.start(LIST, (LIST, str(self.out), *vehicle))
+        return True
 
     def mean(self, dive: Path | None) -> None:
         """Set the dive that the crew most likely means; it holds until a newer dive appears."""

@@ -13,14 +13,17 @@ from gcs_plugin.dives.folder import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted
 from tui.app.campaign import AXES, Campaign
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, Desk, values_of
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
 from tui.app.jobs import written_ns
+from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, STALE_S, View
 from tui.dive_list import FAIR, kept_glance
 
 VALIDATED: Final = "validation.json"
 LONG: Final = ("identify", "diagnose", "validate")
 """Verbs that take long enough for the user to wait, and to miss their work if it were lost."""
+ORDER: Final = "ff"
+"""The job that sets the feed-forward's mode."""
 SAME: Final = 1e-6
 """Relative difference that a value may have after it was a float32 on the vehicle."""
 
@@ -43,10 +46,12 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         over=view.over,
         linked=bool(desk.links()),
         working=next(filter(desk.jobs.runs, LONG), ""),
+        writing=any(map(desk.jobs.runs, (WRITE, ORDER))),
         dive=dive.name if dive is not None else "",
         shown=dive is None or desk.chosen() == dive,
         lacking=lacking,
         told=told,
+        reading=desk.jobs.runs(LIST),
         identified=values is not None,
         accepts=values is not None and values.name == ACCEPTABLE,
         uploaded=uploaded_ns > 0,
@@ -96,19 +101,17 @@ def _told(dive: Path) -> tuple[tuple[str, ...], int | None]:
 
 
 def _uploaded_ns(receipts: Path, values: Path) -> int:
-    """When the vehicle accepted all of these values, by the file's time, ns; 0 if it did not."""
+    """When the vehicle accepted these values, or others of theirs since they were written, by the file's time, ns; 0 if
+    it did not."""
     try:
         wanted, known = read_parameters(values), last_accepted(receipts)
     except (ParamError, LogError):
         return 0
-    same = (
-        name in known and math.isclose(known[name].value, value, rel_tol=SAME)
-        for name, value in wanted.items()
-    )
-    if not wanted or not all(same):
+    if not wanted or not known.keys() >= wanted.keys():
         return 0
-    newest = max(known[name].time for name in wanted)
-    return written_ns(receipts / f"{newest}{ACCEPTED}")
+    newest_ns = written_ns(receipts / f"{max(known[name].time for name in wanted)}{ACCEPTED}")
+    same = all(math.isclose(known[name].value, value, rel_tol=SAME) for name, value in wanted.items())
+    return newest_ns if same or newest_ns > written_ns(values) else 0
 
 
 def _ended_ns(dive: Path) -> int:

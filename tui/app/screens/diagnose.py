@@ -313,15 +313,15 @@ def _share(shrink: Shrink) -> str:
 def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
     """Numbers, and a bar, its remaining part solid, the closed part shaded; `most` floors fill it."""
     turning = axis.dof not in DOFS[:3]
-    scale, unit = (math.degrees(1.0), "°/s") if turning else (1e3, "mm/s")
+    scale, unit = (math.degrees(1.0), "deg/s") if turning else (1e3, "mm/s")
     before, after, floor = (significant(scale * value, 2) for value in (axis.before, axis.after, axis.floor))
     whole = round(cells * axis.before / axis.floor / most) if axis.floor > 0 else 0
     stays = min(round(whole * axis.after / axis.before), whole) if axis.before > 0 else 0
     return (
         (f"  {axis.dof:<{NAME_CELLS}}{before:>8} →", "plain"),
         (f"{after:>7}", "strong"),
-        (f" {unit:<4}", "quiet"),
-        (f"  noise{floor:>7}  ", "quiet"),
+        (f" {unit:<5}", "quiet"),
+        (f" noise{floor:>7}  ", "quiet"),
         ("█" * stays, "accent"),
         ("░" * (whole - stays), "faded"),
     )

@@ -10,6 +10,7 @@ from textual.containers import Horizontal, VerticalScroll
 from bridge.errors import SeatrialError
 from gcs_plugin.dives.conditions import NOTHING_SAID, TITLES, mistakes, of_texts, texts_of
 from gcs_plugin.dives.folder import DiveFolder, last_conditions
+from tui.app.desk import LIST
 from tui.app.drawing import Line, Lines, entry_at, hanging, heading
 from tui.app.header import PHONE, Tab
 from tui.app.jobs import aside
@@ -29,7 +30,6 @@ from tui.app.screens.overlays import FormScreen
 from tui.app.view import View, open_replay
 from tui.dive_list import DiveRow
 
-VERB: Final = "dives"
 WORK: Final = ("identify", "diagnose", "validate")
 """Screens whose work is begun here."""
 
@@ -101,7 +101,7 @@ class DivesScreen(StationScreen):
         if recorded is not None and not _same(recorded, self._goes_on):
             self._stale = True
         self._goes_on = recorded
-        if self._stale and not self.desk.jobs.runs(VERB):
+        if self._stale and not self.desk.jobs.runs(LIST):
             self._stale = False
             self.action_again()
         self._recorded = next((d.folder for d in self._dives if _same(d.folder, recorded)), None)
@@ -109,10 +109,8 @@ class DivesScreen(StationScreen):
         super().show(view)
 
     def action_again(self) -> None:
-        if not self.desk.jobs.runs(VERB):
+        if self.desk.read_dives():
             self._dives = with_unread(self._dives, self.desk.out)
-            vehicle = ("--otherwise", self.desk.vehicle) if self.desk.vehicle else ()
-            self.desk.jobs.start(VERB, (VERB, str(self.desk.out), *vehicle))
 
     def action_go(self, rows: int) -> None:
         if self._dives:
@@ -201,7 +199,7 @@ class DivesScreen(StationScreen):
 
     def _take_list(self) -> None:
         """Take the verb's list once it is complete."""
-        state = self.desk.jobs.state(VERB)
+        state = self.desk.jobs.state(LIST)
         if state is None or state.done is None or state is self._list:
             return
         self._list = state
@@ -225,7 +223,7 @@ class DivesScreen(StationScreen):
 
     def _wait(self, action: str) -> None:
         """Run the action or begin the work once the list is there; the first of several quick keys counts."""
-        if self.desk.jobs.runs(VERB):
+        if self.desk.jobs.runs(LIST):
             self._then = self._then or action
 
     def _tell_skipped(self) -> None:
@@ -270,7 +268,7 @@ class DivesScreen(StationScreen):
 
     def _reading(self) -> str:
         """Progress of reading the list, for its heading."""
-        state = self.desk.jobs.state(VERB)
+        state = self.desk.jobs.state(LIST)
         if state is None or not state.runs:
             return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
         reads = state.reports[-1].words if state.reports else "reading"

@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from tui.app.desk import Desk
-from tui.app.drawing import Line, Lines, Role, Span, changed, cut, harmless, width, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, changed, harmless, width, wrapped
 from tui.app.header import PHONE, Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
 from tui.app.themes import ROLE_CLASSES
@@ -244,7 +244,7 @@ class StationScreen(Screen[None]):
         yield KeyLine()
 
     def _next(self, cells: int, _: int) -> Lines:
-        """The line that says what to do now, and by which keys; on a phone as many as it needs."""
+        """The line that says what to do now, and by which keys; on as many rows as that needs."""
         step = self.view.next if self.view is not None else None
         if step is None:
             return ((),)
@@ -253,8 +253,6 @@ class StationScreen(Screen[None]):
         named: Line = ((f" {' '.join(keys)} ", "key"),) if keys and not self.view_only else ()
         head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
         room = max(cells - width(head), 1)
-        if cells >= PHONE:
-            return ((*head, (cut(step.words, room), "strong")),)
         first, *more = wrapped(step.words, "strong", room)
         indent: Span = (" " * width(head), "plain")
         return ((*head, *first), *((indent, *line) for line in more))
