@@ -59,7 +59,7 @@ def test_an_accepted_current_is_known_in_every_further_fit(still_and_drifting):
     _, drifting = still_and_drifting
     accepted = with_accepted(drifting, (Cause(STEADY_CURRENT, CURRENT),))
     further = STEADY_CURRENT.act(accepted.course, np.array([0.01, 0.0]))
-    both = STEADY_CURRENT.act(accepted.course, CURRENT + [0.01, 0.0])
+    both = STEADY_CURRENT.act(accepted.course, CURRENT + np.array([0.01, 0.0]))
     np.testing.assert_allclose(refitted(accepted, [further]).course.water, both.water, atol=1e-9)
 
 
