@@ -54,7 +54,7 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     if name == PLAIN:
         figures = identified(told("identify", first), truth_of(CASES[name]))
     else:
-        model = first.parent / "accepted.param"
+        model = first.parents[1] / "accepted.param"
         model.unlink(missing_ok=True)
         figures = diagnosed(told("diagnose", first, "--accept", str(model)))
         accepted = ("--accepted", str(model), "--despite-doubts") if model.exists() else ()
@@ -66,7 +66,7 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
 def told(verb: str, recording: Path, *options: str) -> dict[str, Any]:
     """What `seatrial identify` or `diagnose` answers to a recording, as its JSON."""
     bundled = load_vehicle(VEHICLE).path.read_text(encoding="utf-8")
-    folder = recording.parent
+    folder = recording.parents[1]
     file, out = folder / "bluerov2.yaml", folder / f"{verb}.json"
     file.write_text(
         bundled.replace("\nthrust_curve:", "\nsensors: {dvl: {kind: a50}}\nthrust_curve:"), encoding="utf-8"

@@ -17,6 +17,7 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Disturbance, Finding, Gain, Next, Tried, Value, Verdict
 from identify.diagnose.rhythms import period_interval
 from identify.diagnose.search import (
@@ -96,13 +97,20 @@ OTHERS: dict[Variable, str] = {
 def above_noise(left: Unexplained, held: Shrink, filtered: Collection[int]) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
-    It applies if the causes close enough of the gap on held-out pieces; without a gap there only behind an
-    autopilot's filter, of the degrees of freedom `filtered`, where even the nominal model is less exact. Slow or rare
-    forces are kept, because a disturbance absorbs them without a drift, and so are reading errors.
+    It applies if the causes close enough of the gap on held-out pieces; without a gap there only where even the nominal
+    model is less exact: behind an autopilot's filter, which `filtered` has the degrees of freedom of, and in roll and
+    pitch, whose angles are an autopilot's estimate and whose motion is mostly its levelling. Slow or rare forces are
+    kept, because a disturbance absorbs them without a drift, and so are reading errors.
     """
-    if not (held.value >= LEAST_CLOSED or (filtered and math.isnan(held.value))):
+    no_gap = math.isnan(held.value)
+    if not (held.value >= LEAST_CLOSED or no_gap):
         return left
-    quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
+    judged = range(6) if filtered or not no_gap else LEVELLED
+    quiet = {
+        axis.dof
+        for axis in held.by_axis
+        if DOFS.index(axis.dof) in judged and axis.after < (1.0 + QUIET) * axis.floor
+    }
     kept = [
         k
         for k, shape in enumerate(left.shapes)
