@@ -16,10 +16,10 @@ from bridge.vehicle.config import load_vehicle
 
 MISSIONS: Final = Path(__file__).parent
 FLOWN: Final = (
-    "bench/ardusub/cases.py", "bench/ardusub/firmware.py", "bench/ardusub/flight.py", "bench/ardusub/*.yaml", "bridge",
-    "configs/vehicles/bluerov2.yaml", "configs/thrusters/*.csv",
+    "bench/ardusub/firmware.py", "bench/ardusub/flight.py", "bridge", "configs/vehicles/bluerov2.yaml",
+    "configs/thrusters/*.csv",
 )  # fmt: skip
-"""The code that a recording depends on (`bench.stamp`)."""
+"""The code that a recording depends on, beside its case (`bench.stamp`)."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ CASES: Final = {
     "half": Case("thruster 2 at half its thrust", planted={"T2_gain": 0.5}),
     "delay": Case("thrust 0.15 s late", planted={DELAY: 0.15}),
     "current": Case("a current of 0.3 m/s towards east", "turned.yaml", {EAST: 0.3}),
-    "tether": Case("a tether of 2 N/m", planted={TETHER: 2.0}),
+    "tether": Case("a tether of 2 N/m", "out_and_back.yaml", {TETHER: 2.0}),
     "waves": Case("waves of 0.3 m and 5 s", planted={HEIGHT: 0.3, PERIOD: 5.0}),
 }
 
@@ -45,16 +45,16 @@ CASES: Final = {
 def recording_of(path: Path, runs: Path, name: str, seed: int) -> Path:
     """The recording of a case's dive in a folder of its own in `runs`; it is flown where the folder has none, or one
     that other code flew. Another `seed` is another sea."""
-    folder = runs / f"{name}-{seed}"
-    note, mark = folder / "flown.json", stamp(*FLOWN)
+    case, folder = CASES[name], runs / f"{name}-{seed}"
+    mission, note = MISSIONS / case.mission, folder / "flown.json"
+    mark = {"stamp": stamp(*FLOWN, f"bench/ardusub/{case.mission}"), "planted": dict(case.planted)}
     if note.exists():
-        flown = json.loads(note.read_text(encoding="utf-8"))
-        if flown["stamp"] == mark:
-            return folder / flown["recording"]
+        recording = folder / (flown := json.loads(note.read_text(encoding="utf-8"))).pop("recording")
+        if flown == mark:
+            return recording
     shutil.rmtree(folder, ignore_errors=True)
-    case = CASES[name]
-    recording = fly(path, folder, load_mission(MISSIONS / case.mission), truth_of(case), seed=seed).recording
-    flown = {"stamp": mark, "recording": str(recording.relative_to(folder))}
+    recording = fly(path, folder, load_mission(mission), truth_of(case), seed=seed).recording
+    flown = mark | {"recording": str(recording.relative_to(folder))}
     note.write_text(json.dumps(flown) + "\n", encoding="utf-8")
     return recording
 
