@@ -212,6 +212,23 @@ def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_le
     assert told == left if stays else told.shapes == ()
 
 
+@pytest.mark.parametrize(
+    ("left", "after", "stays"),
+    [
+        (left_by(100.0), 1.0, False),
+        (left_by(100.0), 1.3, True),
+        # A force of 1 N is less than the 2 N to which the accepted effects are known.
+        (SLOW, 1.0, False),
+        (replace(SLOW, forces=(3.0,)), 1.0, True),
+        (SLOW, 1.3, True),
+        (MISREAD, 1.0, True),
+    ],
+)
+def test_beside_accepted_effects_a_force_that_makes_no_drift_beyond_noise_is_no_unknown(left, after, stays):
+    told = above_noise(left, closing(after, NAN), (), np.full(6, 2.0))
+    assert told == left if stays else told.shapes == ()
+
+
 def test_only_forces_beyond_chance_count_as_left():
     assert unexplained_nats(left_by(100.0, 50.0, 5.0)) == 150.0
     assert unexplained_nats(NOTHING) == 0.0
