@@ -2,8 +2,9 @@
 
 import argparse
 
+from bench.ardusub.cases import CASES
 from bench.ardusub.firmware import WHY_NOT, binary
-from bench.ardusub.page import CASES, PLANNED, measured
+from bench.ardusub.page import PLANNED, measured
 from bench.stamp import ROOT
 
 

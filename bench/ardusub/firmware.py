@@ -22,6 +22,8 @@ from bridge.simulator.json_plant import PORT, JsonBody, serve
 
 VARIABLE: Final = "SEATRIAL_ARDUSUB"
 WHY_NOT: Final = f"needs {VARIABLE}=/path/to/ardusub, a simulated ArduSub"
+LINKS_PORT: Final = 5760
+"""Where the first link of the first instance listens, the second 2 higher; each further instance 10 higher."""
 START_S: Final = 60.0
 SPEEDUP: Final = 20
 """Times real time that the firmware may run at; the body's computer bounds it earlier."""
@@ -49,11 +51,23 @@ def binary() -> Path | None:
 
 
 def free_instance() -> int:
-    """The least instance number of the simulator whose port for the body is free."""
+    """The least instance number of the simulator whose ports, that of the body and those of the links, are free.
+
+    A firmware whose body has gone holds on to its links.
+    """
     for number in range(20):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        base = LINKS_PORT + 10 * number
+        with (
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as body,
+            socket.socket() as ground,
+            socket.socket() as aboard,
+        ):
+            ground.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            aboard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
-                probe.bind(("127.0.0.1", PORT + 10 * number))
+                body.bind(("127.0.0.1", PORT + 10 * number))
+                ground.bind(("127.0.0.1", base))
+                aboard.bind(("127.0.0.1", base + 2))
             except OSError:
                 continue
             return number
@@ -134,7 +148,7 @@ class Firmware:
         )
         self._physics.start()
         self._process = launched(path, folder, number, settings, speedup)
-        base = 5760 + 10 * number
+        base = LINKS_PORT + 10 * number
         self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * link}") for link in range(2))
 
     def fly(self, script: Script) -> None:

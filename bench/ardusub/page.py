@@ -1,58 +1,37 @@
 """`python -m bench ardusub`: dives of the real firmware with the companion, identified and diagnosed, into
 docs/ardusub.md.
 
-The figures of a case are kept in runs/, so that a run that was stopped goes on; a dive of other code is flown again.
+Recordings and figures of a case are kept in runs/, so that a run that was stopped goes on; a dive that other code flew
+is flown again, one that other code identified is read again.
 `python -m bench.ardusub CASE ...` measures some of the cases into runs/ alone.
 """
 
 import json
 import math
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
+from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of
 from bench.ardusub.firmware import WHY_NOT, binary
-from bench.ardusub.flight import VEHICLE, fly, vehicle_file
+from bench.ardusub.flight import vehicle_file
 from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
 from bench.words import table as bench_table
 from bridge import exit_codes
 from bridge.errors import FitError
-from bridge.simulator.missions import load_mission
-from bridge.simulator.onset import EAST, TETHER
-from bridge.simulator.truth import DELAY, Truth, load_truth
+from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
-from bridge.vehicle.config import load_vehicle
 
-MISSIONS: Final = Path(__file__).parent
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 END: Final = "<!-- end -->"
 PUSHED: Final = (0, 1, 2, 5)
 
 
-@dataclass(frozen=True)
-class Case:
-    """Dives of one kind: their mission in this folder, and what is planted, by the names of `simulator/truth`."""
-
-    words: str
-    mission: str = "mission.yaml"
-    planted: Mapping[str, float] = field(default_factory=dict)
-
-
-PLAIN: Final = "plain"
 PLANNED: Final = "planned"
-CASES: Final = {
-    PLAIN: Case("nothing planted"),
-    "half": Case("thruster 2 at half its thrust", planted={"T2_gain": 0.5}),
-    "delay": Case("thrust 0.15 s late", planted={DELAY: 0.15}),
-    "current": Case("a current of 0.3 m/s towards east", "turned.yaml", {EAST: 0.3}),
-    "tether": Case("a tether of 2 N/m", planted={TETHER: 2.0}),
-}
 
 
 def page(runs: Path, docs: Path) -> str:
@@ -76,36 +55,24 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     kept = runs / f"{name}-{stamp(*SOURCES)}.json"
     if kept.exists():
         return dict(json.loads(kept.read_text(encoding="utf-8")))
-    truth = truth_of(CASES[PLAIN if name == PLANNED else name])
     if name == PLANNED:
-        figures = measured_plan(path, runs / name, truth)
+        figures = measured_plan(path, runs / name, truth_of(CASES[PLAIN]))
     elif name == PLAIN:
-        folder = runs / name
-        figures = identified(told("identify", flown(path, folder, name), folder), truth)
+        figures = identified(told("identify", recording_of(path, runs, name, 1)), truth_of(CASES[name]))
     else:
-        first, after = runs / name, runs / f"{name}-after"
-        model = first / "accepted.param"
-        figures = diagnosed(told("diagnose", flown(path, first, name), first, "--accept", str(model)))
-        accepted = ("--accepted", str(model), "--despite-doubts")
-        figures["after"] = diagnosed(told("diagnose", flown(path, after, name, 2), after, *accepted))
+        first = recording_of(path, runs, name, 1)
+        model = first.parents[1] / "accepted.param"
+        model.unlink(missing_ok=True)
+        figures = diagnosed(told("diagnose", first, "--accept", str(model)))
+        accepted = ("--accepted", str(model), "--despite-doubts") if model.exists() else ()
+        figures["after"] = diagnosed(told("diagnose", recording_of(path, runs, name, 2), *accepted))
     kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     return figures
 
 
-def flown(path: Path, folder: Path, name: str, seed: int = 1) -> Path:
-    """The recording of a case's dive in `folder`, which is made anew; another `seed` is another sea."""
-    shutil.rmtree(folder, ignore_errors=True)
-    case = CASES[name]
-    return fly(path, folder, load_mission(MISSIONS / case.mission), truth_of(case), seed=seed).recording
-
-
-def truth_of(case: Case) -> Truth:
-    """The BlueROV2 of configs, in a stationary sea, with what a case plants."""
-    return replace(load_truth(load_vehicle(VEHICLE), "standard"), onset=dict(case.planted))
-
-
-def told(verb: str, recording: Path, folder: Path, *options: str) -> dict[str, Any]:
+def told(verb: str, recording: Path, *options: str) -> dict[str, Any]:
     """What `seatrial identify` or `diagnose` answers to a recording, as its JSON."""
+    folder = recording.parents[1]
     file, out = vehicle_file(folder), folder / f"{verb}.json"
     method = ["--method", "likelihood"] if verb == "identify" else []
     command = [

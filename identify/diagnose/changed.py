@@ -111,7 +111,7 @@ def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
         return nominal
     now = nominal
     for _ in range(PASSES):
-        now = refitted(nominal, [cause.act(now.course) for cause in causes])
+        now = refitted(nominal, [cause.act(now.course) for cause in causes], now)
     seen = tuple(replace(witness, off=witness.left(now.acts)) for witness in nominal.witnesses)
     return replace(now, acts=(), witnesses=seen, accepted=tuple(causes))
 

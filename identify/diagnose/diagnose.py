@@ -72,7 +72,7 @@ from identify.diagnose.simulation import (
     specific_force_of,
     velocity_error_of,
 )
-from identify.diagnose.unexplained import Unexplained, unexplained_of
+from identify.diagnose.unexplained import LEAST_FORCE, Unexplained, unexplained_of
 from identify.diagnose.verdict import (
     FEEDBACK_DOFS,
     above_noise,
@@ -191,7 +191,8 @@ def diagnose(
     ((before, after), (heldout, held)), left = both(
         drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
     )
-    left = above_noise(left, heldout, nominal.filtered)
+    known_to = LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0) if holds else None
+    left = above_noise(left, heldout, nominal.filtered, known_to)
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     gap, (trials, known) = both(

@@ -370,12 +370,13 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
 def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:
     """The same dive less the acts' forces and reading errors, with parameters and noise levels fitted again.
 
-    The fit starts from `near` if given.
+    The fit starts from `near`, a fit of `nominal` less other acts, if given.
     """
+    beyond = _beyond(acts, nominal.course) - _beyond(near.acts if near else (), nominal.course)
     near = near or nominal
     pairs = zip(nominal.joint.problems, near.joint.problems, strict=True)
     problems = tuple(
-        side_by_side(lambda pair: _without_acts(pair[0], acts, nominal.course, pair[1].axis), pairs)
+        side_by_side(lambda pair: _without_acts(pair[0], acts, nominal.course, pair[1].axis, beyond), pairs)
     )
     joint = replace(nominal.joint, problems=problems)
     joint, theta, log_posterior = _maximised(joint, near.theta, nominal.motion, nominal.filtered, passes=1)
@@ -463,10 +464,26 @@ def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tup
     return replace(joint, problems=tuple(problems)), theta
 
 
-def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, near: Axis) -> AxisLikelihood:
-    """An axis less the acts, at the speeds of a nearby fit."""
+def _beyond(acts: Sequence[Act], course: Course) -> Array:
+    """Excess of the velocity readings over the velocity through the water by all acts, (n, 3)."""
+    return sum((act.beyond for act in acts if act.beyond is not None), np.zeros((len(course.nu), 3)))
+
+
+def _without_acts(
+    problem: AxisLikelihood, acts: Sequence[Act], course: Course, near: Axis, beyond: Array
+) -> AxisLikelihood:
+    """An axis less the acts, at the speeds of a nearby fit less the excess `beyond` (n, 3) of its readings.
+
+    A fit moves its speeds half of the way alone: drag at the speed over ground would be drag of another speed.
+    """
     axis = problem.axis
     before = axis.before_s
+
+    def faster(late_s: float) -> Array:
+        if axis.dof > 2:
+            return np.zeros(len(before))
+        return mean_before(course.time_s, beyond[:, axis.dof], before - late_s, axis.time_s - late_s)
+
     force, reading, quadratic = axis.force.copy(), problem.reading.copy(), axis.quadratic
     for act in acts:
         if act.quadratic is not None:
@@ -482,8 +499,8 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course, 
         axis,
         force=force,
         quadratic=quadratic,
-        speed=near.speed,
-        before_filter=near.before_filter,
+        speed=near.speed - faster(axis.smoothing_s),
+        before_filter=near.before_filter - faster(0.0),
         coriolis=near.coriolis,
     )
     return replace(problem, axis=axis, reading=reading).reshaped()
@@ -514,7 +531,7 @@ def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Se
     quadratic = quadratic_of(joint, theta)
     for problem in joint.problems:
         quadratic[problem.axis.dof] += problem.axis.quadratic
-    moving = [act.water for act in acts if act.water is not None]
+    moving = [water for water in (course.water, *(act.water for act in acts)) if water is not None]
     course = replace(course, quadratic=quadratic, water=np.asarray(sum(moving)) if moving else None)
     return _unsmoothed(by_present_thrust(course, joint), joint)
 

@@ -271,8 +271,8 @@ def _drift(course: Course, effects: Sequence[Effect]) -> Iterator[Cause]:
     effect = next(
         (candidate for candidate in effects if candidate.model_part == STEADY_CURRENT.model_part), None
     )
-    ground, _ = course.over_ground
-    mean = np.array([(way * ground[:, :3]).sum(axis=1)[course.recorded].mean() for way in course.world[:2]])
+    speed = course.nu[:, :3]
+    mean = np.array([(way * speed).sum(axis=1)[course.recorded].mean() for way in course.world[:2]])
     if effect is not None and float(np.linalg.norm(mean)) > effect.parameters[0].start:
         yield Cause(effect, mean)
 

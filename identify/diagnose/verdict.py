@@ -17,6 +17,7 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of, margin_by_filters
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Disturbance, Finding, Gain, Next, Tried, Value, Verdict
 from identify.diagnose.rhythms import period_interval
 from identify.diagnose.search import (
@@ -93,20 +94,33 @@ OTHERS: dict[Variable, str] = {
 }
 
 
-def above_noise(left: Unexplained, held: Shrink, filtered: Collection[int]) -> Unexplained:
+def above_noise(
+    left: Unexplained, held: Shrink, filtered: Collection[int], known_to: Array | None = None
+) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
-    It applies if the causes close enough of the gap on held-out pieces; without a gap there only behind an
-    autopilot's filter, of the degrees of freedom `filtered`, where even the nominal model is less exact. Slow or rare
-    forces are kept, because a disturbance absorbs them without a drift, and so are reading errors.
+    It applies if the causes close enough of the gap on held-out pieces; without a gap there only where even the nominal
+    model is less exact: behind an autopilot's filter, which `filtered` has the degrees of freedom of, beside accepted
+    effects, which make up forces to `known_to` (6,), N and N m, and in roll and pitch, whose angles are an autopilot's
+    estimate and whose motion is mostly its levelling. Slow or rare forces are kept where they are larger than that,
+    because a disturbance absorbs them without a drift, and so are reading errors.
     """
-    if not (held.value >= LEAST_CLOSED or (filtered and math.isnan(held.value))):
+    no_gap = math.isnan(held.value)
+    if not (held.value >= LEAST_CLOSED or no_gap):
         return left
-    quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
+    judged = range(6) if filtered or known_to is not None or not no_gap else LEVELLED
+    least = np.zeros(6) if known_to is None else known_to
+    quiet = {
+        axis.dof
+        for axis in held.by_axis
+        if DOFS.index(axis.dof) in judged and axis.after < (1.0 + QUIET) * axis.floor
+    }
     kept = [
         k
-        for k, shape in enumerate(left.shapes)
-        if DOFS[shape.dof] not in quiet or shape.timing not in (None, "transient") or left.forces[k] <= 0
+        for k, (shape, force) in enumerate(zip(left.shapes, left.forces, strict=True))
+        if DOFS[shape.dof] not in quiet
+        or force <= 0
+        or (shape.timing not in (None, "transient") and force >= least[shape.dof])
     ]
     return replace(
         left,

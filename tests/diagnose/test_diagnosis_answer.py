@@ -172,15 +172,16 @@ def test_the_verdict_is_that_of_the_causes_of_what_is_left_and_of_the_disturbanc
     assert verdict_of(causes, left, saved, closes, disturbance) == verdict
 
 
-def closing(after, value=1.0):
-    """Of pieces held out: surge drifts by so many floors after the causes."""
+def closing(after, value=1.0, axis="surge"):
+    """Of pieces held out: an axis drifts by so many floors after the causes."""
     return Shrink(
-        2.0, after, value, NAN, NAN, by_axis=(AxisShrink("surge", 0.04, 0.02 * after, 0.02, value, 1, 1, 1),)
+        2.0, after, value, NAN, NAN, by_axis=(AxisShrink(axis, 0.04, 0.02 * after, 0.02, value, 1, 1, 1),)
     )
 
 
 SLOW = replace(left_by(100.0), shapes=(GenericForce(0, "speed", "odd", np.zeros(3), "drifting"),))
 MISREAD = replace(left_by(100.0), forces=(0.0,))
+TILTING = replace(left_by(300.0), shapes=(GenericForce(4, "speed", "odd", np.zeros(3), "transient"),))
 
 
 @pytest.mark.parametrize(
@@ -195,6 +196,10 @@ MISREAD = replace(left_by(100.0), forces=(0.0,))
         (left_by(100.0), closing(1.0, NAN), (0, 1, 2), False),
         (left_by(100.0), closing(1.3, NAN), (0, 1, 2), True),
         (left_by(100.0), closing(1.0, 0.2), (0, 1, 2), True),
+        # Neither is it in roll and pitch, which a vehicle levels.
+        (TILTING, closing(1.0, NAN, "pitch"), (), False),
+        (TILTING, closing(1.3, NAN, "pitch"), (), True),
+        (TILTING, closing(1.0, 0.2, "pitch"), (), True),
         # The disturbance takes these up, in the floor as in the model.
         (SLOW, closing(1.0), (), True),
         (MISREAD, closing(1.0), (), True),
@@ -204,6 +209,23 @@ def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_le
     left, closes, filtered, stays
 ):
     told = above_noise(left, closes, filtered)
+    assert told == left if stays else told.shapes == ()
+
+
+@pytest.mark.parametrize(
+    ("left", "after", "stays"),
+    [
+        (left_by(100.0), 1.0, False),
+        (left_by(100.0), 1.3, True),
+        # A force of 1 N is less than the 2 N to which the accepted effects are known.
+        (SLOW, 1.0, False),
+        (replace(SLOW, forces=(3.0,)), 1.0, True),
+        (SLOW, 1.3, True),
+        (MISREAD, 1.0, True),
+    ],
+)
+def test_beside_accepted_effects_a_force_that_makes_no_drift_beyond_noise_is_no_unknown(left, after, stays):
+    told = above_noise(left, closing(after, NAN), (), np.full(6, 2.0))
     assert told == left if stays else told.shapes == ()
 
 

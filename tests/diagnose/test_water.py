@@ -7,6 +7,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.diagnose.candidates import Cause
+from identify.diagnose.changed import with_accepted
 from identify.diagnose.innovations import reading_error
 from identify.diagnose.nominal import _alike, nominal_of, refitted
 from identify.diagnose.simulation import beyond_motion_of, velocity_error_of
@@ -41,6 +42,25 @@ def test_less_its_current_a_dive_is_one_in_still_water(still_and_drifting):
     np.testing.assert_allclose(less.course.nu[50:, :2], still.course.nu[50:, :2], atol=0.01)
     ground, _ = less.course.over_ground
     np.testing.assert_allclose(ground[50:, :2], drifting.course.nu[50:, :2], atol=0.02)
+
+
+def test_the_drag_beside_a_current_is_that_of_the_speed_through_the_water(still_and_drifting):
+    still, drifting = still_and_drifting
+    less = refitted(drifting, [STEADY_CURRENT.act(drifting.course, CURRENT)])
+    again = refitted(drifting, less.acts, less)
+    for k in (0, 1):
+        speed = still.joint.problems[k].axis.speed[50:]
+        assert np.median(np.abs(drifting.joint.problems[k].axis.speed[50:] - speed)) > 0.05
+        for fit in (less, again):
+            np.testing.assert_allclose(fit.joint.problems[k].axis.speed[50:], speed, atol=0.02)
+
+
+def test_an_accepted_current_is_known_in_every_further_fit(still_and_drifting):
+    _, drifting = still_and_drifting
+    accepted = with_accepted(drifting, (Cause(STEADY_CURRENT, CURRENT),))
+    further = STEADY_CURRENT.act(accepted.course, np.array([0.01, 0.0]))
+    both = STEADY_CURRENT.act(accepted.course, CURRENT + np.array([0.01, 0.0]))
+    np.testing.assert_allclose(refitted(accepted, [further]).course.water, both.water, atol=1e-9)
 
 
 def test_an_autopilot_shows_a_current_in_body_axes_of_as_long_ago_as_it_smooths(still_and_drifting):
