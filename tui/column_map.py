@@ -12,7 +12,7 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.exit_codes import UsageError
 from identify.ingest.candidates import Choice, Confidence
-from identify.ingest.map_text import map_text, uncertain
+from identify.ingest.map_text import FILTERED, map_text, uncertain
 from identify.ingest.open import read_streams
 from identify.ingest.profiles import Profile
 from identify.ingest.proposal import Proposal
@@ -147,9 +147,10 @@ def drawn(profile: Profile) -> str:
 
 def _questions(proposal: Proposal) -> list[str]:
     """The choices that the user should check, in sentences."""
-    asked = [f"check time: {proposal.time_reason}"] if proposal.time_reason else []
-    return asked + [
-        f"check {choice.signal}: {reason}" for choice in proposal.choices for reason in uncertain(choice)
+    return [
+        *([f"check time: {proposal.time_reason}"] if proposal.time_reason else []),
+        *(f"check {choice.signal}: {reason}" for choice in proposal.choices for reason in uncertain(choice)),
+        *([f"check velocity: {FILTERED}"] if proposal.columns.velocity_is_filtered else []),
     ]
 
 

@@ -88,9 +88,14 @@ def _forces(dive: Dive) -> list[str]:
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
         notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
-    if dive.armed is not None and not (dive.armed.value > 0).any():
+    if never_armed(dive):
         notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
     return notes
+
+
+def never_armed(dive: Dive) -> bool:
+    """Whether a recording that tells of arming shows the vehicle disarmed all the time."""
+    return dive.armed is not None and not (dive.armed.value > 0).any()
 
 
 def longest_gap_s(time_s: Array) -> float:

@@ -9,6 +9,9 @@ import numpy as np
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import euler_angles, in_body, quaternions_from_euler
 
+FLU = (1.0, -1.0, -1.0)
+"""From forward, left, up, the axes of ROS, to forward, right, down."""
+
 
 @dataclass(frozen=True)
 class Mend:

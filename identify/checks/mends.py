@@ -24,9 +24,10 @@ from identify.checks.alike import (
     unit_factor,
     window_edges,
 )
-from identify.checks.mend import Mend, mended, scaled
+from identify.checks.mend import FLU, Mend, mended, scaled
 from identify.checks.pushes import earth_mends, pushes_of, speed_mends
 from identify.checks.scales import edge_means, integral
+from identify.checks.wrench import wrench_mends
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import attitude_at, euler_angles, to_body_turn, to_earth
 from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
@@ -39,9 +40,6 @@ LEAST_BETTER = 0.2
 
 LEAST_TURN_RAD, LEAST_RISE_M, LEAST_TILT_M_S2 = 2e-3, 5e-3, 0.05
 """Spread over windows below which noise may move a signal: of an angle, a depth, a tilt's share of gravity."""
-
-FLU = (1.0, -1.0, -1.0)
-"""From forward, left, up, the axes of ROS, to forward, right, down."""
 
 PASCALS_PER_METRE = 9900.0
 """Between fresh water and the sea."""
@@ -81,7 +79,7 @@ def mends(dive: Dive) -> tuple[Mend, ...]:
     made: list[Mend] = []
     checks = (
         _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _frames, _turns, earth_mends, speed_mends,
-        _heave, _pushes,
+        _heave, _pushes, wrench_mends,
     )  # fmt: skip
     for check in checks:
         for mend in check(dive):

@@ -5,9 +5,9 @@ it contradicts · `nominal` the fitted model · `changed` since an earlier accep
 `drift` over seconds, noise floor, plain baseline · `gap` by place and axis · `slow`, `rhythms` slow and periodic
 forces.
 
-The causes: `predicted` motion · `innovations`, `witnesses` what filters and other sensors show · `regression` the dive
-as linear equations · `candidates` what is tried · `evidence`, `weighing`, `search` how it is chosen · `confidence`
-intervals and presence · `unexplained` what is left. The answer: `shrink`, `shrunk` · `verdict` · `result` the types ·
-`wording` sentences · `accepted` for the feed-forward · `lateness` of the thrust · `thrust_ratio`, `against` a
-simulator.
+The causes: `predicted` motion · `innovations`, `witnesses` what filters and other sensors show · `regression` the
+dive as linear equations · `candidates` what is tried · `evidence`, `weighing`, `search` how it is chosen · `shafts`
+beside which lag · `confidence` intervals and presence · `unexplained` what is left. The answer: `shrink`, `shrunk` ·
+`verdict` · `result` the types · `wording` sentences · `accepted` for the feed-forward · `lateness` of the thrust ·
+`thrust_ratio`, `against` a simulator.
 """

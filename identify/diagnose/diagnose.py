@@ -17,7 +17,6 @@ from identify.diagnose.changed import (
     library_with_changes,
     shift_of,
 )
-from identify.diagnose.confidence import without_doubtful
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
 from identify.diagnose.gap import (
     PUSHED,
@@ -36,7 +35,7 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
-from identify.diagnose.lateness import lateness_of, with_known_holding
+from identify.diagnose.lateness import lateness_of, with_holding_unknown, with_known_holding
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
@@ -59,7 +58,8 @@ from identify.diagnose.recording import (
     without_still_velocity,
 )
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Value
-from identify.diagnose.search import Explanation, explain
+from identify.diagnose.search import Explanation
+from identify.diagnose.shafts import Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
 from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.simulation import (
@@ -146,6 +146,7 @@ def diagnose(
     full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks, shape)
     before_accepted = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration)
+    as_recorded = dive
     if (known_dive := with_known_holding(dive, fitted)) is not dive:
         dive = known_dive
         check = check and replace(check, commands_hold=dive.commands_hold)
@@ -154,16 +155,19 @@ def diagnose(
     holds = nominal.accepted
     tried = library_with_changes(_judged(effects or (), lacks, shape) or full_library, holds)
 
-    def searched() -> tuple[Explanation, Array]:
-        explanation = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
-        return without_doubtful(explanation, nominal, tried)
+    def searched() -> Search:
+        return of_likelier_lag(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
 
     def other_filters() -> Nominal | None:
         if check is None:
             return None
         return before_accepted.in_force(fitted_nominal(check, file, configuration, fitted))
 
-    (explanation, covariance), other = both(searched, other_filters)
+    search, other = both(searched, other_filters)
+    nominal, explanation = search.nominal, search.explanation
+    covariance = with_holding_unknown(search.covariance, explanation.causes, as_recorded)
+    if other is not None and nominal.course.by_shaft:
+        other = of_shafts(other)
     progress(0.7, "measuring the gap, and looking at what is left")
     before_it = simulator or Simulator(_values(accepted or {}), ())
     before_it = replace(
@@ -240,6 +244,7 @@ def diagnose(
             *(contradiction_note(heldout, measured) if causes else ()),
             *((spikes_sentence(spiky),) if spiky and not many else ()),
             *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
+            *shafts_note(nominal),
             *recording_notes(dive, nominal),
             *unjudged_causes(lacks & {OWN_VELOCITY}),
         ),

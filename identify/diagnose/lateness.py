@@ -9,9 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import MOST_LATE, Nominal
 from identify.diagnose.result import Finding, Value
-from identify.dive import Dive
+from identify.dive import Array, Dive
 from identify.estimators.misfit import doubts_of
 from identify.ingest.commands import loop_is_recorded, sampled_seldom, sampled_slowly
 from identify.statistics import Z95, birge_mean
@@ -38,6 +39,24 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     late = lateness_of((), now)
     early = late is not None and late.high95 < 0.0 and -step_s < late.value < EARLY * step_s
     return replace(dive, commands_hold=False) if early else dive
+
+
+def with_holding_unknown(covariance: Array, causes: Sequence[Cause], dive: Dive) -> Array:
+    """The covariance (k, k) of causes' present parameters, where that of a late thrust is as uncertain as whether each
+    command holds until the next.
+
+    Commands of a faster loop act half a step earlier than the same commands that hold, and a delay takes that up.
+    """
+    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
+    if (
+        commands is None
+        or loop_is_recorded(dive)
+        or dive.commands_hold is not None
+        or dive.reckoned is not None
+    ):
+        return covariance
+    late = [bool(cause.effect.timing) for cause in causes for present in cause.present if present]
+    return covariance + np.diag(np.array(late, np.float64) / (12.0 * commands.rate_hz**2))
 
 
 def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:

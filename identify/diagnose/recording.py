@@ -19,7 +19,7 @@ from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.checks.fit import loud, loud_note
 from identify.diagnose.evidence import FOLDS
-from identify.diagnose.gap import PUSHED
+from identify.diagnose.gap import PUSHED, disturbance_of, drowned
 from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
@@ -169,7 +169,8 @@ def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configura
     forces = wrench(dive, file, configuration)
     # A delay at which the equations have no solution ends the search: without a delay they have one.
     with suppress(np.linalg.LinAlgError):
-        delay_s = coarse_delay_s(forces, nominal.built, nominal.joint, nominal.theta)
+        hidden = drowned(disturbance_of(nominal))
+        delay_s = coarse_delay_s(forces, nominal.built, nominal.joint, nominal.theta, hidden)
         return replace(nominal, late_thrust_s=(delay_s, 0.0))
     return nominal
 

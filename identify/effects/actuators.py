@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import ASTERN, LEAST, START, gain_name
 from bridge.vehicle.config import Configuration, Thruster
-from identify.effects.course import Course, delayed, lagged
+from identify.effects.course import Course, delayed, lagged, shaft_lagged
 from identify.effects.effect import (
     PULSES,
     QUICK_COMMANDS,
@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 
 
 def _slow(course: Course, more_asked: Array) -> Array:
-    """The lagged response to an additional demand; it can be computed on its own because the lag is linear."""
+    """The lagged response to an additional demand; beside that to the demand itself where the lag is linear."""
+    if course.by_shaft:
+        return shaft_lagged(course.asked_n + more_asked, course.step_s, course.lag_s) - course.thrust_n
     return lagged(more_asked, course.step_s, course.lag_s)
 
 
@@ -153,24 +155,34 @@ def thruster_lag(nominal_s: float) -> tuple[Effect, Effect]:
         slower = lagged(course.asked_n, course.step_s, float(values[0]) - second_s)
         return before_the_shaft(course, lagged(slower, course.step_s, second_s) - course.thrust_n)
 
-    first, second = (
-        Effect(
-            "thruster_lag",
-            "thrusters that answer more slowly, or more quickly, than the vehicle file says",
-            "thruster",
-            (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
-            act,
-            Separation(sensors=("shaft speeds, and fast steps in a log of 50 Hz",)),
-            linear=False,
-            sizes=SIZES,
-            needs=(QUICK_COMMANDS,),
-            variant=variant,
-            timing="lag",
-            model_part="lag_s",
-        )
-        for act, variant in ((in_one, "of first order"), (in_two, "in two stages"))
+    return _lag(nominal_s, in_one, "of first order"), _lag(nominal_s, in_two, "in two stages")
+
+
+def shaft_lag(nominal_s: float) -> Effect:
+    """A lag of the shafts' speed other than the nominal lag."""
+
+    def of_shafts(course: Course, values: Array) -> Act:
+        slower = shaft_lagged(course.asked_n, course.step_s, float(values[0]))
+        return before_the_shaft(course, slower - course.thrust_n)
+
+    return _lag(nominal_s, of_shafts, "of the shafts' speed")
+
+
+def _lag(nominal_s: float, act: Callable[[Course, Array], Act], variant: str) -> Effect:
+    return Effect(
+        "thruster_lag",
+        "thrusters that answer more slowly, or more quickly, than the vehicle file says",
+        "thruster",
+        (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
+        act,
+        Separation(sensors=("shaft speeds, and fast steps in a log of 50 Hz",)),
+        linear=False,
+        sizes=SIZES,
+        needs=(QUICK_COMMANDS,),
+        variant=variant,
+        timing="lag",
+        model_part="lag_s",
     )
-    return first, second
 
 
 def _late(course: Course, values: Array) -> Act:

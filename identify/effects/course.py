@@ -34,6 +34,7 @@ class Course:
     - runs_s: first and last time of each run of a dive made of several; empty for a single one.
     - by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself, as if of a single thruster in each
       degree of freedom.
+    - by_shaft: the nominal lag is that of the shafts' speed, not of the thrust.
 
     Arrays are stored column by column, because most computations use a single column.
     """
@@ -55,6 +56,7 @@ class Course:
     quadratic: Array = field(default_factory=lambda: np.zeros(6))
     water: Array | None = None
     by_wrench: bool = False
+    by_shaft: bool = False
     drift: Array | None = None
     runs_s: tuple[tuple[float, float], ...] = ()
 
@@ -75,7 +77,8 @@ class Course:
     @cached_property
     def thrust_n(self) -> Array:
         """Thrust of each thruster by its nominal curve and lag, (n, k)."""
-        return lagged(self.asked_n, self.step_s, self.lag_s)
+        follow = shaft_lagged if self.by_shaft else lagged
+        return follow(self.asked_n, self.step_s, self.lag_s)
 
     @cached_property
     def allocation(self) -> Array:
@@ -181,6 +184,13 @@ def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
     return np.asarray(
         _followed(np.ascontiguousarray(asked, np.float64), 1.0 - float(np.exp(-step_s / lag_s)))
     )
+
+
+def shaft_lagged(asked: Array, step_s: float, lag_s: float) -> Array:
+    """Thrust, (n, k), of shafts whose speed follows that of the demand with a first-order lag; a thrust goes by the
+    square of the speed."""
+    speed = lagged(np.sign(asked) * np.sqrt(np.abs(asked)), step_s, lag_s)
+    return np.asarray(speed * np.abs(speed))
 
 
 @njit(cache=True, nogil=True)

@@ -62,6 +62,8 @@ velocities may differ too."""
 DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """Start values of the thrust delay, to be compared by all axes, or by yaw alone beside an autopilot's velocity."""
 
+EVERYWHERE_S = tuple(round(0.1 * k, 1) for k in range(1, 11))
+
 LAGS_S = (0.05, 0.1, 0.2, 0.3, 0.45)
 """Extra lags of the thrusters beyond the vehicle file, tried if yaw finds the thrust late by LATE_ENOUGH_S. A
 filter's smoothing can't be separated from a lag, and only yaw distinguishes a lag from a delay."""
@@ -161,10 +163,21 @@ def with_delay(
     return Delayed(ThrustDelay(by_s, by_s - half_s, by_s + half_s, in_file_s), built, fit)
 
 
-def coarse_delay_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
-    """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls."""
+def coarse_delay_s(
+    forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array, everywhere: bool
+) -> float:
+    """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls.
+
+    With `everywhere`, the likeliest of EVERYWHERE_S: a fit whose disturbance takes all of the thrust is as poor at a
+    wrong delay as at the next, and its likelihood rises within a step of the right delay alone.
+    """
     profile = _profile(forces, built, joint, theta)
     undelayed = log_posterior(profile.at(0.0), theta)
+    if everywhere:
+        profile.tops[0.0] = undelayed
+        for by_s in EVERYWHERE_S:
+            profile.top(by_s, COARSELY, undelayed)
+        return profile.best
     if profile.top(DELAYS_S[1], COARSELY, undelayed) < undelayed:
         return 0.0
     profile.top(0.0, COARSELY)

@@ -28,8 +28,10 @@ FAVOURED = {
 OF_EARTH = re.compile(r"(local_position|global_position|velocity_local|vehicle_odometry)(?!.*body)")
 """Topics whose velocity is in earth axes: in PX4 north, east, down, in MAVROS east, north, up."""
 
+FORCE = re.compile(r"(?<![a-z])(?:forces?|thrusts?)(?![a-z])")
 FILTERED = re.compile(r"filtered|ekf|estimat|odom|local_position")
 WRENCH = "XYZKMN"
+IN_NEWTONS = re.compile(r"([XYZ])[ _]?[\[(]?N[\])]?|([KMN])[ _]?[\[(]?N[ ·*.]?m[\])]?")
 _EAST_FIRST = {0: 1, 1: 0, 2: 2}
 """Places in east, north, up of those in north, east."""
 
@@ -101,6 +103,11 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
     if {"N"} < {field for field in stream.columns if field in tuple(WRENCH)}:
         sets[("tau_cmd", WRENCH)] = {k: axis for k, axis in enumerate(WRENCH) if axis in stream.columns}
         about[("tau_cmd", WRENCH)] = None, 0
+    if newtons := {
+        WRENCH.index(of[1] or of[2]): of[0] for of in map(IN_NEWTONS.fullmatch, stream.columns) if of
+    }:
+        sets[("tau_cmd", WRENCH)] = newtons
+        about[("tau_cmd", WRENCH)] = "N", 0
     for (signal, family), fields in sets.items():
         key = signal, family
         frame = frames.get(key, BODY)
@@ -193,6 +200,8 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     values = candidate.values
     named_unit = candidate.unit
     guess = Guess(named_unit, "") if named_unit else unit_of(signal, values)
+    if signal == "pwm" and not named_unit and np.nanmax(np.abs(values)) > 1.0 and _are_forces(names):
+        guess = Guess("N", "By their name, they are forces: taken for newtons.", False)
     if signal == "pressure" and named_unit:
         guess = from_surface(values, named_unit) or guess
     if not guess.unit:
@@ -230,6 +239,10 @@ def _used(candidate: Candidate) -> dict[int, str]:
         if np.nan_to_num(candidate.stream.columns[field]).any()
     }
     return driven or candidate.fields
+
+
+def _are_forces(names: Iterable[str | None]) -> bool:
+    return all(FORCE.search(snake(name)) for name in names if name)
 
 
 def is_filtered(names: Iterable[str]) -> bool:

@@ -1,7 +1,7 @@
 """Clocks of foreign files: dates and times as ISO 8601 writes them, and clocks that tell whole seconds alone."""
 
 from collections.abc import Sequence
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, time, timedelta
 from typing import Final
 
 import numpy as np
@@ -17,11 +17,15 @@ NEARLY, MOST = 0.15, 0.8
 
 
 def iso_s(words: Sequence[str]) -> Array:
-    """Unix time (n,) in s of dates with times, ISO 8601; NaN for an empty word.
+    """Time (n,) in s of dates with times, or of times of day, ISO 8601; NaN for an empty word.
 
-    A time without an offset is taken for UTC. Raises ValueError with the first word that is no such time.
+    Of dates it is Unix time; a time without an offset is taken for UTC. Times of day run on past midnight. Raises
+    ValueError with the first word that is no such time.
     """
-    return np.array([_unix_s(word) if word else np.nan for word in words], np.float64)
+    of_day = ":" in next(filter(None, words), "")[:3]
+    read = _since_midnight_s if of_day else _unix_s
+    time_s = np.array([read(word) if word else np.nan for word in words], np.float64)
+    return _past_midnight(time_s) if of_day else time_s
 
 
 def _unix_s(word: str) -> float:
@@ -30,6 +34,14 @@ def _unix_s(word: str) -> float:
     except ValueError:
         raise ValueError(word) from None
     return ((at if at.tzinfo else at.replace(tzinfo=UTC)) - EPOCH) / TICK * 1e-6
+
+
+def _since_midnight_s(word: str) -> float:
+    try:
+        at = time.fromisoformat(word.rjust(len(word) + (word[1:2] == ":"), "0"))
+    except ValueError:
+        raise ValueError(word) from None
+    return 3600.0 * at.hour + 60.0 * at.minute + at.second + 1e-6 * at.microsecond
 
 
 def of_day_s(stamps: Array) -> Array:
@@ -42,10 +54,14 @@ def of_day_s(stamps: Array) -> Array:
     wrong = (hours < 0) | (hours > 23) | (minutes > 59) | (seconds >= 61)
     if wrong.any():
         raise ValueError(f"{stamps[np.argmax(wrong)]:.10g}")
-    time_s = 3600 * hours + 60 * minutes + seconds
+    return _past_midnight(np.asarray(3600 * hours + 60 * minutes + seconds))
+
+
+def _past_midnight(time_s: Array) -> Array:
+    """Times of day (n,) in s that run on past midnight."""
     known = np.flatnonzero(np.isfinite(time_s))
     time_s[known[1:]] += DAY_S * np.cumsum(np.diff(time_s[known]) < -0.5 * DAY_S)
-    return np.asarray(time_s)
+    return time_s
 
 
 def within_seconds(time_s: Array) -> Array | None:

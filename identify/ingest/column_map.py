@@ -30,8 +30,8 @@ ISO, OF_DAY = "iso", "hhmmss"
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The time column and its unit; `iso` for dates and times as words, `2026-07-19T10:15:00.25Z`; `hhmmss` for
-    the time of day as a number, 202459 for 20:24:59."""
+    """The time column and its unit; `iso` for times as words, `2026-07-19T10:15:00.25Z` or `10:15:00.25`;
+    `hhmmss` for the time of day as a number, 202459 for 20:24:59."""
 
     column: str
     unit: str = "s"

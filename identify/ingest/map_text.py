@@ -27,13 +27,12 @@ def map_text(proposal: Proposal, name: str) -> str:
         lines += [line for reason in uncertain(choice) for line in _comment(reason)]
         lines.append(_entry(choice.signal, _plain(choice.columns)))
     if columns.velocity_is_filtered:
-        lines += _comment(
-            "By its name, the velocity comes from a filter; set this to false if a sensor measured it."
-        )
+        lines += _comment(FILTERED)
         lines.append("velocity_is_filtered: true")
     return "\n".join(lines) + "\n"
 
 
+FILTERED = "By its name, the velocity comes from a filter; set `velocity_is_filtered` to false if a sensor measured it."
 _AXES = (
     "A dive's body axes are x forward, y to starboard, z down; value = (cell + offset) * scale, in `unit`."
 )

@@ -107,6 +107,8 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
     ("tau_cmd", r"(?:.*_)?(force_[xyz]|torque_[xyz])", ""),
+    ("tau_cmd", r"(?:.*_)?f_?([xyz])", ""),
+    ("tau_cmd", r"(?:.*_)?(surge|sway|heave)_(?:force|thrust)", ""),
     ("tau_cmd", r"tau_?(?:cmd_?)?([xyzkmn0-5])", ""),
     ("voltage", r"(?:.*_)?(?:voltage|volt|volts|vbat|battery|batt)", ""),
     ("armed", r"(?:.*_)?armed", ""),
@@ -131,6 +133,7 @@ _AXES: dict[str, dict[str, int]] = {
         **{f"force_{axis}": k for k, axis in enumerate("xyz")},
         **{f"torque_{axis}": 3 + k for k, axis in enumerate("xyz")},
         **{axis: k for k, axis in enumerate("xyzkmn")}, **{str(k): k for k in range(6)},
+        "surge": 0, "sway": 1, "heave": 2,
     },
 }  # fmt: skip
 _UP = ("u", "up")

@@ -311,7 +311,8 @@ def _dates(path: Path, column: str, words: tuple[str, ...] | None) -> Array:
         return iso_s(words)
     except ValueError as error:
         raise LogError(
-            f"{path}: '{error}' in '{column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z; mend it"
+            f"{path}: '{error}' in '{column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z or "
+            "10:15:00.25; mend it"
         ) from None
 
 

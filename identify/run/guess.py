@@ -12,6 +12,7 @@ from bridge.ardusub.wiring import FILES, FIRST_MOTOR, Wiring, wiring
 from bridge.errors import SeatrialError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from identify.checks.gaps import never_armed
 from identify.diagnose.motors import Miswired, miswired
 from identify.diagnose.mounting import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
@@ -112,6 +113,8 @@ def _by_motion(
     """Findings, the degrees of freedom that they rest on, and why there are none of these."""
     try:
         dive = read_dive(path, vehicle=file)
+        if never_armed(dive):
+            return (), (), "the vehicle was never armed, so that the thrusters did not push"
         axes = build_axes(dive, file, configuration).axes
     except SeatrialError as error:
         return (), (), str(error)

@@ -36,6 +36,12 @@ def test_a_time_that_is_missing_is_unknown() -> None:
     assert np.isnan(iso_s([""])).all()
 
 
+def test_times_of_day_in_words_are_seconds_that_run_on_past_midnight() -> None:
+    assert iso_s(["23:59:59", "", "00:00:01.5", "0:00:02"]) == pytest.approx(
+        [86_399.0, np.nan, 86_401.5, 86_402.0], nan_ok=True
+    )
+
+
 def test_a_table_with_dates_keeps_their_steps(tmp_path: Path) -> None:
     rows = "".join(f"2026-07-19T10:15:{k / 4:05.2f}Z,1.{k}\n" for k in range(8))
     dive = dive_of(tmp_path, f"t,z\n{rows}", "iso")
@@ -46,6 +52,7 @@ def test_a_table_with_dates_keeps_their_steps(tmp_path: Path) -> None:
     ("first", "unit", "said"),
     [
         ("19.07.2026 10:15", "iso", "'19.07.2026 10:15' in 't' is no time that ISO 8601 knows"),
+        ("10:15:61", "iso", "'10:15:61' in 't' is no time that ISO 8601 knows"),
         ("12.5", "iso", "its times in 't' are numbers, not dates"),
         ("202461", "hhmmss", "202461 in 't' is no time of day"),
         ("206059", "hhmmss", "206059 in 't' is no time of day"),

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from test_judged import FILE, SECONDS, YAW, commanded, moved
 
-from identify.diagnose.lateness import with_known_holding
+from identify.diagnose.candidates import Cause
+from identify.diagnose.lateness import with_holding_unknown, with_known_holding
 from identify.diagnose.recording import fitted_nominal
 from identify.dive import Dive, Signal
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE
 from identify.estimators.lateness import by_lateness
 from identify.ingest.commands import unknown_between
 
@@ -55,3 +57,11 @@ def test_ten_commands_a_second_are_those_of_a_controller_that_logs_its_own_wrenc
     assert not unknown_between(replace(dive, tau_pid=dive.tau_cmd), dive.tau_cmd)
     seldom = Signal(dive.tau_cmd.time_s[::5], dive.tau_cmd.value[::5])
     assert unknown_between(replace(dive, tau_pid=dive.tau_cmd), seldom)
+
+
+@pytest.mark.parametrize(("hold", "more_s"), [(None, 0.1 / np.sqrt(12.0)), (True, 0.0), (False, 0.0)])
+def test_a_delay_is_known_to_the_step_between_two_commands_where_nobody_says_that_they_hold(hold, more_s):
+    dive = replace(logged(0.1, 0.1), commands_hold=hold)
+    causes = [Cause(DEAD_ZONE, np.array([1.0])), Cause(COMMAND_DELAY, np.array([0.3]))]
+    wider = with_holding_unknown(np.diag([4.0, 1e-4]), causes, dive)
+    assert np.diag(wider) == pytest.approx([4.0, 1e-4 + more_s**2], rel=1e-6)

@@ -166,6 +166,21 @@ def test_the_motor_that_the_motion_contradicts_is_named(signs, order, motors):
     assert (found and found.motors) == motors
 
 
+def test_motion_is_not_held_against_the_thrust_of_a_vehicle_that_was_never_armed(tmp_path):
+    log, own = tlog(tmp_path / "a.tlog", PLAIN), Encoder(1, 1)
+    with log.open("ab") as file:
+        for n in range(600):
+            stamp = struct.pack(">Q", 1_790_000_001_000_000 + 100_000 * n)
+            pulses = [1500 + 100 * (n // 20 % 3 - 1)] * 6 + [0, 0]
+            file.write(stamp + own.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
+            file.write(
+                stamp + own.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, np.sin(0.1 * n)))
+            )
+    guessed = guess(log)
+    assert (guessed.findings, guessed.judged) == ((), ())
+    assert "never armed" in guessed.unjudged
+
+
 @pytest.mark.parametrize(
     ("parts", "base", "turned"),
     [

@@ -255,6 +255,24 @@ def test_commands_from_minus_one_to_one_become_pulses_and_are_to_be_checked() ->
     assert choice.confidence is Confidence.GUESSED
 
 
+def test_a_force_along_one_axis_is_a_wrench_whose_other_parts_are_nothing() -> None:
+    columns = {"t": READ["t"], "u": READ["velocity"][:, 0], "X_N": 20.0 * np.sin(READ["t"])}
+    wrench = proposed(columns).columns.tau_cmd
+    assert wrench is not None
+    assert (wrench.columns, wrench.unit) == (("X_N", "-", "-", "-", "-", "-"), "N")
+
+
+@pytest.mark.parametrize(("largest", "unit"), [(29.0, "N"), (0.9, "us")])
+def test_commands_that_are_named_forces_are_newtons_where_they_are_no_shares(
+    largest: float, unit: str
+) -> None:
+    forces = {f"thrust_{k}": largest * np.sin(READ["t"] + k) for k in range(6)}
+    motion = {name: cells for name, cells in usual(READ).items() if not name.startswith("pwm")}
+    commands = proposed(motion | forces).columns.pwm
+    assert commands is not None
+    assert (commands.columns, commands.unit) == (tuple(forces), unit)
+
+
 def test_an_acceleration_without_gravity_is_no_specific_force() -> None:
     columns = usual(READ)
     columns["az"] = columns["az"] + 9.80665

@@ -193,6 +193,22 @@ def test_a_sway_of_the_other_sign_is_a_frame_where_nothing_tells_of_heave() -> N
     assert (mend.signal, mend.factors) == ("velocity", (1.0, -1.0, -1.0))
 
 
+@pytest.mark.parametrize(
+    ("factors", "mended_by"),
+    [((1, -1, -1, 1, -1, -1), ((1.0, -1.0, -1.0) * 2,)), ((1,) * 6, ()), ((-1, -1, 1, 1, 1, 1), ())],
+)
+def test_a_wrench_in_axes_forward_left_up_is_turned_where_the_motion_goes_against_it(
+    factors: tuple[int, ...], mended_by: tuple[tuple[float, ...], ...]
+) -> None:
+    moved = dive()
+    assert moved.velocity is not None
+    assert moved.gyro is not None
+    nu = np.column_stack([moved.velocity.value, moved.gyro.value])
+    force = 20.0 * np.gradient(nu, READ["t"], axis=0) + 8.0 * nu
+    pushed = replace(moved, tau_cmd=Signal(READ["t"], force * factors))
+    assert tuple(mend.factors for mend in mends(pushed)) == mended_by
+
+
 def test_a_sentence_names_the_evidence_and_the_edit_of_the_map() -> None:
     (mend,) = mends(changed("gyro", (1.0, -1.0, 1.0)))
     assert "y: correlation -1.00" in mend.sentence

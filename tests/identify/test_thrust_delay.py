@@ -1,6 +1,7 @@
 """Thrust that acts later than the vehicle file says: found over a grid, with an interval, and the values with it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import closed_loop
 import network_tasks
@@ -114,3 +115,17 @@ def test_a_parabola_says_where_it_has_fallen_by_that_of_a_95_percent_interval():
     vertex, half = delay._parabola(at, 7.0 - 0.5 * ((at - 0.13) / 0.004) ** 2)
     assert vertex == pytest.approx(0.13)
     assert half == pytest.approx(1.96 * 0.004, rel=1e-3)
+
+
+@pytest.mark.parametrize(("everywhere", "delay_s"), [(False, 0.0), (True, 0.4)])
+def test_a_delay_that_no_smaller_one_leads_to_is_found_by_looking_everywhere(
+    monkeypatch, everywhere, delay_s
+):
+    profile = delay._Profile(lambda by_s: by_s, {0.0: 0.0})
+    nats = {0.0: 100.0, 0.4: 900.0}
+    monkeypatch.setattr(delay, "_profile", lambda *_: profile)
+    monkeypatch.setattr(delay, "log_posterior", lambda by_s, _theta: nats[by_s])
+    monkeypatch.setattr(
+        delay, "climb", lambda by_s, *_: SimpleNamespace(theta=by_s, log_likelihood=nats.get(by_s, 90.0))
+    )
+    assert delay.coarse_delay_s(None, None, None, None, everywhere) == delay_s

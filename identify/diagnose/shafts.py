@@ -1,0 +1,85 @@
+"""Thrusters whose lag is that of the shafts' speed: whether a dive bears them out better than a lag of the thrust.
+
+Motors that follow their speed slowly make a thrust, its square, that starts gently and reverses late. Without that form
+its remainder would pass for a dead zone, or for a curve that falls short at its low end.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnose.confidence import without_doubtful
+from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.search import AMBIGUOUS_NATS, LEAST_GAIN, Explanation, explain
+from identify.effects.actuators import shaft_lag
+from identify.effects.effect import QUICK_COMMANDS, Effect, before_the_shaft
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Search:
+    """The causes of a dive's gap, with the covariance (k, k) of their parameters, and the nominal model without
+    them."""
+
+    nominal: Nominal
+    explanation: Explanation
+    covariance: Array
+
+    @property
+    def worth(self) -> float:
+        """Log posterior of the filters, less what each cause has to save."""
+        return self.explanation.now.log_posterior - LEAST_GAIN * len(self.explanation.causes)
+
+
+def of_likelier_lag(
+    nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
+) -> Search:
+    """The causes beside a lag of the thrust, or beside one of the shafts' speed where that does better.
+
+    A lag of the shafts makes the thrust later, as many a cause does, so that both are searched where it does so.
+    """
+    plain = _searched(nominal, library, progress)
+    if not _can_tell(nominal, library):
+        return plain
+    by_shaft = of_shafts(nominal)
+    if by_shaft.log_posterior < nominal.log_posterior + LEAST_GAIN:
+        return plain
+    other = _searched(by_shaft, (*library, shaft_lag(nominal.course.lag_s)), progress)
+    return other if other.worth > plain.worth + AMBIGUOUS_NATS else plain
+
+
+def of_shafts(nominal: Nominal) -> Nominal:
+    """The same dive with the nominal lag as that of the shafts' speed."""
+    course = replace(nominal.course, by_shaft=True)
+    more = before_the_shaft(course, course.thrust_n - nominal.course.thrust_n)
+    now = refitted(replace(nominal, course=course), [more])
+    seen = tuple(replace(witness, off=witness.left(now.acts)) for witness in nominal.witnesses)
+    return replace(now, acts=(), witnesses=seen)
+
+
+def shafts_note(nominal: Nominal) -> tuple[str, ...]:
+    """A note where the lag is taken for that of the shafts' speed."""
+    if not nominal.course.by_shaft:
+        return ()
+    return (
+        f"The thrusters' lag of {nominal.course.lag_s:g} s is taken for that of their shafts' speed, whose square the "
+        "thrust goes by: so the dive is likelier than with a lag of the thrust.",
+    )
+
+
+def _can_tell(nominal: Nominal, library: Sequence[Effect]) -> bool:
+    """Whether each thruster's command is known at all times, and no lag was accepted."""
+    return (
+        nominal.course.lag_s > 0.0
+        and not nominal.course.by_wrench
+        and any(QUICK_COMMANDS in effect.needs for effect in library)
+        and not any(cause.effect.timing for cause in nominal.accepted)
+    )
+
+
+def _searched(nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]) -> Search:
+    explanation = explain(nominal, library, progress)
+    return Search(nominal, *without_doubtful(explanation, nominal, library))
