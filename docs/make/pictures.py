@@ -160,7 +160,7 @@ def drawn(picture: Picture, view: View) -> str:
     """The screen as SVG."""
 
     async def work() -> str:
-        chosen = next(Path().glob(picture.dive)) if picture.dive else None
+        chosen = min(Path().glob(picture.dive)) if picture.dive else None
         desk = Desk(VEHICLE, Path("dives"), Path("receipts"), chosen)
         app = SeatrialApp(Still(view), keep_theme=lambda _: None, desk=desk)
         async with app.run_test(size=picture.size) as pilot:
