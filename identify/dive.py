@@ -129,7 +129,7 @@ class Reckoned:
 
     @property
     def tells_timing(self) -> bool:
-        """Whether a delay or a lag of the thrusters shows beyond what the reckoning misses."""
+        """Whether a delay or a lag of the thrusters shows beyond the misses of the reckoning."""
         return self.unknown_s <= TIMED_S
 
     @property

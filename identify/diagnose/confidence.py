@@ -395,7 +395,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
 
 def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:
     """Nats by which the filters, fitted with all causes, are likelier than with the best rival of the k-th in its place
-    or with none, beyond what the forms of the others may leave.
+    or with none, beyond the remainder of the others' forms.
 
     Masses and dampings that are fitted without a cause make up for some of it. The regression, at the masses found with
     it, holds that to be all that can be told.

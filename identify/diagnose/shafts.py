@@ -30,7 +30,7 @@ class Search:
 
     @property
     def worth(self) -> float:
-        """Log posterior of the filters, less what each cause has to save."""
+        """Log posterior of the filters, less the gain that each cause must reach."""
         return self.explanation.now.log_posterior - LEAST_GAIN * len(self.explanation.causes)
 
 

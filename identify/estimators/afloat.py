@@ -27,8 +27,8 @@ MOST_PUSHED = 0.25
 def under_water(
     spans_s: Sequence[Span], forces: WrenchHistory, depth: Signal | None, least_n: float
 ) -> tuple[list[Span], tuple[str, ...]]:
-    """Return the spans of time, one a run, without the ends in which the vehicle floats, and a note on what that
-    leaves out.
+    """Return the spans of time, one a run, without the ends in which the vehicle floats, and a note on the
+    time left out.
 
     depth: (n, 1) m, None if unknown. least_n: thrust in an axis that counts as none, N or N m.
     """

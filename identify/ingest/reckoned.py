@@ -37,7 +37,7 @@ reckoned."""
 
 @dataclass(frozen=True)
 class Output:
-    """What the law makes of each output: `of` pulses (n, k), and the pulses `back` from it."""
+    """The quantity that the law makes: `of` pulses (n, k), and the pulses `back` from it."""
 
     of: Callable[[Array], Array]
     back: Callable[[Array], Array]

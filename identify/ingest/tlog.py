@@ -40,7 +40,7 @@ ARDUPILOT_STAMPED_S = 2.5e-3
 """Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps,
 by the rates of a simulated body behind an ArduSub."""
 ARDUPILOT_PRESSURE_S = 0.085
-"""Its main loop reads its barometer ten times a second, and sends what it read last (ArduSub.cpp, update_altitude;
+"""Its main loop reads its barometer ten times a second, and sends its last reading (ArduSub.cpp, update_altitude;
 GCS_Common.cpp): so late was the depth of a simulated body behind an ArduSub, and it may be 0.05 to 0.15 s."""
 AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2

@@ -16,7 +16,7 @@ from tui.dive_list import kept_glance
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
 LIST: Final = "dives"
-"""The job that reads what the dives hold, so that the next step is known on every screen."""
+"""The job that reads the dives, so that the next step is known on every screen."""
 
 IDENTIFIED, DIAGNOSED, ACCEPTABLE = "identified.param", "diagnosis.json", "diagnosed.param"
 """Files that the screens leave next to a dive: its values; its diagnosis, and the model with the causes found."""
