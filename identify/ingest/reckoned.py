@@ -24,6 +24,9 @@ STEP_S: Final = 0.02
 DELAYS_S: Final = np.arange(-0.1, 0.31, 0.02)
 """Delays of a stick behind its arrival in the log at which it is tried: the link's, there and back."""
 
+FAST_HZ: Final = 10.0
+"""Rate of readings that change little until the next."""
+
 LEAST_SAMPLES: Final = 10
 """Samples for each factor, at least."""
 
@@ -166,26 +169,29 @@ def _between(of_s: Array, values: Array, time_s: Array) -> Array:
     return np.column_stack([np.interp(time_s, of_s[known], column) for column in values[known].T])
 
 
-def _held(of_s: Array, values: Array, time_s: Array) -> Array:
-    """The last known of values (n, k) at each of the times (m,)."""
-    known = np.isfinite(values).all(axis=1)
-    return np.asarray(values[known][_latest(of_s[known], time_s)])
+def _at(signal: Signal, time_s: Array) -> Array:
+    """Values (m, k) of a signal at times (m,): the last known, or between two known ones where it is slow."""
+    known = signal.finite()
+    if known.rate_hz < FAST_HZ:
+        return _between(known.time_s, known.value, time_s)
+    return np.asarray(known.value[_latest(known.time_s, time_s)])
 
 
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
     """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth or the pressure that
     tells it, velocity.
 
-    Each holds until its next reading. Pulses between two readings, reckoned from both, would know the later one and its
-    noise, and a late thrust would explain it best.
+    Readings at FAST_HZ or more hold until the next: pulses reckoned from the later one, too, would know its noise, and
+    a late thrust would explain that best. Slower ones change too much until then.
     """
     sticks = dive.sticks
     assert sticks is not None
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
     if dive.attitude is not None:
         roll, pitch, yaw = euler_angles(dive.attitude.value)
-        columns.append(_held(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]), time_s))
+        angles = Signal(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]))
+        columns.append(_at(angles, time_s))
     for signal in (dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity):
         if signal is not None and np.isfinite(signal.value).all(axis=1).any():
-            columns.append(_held(signal.time_s, signal.value, time_s))
+            columns.append(_at(signal, time_s))
     return np.hstack(columns)
