@@ -187,9 +187,11 @@ def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
     sticks = dive.sticks
     assert sticks is not None
     columns = [sticks.value[_latest(sticks.time_s, time_s - delay_s)]]
-    if dive.attitude is not None:
-        roll, pitch, yaw = euler_angles(dive.attitude.value)
-        angles = Signal(dive.attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]))
+    if dive.attitude is not None and len(dive.attitude.finite()):
+        # An unknown heading, unwrapped, would leave all later ones unknown.
+        attitude = dive.attitude.finite()
+        roll, pitch, yaw = euler_angles(attitude.value)
+        angles = Signal(attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]))
         columns.append(_at(angles, time_s))
     for signal in (dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity):
         if signal is not None and np.isfinite(signal.value).all(axis=1).any():

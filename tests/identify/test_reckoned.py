@@ -84,6 +84,21 @@ def test_where_the_mixer_inverts_the_thrusters_curve_it_is_the_thrust_that_follo
     assert np.sqrt(np.mean(off**2)) < 0.02 * np.std(curve.thrust(expected))
 
 
+def test_an_attitude_that_is_unknown_once_is_known_again_after_it():
+    dive, _ = recorded()
+    yaw = np.cumsum(np.random.default_rng(2).normal(0, 0.02, len(dive.gyro)))
+    turned = np.column_stack([np.cos(yaw / 2), 0 * yaw, 0 * yaw, np.sin(yaw / 2)])
+    by_heading = np.outer(np.interp(dive.pwm.time_s, dive.gyro.time_s, yaw), np.full(6, 200.0))
+    held = replace(dive.pwm, value=dive.pwm.value + by_heading)
+    gap = turned.copy()
+    gap[500] = np.nan
+    whole, once = (
+        law_of(replace(dive, pwm=held, attitude=Signal(dive.gyro.time_s, known)), held, PULSE).share
+        for known in (turned, gap)
+    )
+    assert once < 1.2 * whole < 0.01
+
+
 def test_the_pressure_stands_for_the_depth_that_an_autopilot_holds():
     dive, _ = recorded()
     deep = np.cumsum(np.random.default_rng(3).normal(0, 3.0, len(dive.pwm)))
