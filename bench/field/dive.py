@@ -45,8 +45,8 @@ class Ticks(NamedTuple):
     """Rows that the dive fills in.
 
     Per tick: state (STATES,), nu_dot (6,), push (6,) when the pulse (k,) is given; nominal (k,): thrust by the file's
-    curve and lag; supply (2,): V and A; asked (5,): the sticks, the way
-    home included. Per step: moving (3,), velocity over ground, NED, m/s.
+    curve and lag; supply (2,): V and A; asked (5,): the sticks, the way home included. Per step:
+    moving (3,), velocity over ground, NED, m/s.
     """
 
     state: Array
