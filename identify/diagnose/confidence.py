@@ -77,7 +77,7 @@ LEAST_LIKENESS = 0.5
 
 
 def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
-    """Covariance (k, k) of the parameters of a fit's causes."""
+    """Covariance (k, k) of the parameters of a fit's causes; a late thrust is known no better than its stamps."""
     return _covariance(weighing, fit, coupled_nominal(weighing, fit.causes))
 
 
@@ -96,7 +96,9 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
             between[of_cause] += between_parts(slopes[:, of_cause], left, parts)
     shift = in_other_forms(weighing, fit, nominal)
     steps = [_step_std(weighing, fit, k, p) for k, p in fit.at]
-    return np.asarray(within + np.diag(between + np.square(steps)) + np.outer(shift, shift))
+    late = [weighing.now.stamped_s if fit.causes[k].effect.timing else 0.0 for k, _ in fit.at]
+    more = between + np.square(steps) + np.square(late)
+    return np.asarray(within + np.diag(more) + np.outer(shift, shift))
 
 
 def _step_std(weighing: Weighing, fit: Fitted, k: int, p: int) -> float:
@@ -125,7 +127,8 @@ def _beyond(nominal: Blocks, square: Array, fit: Fitted) -> tuple[Array, Array]:
 
 
 def is_certain(explanation: Explanation) -> bool:
-    """Whether a lone cause is present beyond doubt: it saves much, and all parts of the dive agree on it."""
+    """Whether a lone cause is present beyond doubt: it saves much, all parts of the dive agree on it, and no error of
+    the stamps makes it."""
     weighing, fit = explanation.weighing, explanation.fit
     if len(fit.causes) != 1 or fit.gain < BEYOND_CHANCE or not fit.at:
         return False
@@ -133,6 +136,8 @@ def is_certain(explanation: Explanation) -> bool:
     slopes, left = _beyond(rows.nuisance, rows.nuisance.square() + np.diag(rows.nominal_precision), fit)
     size = np.array([cause.values[p] - cause.effect.parameters[p].none for _, p in fit.at])
     if not np.isfinite(size).all():
+        return False
+    if cause.effect.timing and np.abs(size).max() < Z95 * weighing.now.stamped_s:
         return False
     nats = 0.5 * float(np.sum((slopes @ size) ** 2))
     # Of several parameters the excesses are added, as if each were alone.

@@ -22,7 +22,7 @@ from identify.diagnose.mounting import mirrored, swapped
 from identify.diagnose.predicted import by_present_thrust, course_of, predicted
 from identify.diagnose.regression import LEVELLED, steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
-from identify.dive import Dive, Signal
+from identify.dive import STAMPED_S, Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.axes import Axes, Axis, build_axes
@@ -118,7 +118,7 @@ class Nominal:
     controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
     already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
     and lag of the thrust beyond the vehicle file's, as found when the velocity was dated; late_samples_s: delay of slow
-    samples of commands, which the forces include. witnesses: further sensors that show effects. accepted: earlier
+    samples of commands, which the forces include; stamped_s: as in `Dive`. witnesses: further sensors that show effects. accepted: earlier
     effects, removed from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust;
     swapped: pairs that follow each other's thrust.
     """
@@ -139,6 +139,7 @@ class Nominal:
     timing_s: tuple[float, float] | None = None
     late_thrust_s: tuple[float, float] = (0.0, 0.0)
     late_samples_s: float = 0.0
+    stamped_s: float = STAMPED_S
 
     @property
     def unheard(self) -> tuple[int, ...]:
@@ -250,6 +251,7 @@ def nominal_of(
         timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
         late_thrust_s=(dive.thrust_delay_s, dive.thrust_lag_s),
         late_samples_s=late_s,
+        stamped_s=dive.stamped_s,
     )
 
 

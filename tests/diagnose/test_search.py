@@ -331,6 +331,20 @@ def test_a_late_thrust_is_named_by_the_form_with_which_the_filters_are_likeliest
     assert cause.values == pytest.approx(causes[planted].values, rel=0.15)
 
 
+def test_a_late_thrust_is_known_no_better_than_its_stamps_and_dropped_where_these_may_make_it(nominal):
+    delay = Cause(COMMAND_DELAY, np.array([0.2]))
+    opposed = refitted(nominal, [delay.act(nominal.course).times(-1.0)])
+    late = replace(opposed, acts=(), course=nominal.course, stamped_s=0.0)
+    found = explained_by([delay], late, (COMMAND_DELAY,))
+    (exact,) = confidence.covariance_of(found.weighing, found.fit).ravel()
+    for stamped_s, stays in ((0.025, True), (0.11, False)):
+        stamped = replace(late, stamped_s=stamped_s)
+        found = explained_by([delay], stamped, (COMMAND_DELAY,))
+        left, covariance = confidence.without_doubtful(found, stamped, (COMMAND_DELAY,))
+        assert covariance.ravel().tolist() == ([pytest.approx(exact + stamped_s**2)] if stays else [])
+        assert bool(left.causes) == stays
+
+
 @pytest.mark.parametrize("width_n", [0.43, 1.37, 2.9])
 def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
     weighing, course = weighing_of(nominal, (DEAD_ZONE,)), nominal.course
