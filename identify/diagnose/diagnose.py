@@ -208,7 +208,7 @@ def diagnose(
         new, more = changes_of(shift, explanation, missing)
         causes = strongest_first((*causes, *new))
         trials = (*trials, *more)
-    verdict = verdict_of(causes, left, explanation.fit.gain, heldout.value, gap.disturbance)
+    verdict = verdict_of(causes, left, explanation.fit.gain, heldout.at_most, gap.disturbance)
     gap = replace(gap, unexplained=share_left(verdict, heldout.value))
     prediction = None
     if check is not None and other is not None:

@@ -1,5 +1,6 @@
 """How far causes shrink the drift, and which of them count. A screen shows this without loading the mathematics."""
 
+import math
 from dataclasses import dataclass
 
 LIKELY = 0.5
@@ -40,3 +41,8 @@ class Shrink:
     high95: float
     floor: float = 1.0
     by_axis: tuple[AxisShrink, ...] = ()
+
+    @property
+    def at_most(self) -> float:
+        """The value, or the upper end of its interval where that is known."""
+        return self.value if math.isnan(self.high95) else self.high95

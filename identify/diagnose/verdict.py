@@ -154,8 +154,8 @@ def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
 def is_unknown(findings: Sequence[Finding], left_nats: float, saved_nats: float, closes: float) -> bool:
     """Whether the larger part of a gap is unexplained.
 
-    It is if the nats left exceed those that the causes save, if no cause is accepted, or if the causes close too
-    little of the gap on held-out pieces (`closes`, NaN if unknown).
+    It is if the nats left exceed those that the causes save, if no cause is accepted, or if the causes certainly close
+    too little of the gap on held-out pieces (`closes`: at most so much, NaN if unknown).
     """
     if left_nats <= 0:
         return False
@@ -172,8 +172,8 @@ def verdict_of(
 ) -> Verdict:
     """The verdict on a dive. A model that leaves the motion to the disturbance is not without a gap.
 
-    saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces, NaN if unknown;
-    disturbance: of every degree of freedom.
+    saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces at most, NaN if
+    unknown; disturbance: of every degree of freedom.
     """
     left_nats = unexplained_nats(left)
     if is_unknown(findings, left_nats, saved_nats, closes):

@@ -172,6 +172,12 @@ def test_the_verdict_is_that_of_the_causes_of_what_is_left_and_of_the_disturbanc
     assert verdict_of(causes, left, saved, closes, disturbance) == verdict
 
 
+@pytest.mark.parametrize(("value", "high95", "at_most"), [(0.2, 0.9, 0.9), (0.2, NAN, 0.2), (NAN, NAN, NAN)])
+def test_causes_close_at_most_what_the_interval_holds(value, high95, at_most):
+    """Beside something left, causes that may close a third of the gap are not called too few."""
+    assert Shrink(2.0, 1.8, value, -2.6, high95).at_most == pytest.approx(at_most, nan_ok=True)
+
+
 def closing(after, value=1.0, axis="surge"):
     """Of pieces held out: an axis drifts by so many floors after the causes."""
     return Shrink(
