@@ -226,6 +226,18 @@ def _parabola(at: Array, tops: Array) -> tuple[float, float]:
     return float(at[1] - 0.5 * slope / bend), float(np.sqrt(-FALL / bend))
 
 
+@dataclass(frozen=True)
+class _Fit:
+    """Fit of an axis alone at the maximum of its posterior: theta, and the estimate of its timing (k,), in s, and its
+    precision, both from its readings alone."""
+
+    dof: int
+    theta: Array
+    log_posterior: float
+    timing: Array
+    precision: Array
+
+
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     """Return the dive with an autopilot's filtered velocity dated at the time of the motion, and with its smoothing.
 
@@ -247,13 +259,33 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         lag_s = _rough_lag(dive, rough_s, file, name)
         if lag_s > 0:
             file, rough_s, of_yaw = _with_lag(file, lag_s), 0.0, []
+    late_s, smoothing_s, delay_s = _agreed(dive, file, name, middle, (rough_s, of_yaw), (SURGE, SWAY, YAW))
+    if late_s <= LEAST[0] and delay_s > 0.0:
+        # No filter tells a velocity before the motion: surge and sway contradict the delay that yaw seems to show.
+        late_s, smoothing_s, delay_s = _agreed(dive, file, name, middle, (0.0, []), (SURGE, SWAY))
+    result = dated_back(dive, late_s - smoothing_s, smoothing_s)
+    return replace(result, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
+
+
+def _agreed(
+    dive: Dive,
+    file: VehicleFile,
+    name: str,
+    middle: Dive,
+    delayed_yaw: tuple[float, list[_Fit]],
+    dofs: tuple[int, ...],
+) -> tuple[float, float, float]:
+    """Lateness, smoothing and thrust delay, s, at which surge and sway agree best with the thrust, and yaw with its
+    delay if it is among `dofs`; delayed_yaw: a rough delay and yaw's fit there; middle: the part of the dive that
+    tells rough values."""
+    rough_s, of_yaw = delayed_yaw
     rough_late_s, fits = _rough_lateness(middle, rough_s, file, name)
     fits, timing = [*of_yaw, *fits], np.array([rough_late_s, 0.5 * rough_late_s, rough_s])
     best, likeliest, known = -np.inf, timing, fits
     for _ in range(TURNS):
         late_s, smoothing_s, delay_s = timing.tolist()
         early = dated_back(dive, late_s - smoothing_s, smoothing_s)
-        fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), known)
+        fits = _fitted(early, delay_s, file, name, dofs, known)
         if (agreement := _of_velocity(fits)) < best - APART:
             # Far from the best agreement, a step along the slope may lead further away.
             timing = 0.5 * (likeliest + timing)
@@ -264,8 +296,7 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         if np.all(np.abs(further) < SETTLED_S):
             break
     late_s, smoothing_s, delay_s = likeliest.tolist()
-    result = dated_back(dive, late_s - smoothing_s, smoothing_s)
-    return replace(result, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
+    return late_s, smoothing_s, delay_s
 
 
 def _middle_of(dive: Dive) -> Dive:
@@ -292,18 +323,6 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
         velocity_late_s=late_s,
         velocity_smoothing_s=smoothing_s,
     )
-
-
-@dataclass(frozen=True)
-class _Fit:
-    """Fit of an axis alone at the maximum of its posterior: theta, and the estimate of its timing (k,), in s, and its
-    precision, both from its readings alone."""
-
-    dof: int
-    theta: Array
-    log_posterior: float
-    timing: Array
-    precision: Array
 
 
 def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
