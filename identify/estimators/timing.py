@@ -259,12 +259,23 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         lag_s = _rough_lag(dive, rough_s, file, name)
         if lag_s > 0:
             file, rough_s, of_yaw = _with_lag(file, lag_s), 0.0, []
-    late_s, smoothing_s, delay_s = _agreed(dive, file, name, middle, (rough_s, of_yaw), (SURGE, SWAY, YAW))
-    if late_s <= LEAST[0] and delay_s > 0.0:
-        # No filter tells a velocity before the motion: surge and sway contradict the delay that yaw seems to show.
-        late_s, smoothing_s, delay_s = _agreed(dive, file, name, middle, (0.0, []), (SURGE, SWAY))
-    result = dated_back(dive, late_s - smoothing_s, smoothing_s)
-    return replace(result, thrust_delay_s=delay_s, thrust_lag_s=lag_s)
+    agreed = _agreed(dive, file, name, middle, (rough_s, of_yaw), (SURGE, SWAY, YAW))
+    if agreed.delay_s > LATE_ENOUGH_S and agreed.late_s < agreed.smoothing_s:
+        # No filter tells a velocity before the motion: surge and sway may contradict the delay that yaw seems to show.
+        other = _agreed(dive, file, name, middle, (0.0, []), (SURGE, SWAY))
+        agreed = other if other.log_posterior > agreed.log_posterior + FAR else agreed
+    result = dated_back(dive, agreed.late_s - agreed.smoothing_s, agreed.smoothing_s)
+    return replace(result, thrust_delay_s=agreed.delay_s, thrust_lag_s=lag_s)
+
+
+@dataclass(frozen=True)
+class _Agreed:
+    """Lateness, smoothing and thrust delay, and the log posterior of surge and sway there."""
+
+    late_s: float
+    smoothing_s: float
+    delay_s: float
+    log_posterior: float
 
 
 def _agreed(
@@ -274,8 +285,8 @@ def _agreed(
     middle: Dive,
     delayed_yaw: tuple[float, list[_Fit]],
     dofs: tuple[int, ...],
-) -> tuple[float, float, float]:
-    """Lateness, smoothing and thrust delay, s, at which surge and sway agree best with the thrust, and yaw with its
+) -> _Agreed:
+    """Lateness, smoothing and thrust delay at which surge and sway agree best with the thrust, and yaw with its
     delay if it is among `dofs`; delayed_yaw: a rough delay and yaw's fit there; middle: the part of the dive that
     tells rough values."""
     rough_s, of_yaw = delayed_yaw
@@ -295,8 +306,7 @@ def _agreed(
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
-    late_s, smoothing_s, delay_s = likeliest.tolist()
-    return late_s, smoothing_s, delay_s
+    return _Agreed(*likeliest.tolist(), best)
 
 
 def _middle_of(dive: Dive) -> Dive:

@@ -103,6 +103,19 @@ def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) 
     assert found.thrust_delay_s == pytest.approx(0.0, abs=0.003)
 
 
+def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path: Path) -> None:
+    dive, file, name = recorded(calm(11, 4, 0.08, 0.15), tmp_path)
+    assert dive.gyro is not None and dive.attitude is not None
+    turned = {
+        name: Signal(signal.time_s + 0.5, signal.value)
+        for name, signal in (("gyro", dive.gyro), ("attitude", dive.attitude))
+    }
+    found = dated(replace(dive, **turned), file, name)
+    assert found.thrust_delay_s == 0.0
+    assert found.velocity_late_s == pytest.approx(0.08, abs=0.02)
+    assert found.velocity_smoothing_s == pytest.approx(0.15, abs=0.02)
+
+
 def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path: Path) -> None:
     """This hull's quadratic drag stops it within a quarter of a second."""
     case = calm(810000, 1, 0.02, 0.2)
