@@ -71,6 +71,10 @@ SIMPLER_SHARE = 5e-3
 An attitude that is off by two degrees tilts a weight by as much.
 """
 
+AT_END_NATS = 6.0
+"""Nats by which a thruster that gives nothing at all must do better than a cause within its range: the best of some
+eight comes near a weight in any dive."""
+
 NEAR_SIGMA, FAR_LIKELIER = 5.0, 3.0
 """Standard errors of a gain that is not by chance, and times the required nats by which the filters must rise to make
 up for a gain that is too small."""
@@ -436,6 +440,7 @@ def _replaces(candidate: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> b
         return candidate.gain > fit.gain + _nats_for_simplicity(fit, others)
     handicap = max(_least_gain(new) - _least_gain(cause), 0.0)
     by_form = _nats_for_simplicity(fit, others) * (_is_one_number(cause) - _is_one_number(new))
+    by_form += AT_END_NATS * (_gives_nothing(new) - _gives_nothing(cause))
     return candidate.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
 
 
@@ -532,9 +537,11 @@ def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
     best = max(fits, key=lambda each: each.gain, default=None)
     if best is None:
         return None
-    least = best.gain - _nats_for_simplicity(best, others)
+    nats = _nats_for_simplicity(best, others)
+    if _gives_nothing(best.causes[-1]):
+        nats = max(nats, AT_END_NATS)
     return min(
-        (fit for fit in fits if fit.gain > least),
+        (fit for fit in fits if fit.gain > best.gain - nats),
         key=lambda each: (not _is_one_number(each.causes[-1]), each.causes[-1].at_end, -each.gain),
     )
 
@@ -551,6 +558,11 @@ def _nats_for_simplicity(fit: Fitted, others: Fitted) -> float:
 
 def _is_one_number(cause: Cause) -> bool:
     return len(cause.effect.parameters) == 1
+
+
+def _gives_nothing(cause: Cause) -> bool:
+    """Whether a cause is a thruster that gives nothing at all."""
+    return cause.at_end and cause.effect.number > 0 and _is_one_number(cause)
 
 
 def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:

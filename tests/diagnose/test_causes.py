@@ -69,18 +69,26 @@ def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
     assert search._simplest([], fit_of(0.0)) is None
 
 
-def test_a_weight_is_taken_for_a_thruster_that_gives_nothing_at_all_when_it_does_as_well() -> None:
-    """The fit of a thruster that would have to pull ends at none."""
+@pytest.mark.parametrize("fewer", [1.0, 5.0])
+def test_a_weight_is_taken_for_a_thruster_that_gives_nothing_at_all_when_it_does_nearly_as_well(
+    fewer,
+) -> None:
+    """The fit of a thruster that would have to pull ends at none, and the best of eight such ends is chosen."""
     nothing, half = (
         replace(fit_of(gain, weak(7)), causes=(Cause(weak(7), np.array([size])),))
         for gain, size in ((100.0, 0.0), (100.0, 0.5))
     )
-    weight = fit_of(99.0, NET_BUOYANCY)
+    weight, light = fit_of(100.0 - fewer, NET_BUOYANCY), fit_of(90.0, NET_BUOYANCY)
     for some in ([nothing, weight], [weight, nothing]):
         found = search._simplest(some, fit_of(0.0))
         assert found.causes[-1].effect is NET_BUOYANCY
-    assert search._simplest([half, weight], fit_of(0.0)) is half
-    assert search._simplest([nothing, fit_of(90.0, NET_BUOYANCY)], fit_of(0.0)) is nothing
+    assert search._simplest([half, fit_of(95.0, NET_BUOYANCY)], fit_of(0.0)) is half
+    assert search._simplest([nothing, light], fit_of(0.0)) is nothing
+    # Nor does either come back in a swap.
+    for each, replaces in ((weight, True), (light, False)):
+        assert search._replaces(each, nothing, nothing.causes[0], fit_of(0.0)) is replaces
+    assert not search._replaces(nothing, weight, weight.causes[0], fit_of(0.0))
+    assert search._replaces(nothing, light, light.causes[0], fit_of(0.0))
 
 
 def test_a_steady_push_may_leave_the_filters_as_likely_as_they_were() -> None:
