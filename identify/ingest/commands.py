@@ -43,6 +43,12 @@ FEWEST = 10
 
 SPREAD_HZ = 20.0
 
+LOOP_S = 2.5e-3
+"""Step of an ArduPilot's main loop (SCHED_LOOP_RATE 400), the least between two changes of its outputs."""
+
+SAMPLES_HZ = 40.0
+"""Pulses at this rate or faster are an ArduPilot's samples of its loop. Slower ones may be all that a loop gave."""
+
 Span = tuple[float, float]
 
 
@@ -56,6 +62,17 @@ def driven_outputs(time_s: Array, pwm_us: Array) -> Signal | None:
     idle = np.flatnonzero(~((pwm_us > 0).any(axis=0) | (unknown & ~unknown[-1])))
     width = int(idle[0]) if len(idle) else pwm_us.shape[1]
     return Signal(time_s, pwm_us[:, :width]) if width else None
+
+
+def samples_of_a_loop(pulses: Signal | None) -> Signal | None:
+    """Pulses that an ArduPilot sends as samples of its loop's, dated as commands that hold until the next.
+
+    The change that a sample is the first to show came half of a step between two samples earlier on average, less half
+    of the loop's own: held samples at 50 Hz of a simulated ArduSub 4.5.7 turned its body 9 ms late.
+    """
+    if pulses is None or pulses.rate_hz < SAMPLES_HZ:
+        return pulses
+    return Signal(pulses.time_s - 0.5 * max(1.0 / pulses.rate_hz - LOOP_S, 0.0), pulses.value)
 
 
 def logged_at_changes(commands: Signal) -> bool:

@@ -18,7 +18,7 @@ from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
 from identify.dive import Array, Signal
 from identify.ingest import rotation
-from identify.ingest.commands import driven_outputs
+from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.low_pass import before_low_pass
 
 MAGIC = b"\xa3\x95"
@@ -255,7 +255,7 @@ def _pwm(log: _Log) -> Signal | None:
     outputs = [f"C{i}" for i in range(1, 15) if f"C{i}" in table.scales]
     if not outputs:
         return None
-    return driven_outputs(table.time_s, table.columns(*outputs))
+    return samples_of_a_loop(driven_outputs(table.time_s, table.columns(*outputs)))
 
 
 def _armed(log: _Log) -> Signal | None:

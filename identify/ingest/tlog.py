@@ -17,7 +17,7 @@ from bridge.ardusub.frames import FRAME, motors_of
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import STAMPED_S, Array, Signal
 from identify.ingest import rotation
-from identify.ingest.commands import driven_outputs
+from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.low_pass import CORNERS, before_low_pass
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
@@ -37,8 +37,8 @@ DOWNWARD = 25
 ARMED = 128
 ARDUPILOT = 3
 ARDUPILOT_STAMPED_S = 2.5e-3
-"""Its outputs change between the messages, and these are dated as they are sent: thrust acted 3 ms before its stamps,
-by the rates of a simulated body behind an ArduSub."""
+"""Its messages are dated as they are sent, and a companion's by when they arrive: so far off was a DVL beside a
+simulated ArduSub."""
 ARDUPILOT_PRESSURE_S = 0.085
 """Its main loop reads its barometer ten times a second, and sends its last reading (ArduSub.cpp, update_altitude;
 GCS_Common.cpp): so late was the depth of a simulated body behind an ArduSub, and it may be 0.05 to 0.15 s."""
@@ -240,6 +240,7 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
     }
     if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None:
         return signals
+    signals["pwm"] = samples_of_a_loop(signals["pwm"])
     return before_low_pass(signals, _corners_hz(messages))
 
 

@@ -28,6 +28,7 @@ from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import STAMPED_S, Dive, Signal
+from identify.ingest.commands import samples_of_a_loop
 from identify.ingest.open import read_dive
 
 
@@ -257,6 +258,21 @@ def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> Non
         said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
     dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
     assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
+
+
+@pytest.mark.parametrize(("rate_hz", "earlier_s"), [(200.0, 0.00125), (50.0, 0.00875), (20.0, 0.0)])
+def test_samples_of_a_loop_are_dated_when_their_changes_came_on_average(
+    rate_hz: float, earlier_s: float
+) -> None:
+    """Every 2.5 ms a new pulse; samples that hold until the next are right at the time they are given. Slow samples
+    may be those of a slow loop."""
+    at_s = np.arange(0.0, 10.0, 1 / rate_hz)
+    pulses = samples_of_a_loop(Signal(at_s, np.floor(at_s / 2.5e-3 + 1e-9)[:, None]))
+    assert pulses.time_s == pytest.approx(at_s - earlier_s)
+    if earlier_s:
+        time_s = 1.0 + (np.arange(32_000) + 0.5) * 2.5e-4
+        off = pulses.held_at(time_s)[:, 0] - np.floor(time_s / 2.5e-3)
+        assert np.mean(off) == pytest.approx(0.0, abs=0.02)
 
 
 def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drifts(tmp_path: Path) -> None:
