@@ -85,14 +85,13 @@ def _may_hang(holding: Holding) -> str:
 
 
 def holding_now() -> Holding | None:
-    """The running recording, if any."""
     return state.held(_now())
 
 
 def recordings_now() -> list[Holding]:
     """All running recordings, first the default one that other programs go through."""
     first = holding_now()
-    return [*([first] if first is not None else []), *state.held_beside(_now())]
+    return [*([first] if first is not None else []), *state.held_second(_now())]
 
 
 def holder_of(spec: str) -> Holding | None:
@@ -122,10 +121,10 @@ def _now() -> float:
     return clocks.SystemClock().unix_s()
 
 
-def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) -> Link:
+def link_for(spec: str | None, open_by_name: Callable[[str], Link] | None = None) -> Link:
     """The link to the vehicle: through the running recording if `spec` is None, or if a recording holds that link.
 
-    Any other link is opened by `open_one`, None for `open_link`. A link through a recording is not signed here: the
+    Any other link is opened by `open_by_name`, None for `open_link`. A link through a recording is not signed here: the
     recording signs. Raises UsageError if nothing is named and nothing runs, LinkError if the link can't be opened,
     for example because a recording that hangs holds it.
     """
@@ -135,7 +134,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
             "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
         )
     if holding is None:
-        return _opened(str(spec), open_one or bridge.links.open.open_link)
+        return _opened(str(spec), open_by_name or bridge.links.open.open_link)
     if not holding.hub:
         prefix = f"{spec}: " if spec else ""
         raise LinkError(f"{prefix}{words_of(holding)} holds the link and serves nobody; end it first")
@@ -145,10 +144,10 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     return ByWay(hub, holding.links)
 
 
-def _opened(spec: str, open_one: Callable[[str], Link]) -> Link:
+def _opened(spec: str, open_by_name: Callable[[str], Link]) -> Link:
     """Open the link of that name. It may open although a recording that hangs holds it, for example to a far port."""
     try:
-        return open_one(spec)
+        return open_by_name(spec)
     except LinkError:
         stuck = _hung_now()
         if stuck is None or not holds(stuck, spec):
@@ -160,10 +159,10 @@ def coming_back(
     link: Link,
     spec: str | None,
     clock: Clock,
-    open_one: Callable[[str], Link] | None = None,
+    open_by_name: Callable[[str], Link] | None = None,
     lost: Callable[[str], None] = unheard,
 ) -> Reconnecting:
-    """`link`, as `link_for(spec, open_one)` returned it, replaced under the same name whenever it is lost.
+    """`link`, as `link_for(spec, open_by_name)` returned it, replaced under the same name whenever it is lost.
 
     `lost` gets the reason for each loss, each sentence once. A link through a recording comes back only through a
     recording: a program that took the vehicle's port meanwhile would keep the next recording from it.
@@ -175,7 +174,7 @@ def coming_back(
         if second is not None:  # the first recording may be of another vehicle
             return of_recording(holder_of(second))
         if spec is not None and holding is None:
-            return (open_one or bridge.links.open.open_link)(spec)
+            return (open_by_name or bridge.links.open.open_link)(spec)
         return of_recording(usable_now())
 
     later = Aside(again, link.name)
@@ -195,7 +194,7 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
     Empty for any other link."""
     now_unix_s, boot_s = clock.unix_s(), clock.boot_s()
     first = state.held(now_unix_s)
-    running = [*([first] if first is not None else []), *state.held_beside(now_unix_s)]
+    running = [*([first] if first is not None else []), *state.held_second(now_unix_s)]
     holding = first if spec is None else next((each for each in running if holds(each, spec)), None)
     if holding is None:
         return ()

@@ -12,7 +12,7 @@ from bridge.clock import SystemClock
 from bridge.errors import LinkError
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.recording.state import held, held_beside, release, state_file, write_holding
+from gcs_plugin.recording.state import held, held_second, release, state_file, write_holding
 from tui import cli, links
 from tui.commands import watch
 from tui.links import coming_back, link_for, recordings_now, refuse_second
@@ -59,7 +59,7 @@ def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
     now_s = SystemClock().unix_s()
     assert [item.folder for item in recordings_now()] == ["/dives/first", "/dives/second"]
     assert held(now_s).folder == "/dives/first"
-    assert [item.folder for item in held_beside(now_s)] == ["/dives/second"]
+    assert [item.folder for item in held_second(now_s)] == ["/dives/second"]
     write_holding(two)
     assert [item.folder for item in recordings_now()] == ["/dives/second"]
     assert [path.name for path in state_file().parent.glob("recording.*")] == ["recording.json"]
