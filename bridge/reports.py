@@ -37,7 +37,6 @@ class Written:
 
     @property
     def equal(self) -> bool:
-        """Whether it was read back equal."""
         return self.outcome == APPLIED
 
 

@@ -5,6 +5,7 @@
 plan that the vehicle flies · `mavproxy` all of this inside MAVProxy.
 
 `peers` who speaks on the links · `fleet` which vehicle orders go to · `feedforward` switches the feed-forward ·
-`off_orders` the marks of OFF orders · `locks` between programs · `job` work in processes of its own · `applet` the
-feed-forward inside ArduSub · `simulated` the simulated vehicle seen from the ground · `bell` rings for alarms.
+`off_orders` the marks of OFF orders · `asking` questions that wait for an answer · `locks` between programs · `job`
+work in processes of its own · `applet` the feed-forward inside ArduSub · `simulated` the simulated vehicle seen from
+the ground · `bell` rings for alarms.
 """

@@ -8,11 +8,10 @@ its own beat alone, the FF_MODE in its telemetry.
 
 import math
 import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -25,12 +24,11 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire import ftp
-from bridge.wire.framing import Encoder, Framer, decode
+from gcs_plugin.asking import ANSWER_S, Asking
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.comparison import Wanted, planned
 from gcs_plugin.params.receipt import Receipt, newest
-from gcs_plugin.params.session import NO_INDEX
-from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
+from gcs_plugin.peers import Source, ground_heartbeat
 
 FOLDERS: Final = ("APM/scripts", "scripts")
 """Where ArduPilot looks for scripts, on boards with a card of their own and on others."""
@@ -38,8 +36,6 @@ UNDER_WAY: Final = "seatrial.new"
 """Name of a script that is not whole yet; scripting takes no notice of it."""
 WRITE_BYTES: Final = 200
 CREATE_TIMES: Final = 5
-AGAIN_S: Final = 0.5
-ANSWER_S: Final = 10.0
 BOOT_S: Final = 60.0
 DEAF_S: Final = 2.0
 """After an order to reboot: messages until then are of the run before."""
@@ -52,14 +48,12 @@ FREEZES: Final = (
 )
 LOOK_S: Final = 2.5
 """The script beats twice a second."""
-POLL_S: Final = 0.02
 RESTART: Final = 3.0
 """SCRIPTING_CMD_STOP_AND_RESTART."""
 _REBOOT: Final = dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 
 NAN: Final = math.nan
 Tell = Callable[[str], None]
-Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -85,64 +79,23 @@ class State:
         return not self.fault and self.there is True and self.is_mine
 
 
-class Station:
-    """A ground station that waits for the answers of the component `target`; every wait reads `link`."""
+class Station(Asking):
+    """Questions to an autopilot, its scripts and its file server."""
 
-    def __init__(self, link: Link, clock: Clock, target: tuple[int, int]) -> None:
-        self._link, self._clock, self._target = link, clock, target
-        self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
+    def __init__(self, link: Link, clock: Clock, target: Source) -> None:
+        super().__init__(link, clock, target)
         self._sequence = 0
 
-    def until(
-        self, met: Callable[[Any], Found | None], seconds: float, ask: Any = None, what: str = "an answer"
-    ) -> Found:
-        """Wait for the message that `met` accepts, and return its result; `ask` is sent until then.
-
-        Raises LinkTimeout.
-        """
-        end_s, due_s = self._clock.boot_s() + seconds, 0.0
-        while (now_s := self._clock.boot_s()) < end_s:
-            if ask is not None and now_s >= due_s:
-                due_s = now_s + AGAIN_S
-                self._link.write(self._encoder.encode(ask))
-            for message in self._hear():
-                if (result := met(message)) is not None:
-                    return result
-        raise LinkTimeout(f"{self._link.name}: {what} did not come within {seconds:g} s; check the link")
-
-    def pause(self, seconds: float) -> None:
-        """Let time pass, deaf."""
-        end_s = self._clock.boot_s() + seconds
-        while self._clock.boot_s() < end_s:
-            self._hear()
-
-    def command(self, number: int, *parameters: float) -> None:
+    def order(self, number: int, *parameters: float) -> None:
         """Order a command. Raises ParamRejected if it is refused."""
-        filled = (*parameters, *(0.0,) * (7 - len(parameters)))
-        order = dialect.MAVLink_command_long_message(*self._target, number, 0, *filled)
-
-        def answered(message: Any) -> int | None:
-            mine = message.get_type() == "COMMAND_ACK" and message.command == number
-            return int(message.result) if mine else None
-
-        result = self.until(answered, ANSWER_S, order, f"the answer to command {number}")
+        result = self.command(number, *parameters)
         if result not in (dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_IN_PROGRESS):
             raise ParamRejected(f"the autopilot refuses command {number} (MAV_RESULT {result})")
-
-    def read(self, name: str) -> float:
-        """The value of a parameter, by a separate read."""
-
-        def answered(message: Any) -> float | None:
-            mine = message.get_type() == "PARAM_VALUE" and message.param_id == name
-            return float(message.param_value) if mine else None
-
-        ask = dialect.MAVLink_param_request_read_message(*self._target, name.encode(), NO_INDEX)
-        return self.until(answered, ANSWER_S, ask, name)
 
     def reboot(self) -> None:
         """Reboot the autopilot, and wait until it is ready to be ordered about."""
         began_s = self._clock.boot_s()
-        self.command(_REBOOT, 1.0)
+        self.order(_REBOOT, 1.0)
         self.pause(DEAF_S)
 
         def ready(message: Any) -> bool | None:
@@ -183,9 +136,7 @@ class Station:
             return bool(message.value) if mine else None
 
         try:
-            return self.until(
-                lambda message: (proof(message),) if proof(message) is not None else None, seconds
-            )[0]
+            return self.until(proof, seconds)
         except LinkTimeout:
             return None
 
@@ -206,7 +157,6 @@ class Station:
         return self.until(answered, ANSWER_S, ask, "the answer of its file server")
 
     def folder(self) -> str | None:
-        """The folder of the scripts."""
         for folder in FOLDERS:
             answer = self.ask_files(ftp.Op.LIST, folder.encode())
             if answer.op == ftp.Op.ACK or answer.data[:1] == bytes((ftp.Fault.END,)):
@@ -226,14 +176,14 @@ class Station:
         for offset in range(0, len(data), WRITE_BYTES):
             self._must(ftp.Op.WRITE, data[offset : offset + WRITE_BYTES], offset)
         self._must(ftp.Op.TERMINATE)
-        if self.crc32(under_way) != file_crc(data):
+        if self.crc32(under_way) != ftp.crc32(data):
             self.ask_files(ftp.Op.REMOVE, under_way.encode())
             raise ParamUnverified(
                 f"{final}: what arrived is not what was sent; nothing runs of it, try again"
             )
         self.ask_files(ftp.Op.REMOVE, final.encode())
         self.ask_files(ftp.Op.RENAME, under_way.encode() + b"\0" + final.encode())
-        if self.crc32(final) != file_crc(data):
+        if self.crc32(final) != ftp.crc32(data):
             raise ParamUnverified(f"{final}: it could not be given its name; nothing runs of it, try again")
 
     def _create(self, path: str) -> None:
@@ -253,16 +203,6 @@ class Station:
                 f"the autopilot's file server refuses {op.name} (error {why}); check its card"
             )
 
-    def _hear(self) -> list[Any]:
-        frames = self._framer.feed(self._link.read(POLL_S))
-        mine = (frame for frame in frames if (frame.system, frame.component) == self._target)
-        return [message for message in map(decode, mine) if message is not None]
-
-
-def file_crc(data: bytes) -> int:
-    """The CRC-32 of MAVLink FTP: without inversion at either end."""
-    return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
-
 
 class Deployment:
     """The applet of a vehicle file and the autopilot on `link`, which has to come back by itself after a reboot.
@@ -275,7 +215,6 @@ class Deployment:
         self, link: Link, clock: Clock, file: VehicleFile, configuration: str, system: int | None = None
     ) -> None:
         self._clock = clock
-        link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
         self.client = ParameterClient(link, clock)
         self.target = self.client.find_vehicle(system=system)
         if self.target[1] != dialect.MAV_COMP_ID_AUTOPILOT1:
@@ -298,7 +237,7 @@ class Deployment:
         mode, active, mark = (self._station.read(name) if runs else NAN for name in (MODE, ACTIVE, APPLET))
         made = self._made
         fault = self.fault or (FREEZES if runs and self._station.lets_go(LOOK_S) is False else "")
-        there = None if crc is None else made is not None and crc == file_crc(made.text.encode())
+        there = None if crc is None else made is not None and crc == ftp.crc32(made.text.encode())
         return State(fault, folder, there, runs, made is not None and mark == made.mark, mode, active)
 
     def deploy(self, receipts: Path, tell: Tell) -> Receipt | None:
@@ -364,7 +303,7 @@ class Deployment:
 
     def _restart(self, tell: Tell) -> None:
         tell("starting the autopilot's scripts anew")
-        self._station.command(dialect.MAV_CMD_SCRIPTING, RESTART)
+        self._station.order(dialect.MAV_CMD_SCRIPTING, RESTART)
         self._station.pause(DEAF_S)
 
     def _check_disarmed(self) -> None:

@@ -418,7 +418,6 @@ class Switch:
         return "; ".join(seen) + (but if self.twins else "")
 
     def tick(self, now_s: float) -> list[Any]:
-        """The messages to send now."""
         self._now_s, self._was_done = now_s, self.done
         if not self.lacking:
             self._lacking_since_s = None
@@ -435,7 +434,6 @@ class Switch:
             vehicle.again(self._now_s)
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
-        """A frame of any kind arrived."""
         source = (frame.system, frame.component)
         self._texts.hear(frame)
         if frame.message_id in _READINGS:
@@ -462,13 +460,11 @@ class Switch:
                 self._of(source, now_s).on_beat(source, now_s, beat.is_ardupilot)
 
     def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
-        """A PARAM_VALUE arrived."""
         if name == MODE:
             self._of(source, now_s).on_value(value, source, now_s)
             self._was_done = self.done
 
     def on_error(self, name: str, code: int, source: Source, now_s: float) -> None:
-        """A PARAM_ERROR arrived."""
         if name == MODE:
             self._of(source, now_s).on_error(code, source, now_s)
 

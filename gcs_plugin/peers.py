@@ -80,7 +80,6 @@ def parameter_holder(components: Iterable[Source]) -> Source:
 
 
 def ground_heartbeat() -> dialect.MAVLink_heartbeat_message:
-    """The HEARTBEAT of a ground station."""
     return dialect.MAVLink_heartbeat_message(
         dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
     )
@@ -360,7 +359,6 @@ class Peer:
         return self.heartbeat is not None and now_s - self.heartbeat.time_s <= within_s
 
     def hear(self, frame: Frame, link: str, time_s: float) -> None:
-        """A frame of it arrived."""
         self.link, self.heard_s, self.rebooted, self.restart = link, time_s, False, None
         here = self.links.get(link)
         if here is None:

@@ -70,7 +70,6 @@ def module_of(verb: str) -> ModuleType:
 
 
 def verb_parser(name: str) -> argparse.ArgumentParser:
-    """Make the parser of a verb."""
     verb = VERBS[name]
     parser = Parser(
         prog=f"seatrial {name}",

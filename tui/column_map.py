@@ -155,7 +155,6 @@ def _questions(proposal: Proposal) -> list[str]:
 
 
 def _plain(proposal: Proposal, notes: tuple[str, ...], target: str, following: list[str]) -> dict[str, Any]:
-    """The proposal as plain data."""
     return {
         "columns": [_profile(profile, proposal) for profile in proposal.profiles],
         "time": {"column": proposal.columns.time.column, "unit": proposal.columns.time.unit},

@@ -98,7 +98,6 @@ def _recordings(folder: Path) -> list[Path]:
 
 
 def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
-    """Read the recording for a glance."""
     columns = folder / "columns.yaml"
     # Reading a pipe would block forever.
     not_a_file = next((file for file in recordings(folder) if file.exists() and not file.is_file()), None)

@@ -1,6 +1,5 @@
 """Find the way to a link: through the hub of a running recording that holds it, or directly if nobody does."""
 
-import time
 from collections.abc import Callable, Iterable
 from typing import Final
 
@@ -19,9 +18,6 @@ from gcs_plugin.recording.link import among
 from gcs_plugin.recording.state import FRESH_S, Holding, hangs, how_to_end
 from tui import show
 
-LOOK_EVERY_S: Final = 0.1
-LOOKS: Final = 25
-"""A recording updates its status once a second, so within this many looks a running one has updated it."""
 SILENT_S: Final = 3.0
 """Patience with a recording that has not passed anything on yet; a search for a vehicle gives up after 5 s."""
 LOOK_AGAIN_S: Final = 1.0
@@ -30,20 +26,24 @@ LOOK_AGAIN_S: Final = 1.0
 class ByWay(Link):
     """A link to a recording's hub, named after the recorded links: the hub's port says nothing to the user.
 
-    Its loss is reported by cause: the recording has ended, hangs, or has dropped this program. `wait` lets time pass.
+    A recording that hangs, and one that has no place left, is reported as such.
     """
 
-    def __init__(self, hub: Link, links: Iterable[str], wait: Callable[[float], None] = time.sleep) -> None:
-        self._hub, self._wait, self._clock = hub, wait, clocks.SystemClock()
+    def __init__(self, hub: Link, links: Iterable[str]) -> None:
+        self._hub, self._clock = hub, clocks.SystemClock()
         self._last = b""
         self._silent_s, self._look_s = SILENT_S, self._clock.boot_s() + SILENT_S
         self.name = ", ".join(links)
+        self._ended = (
+            f"the recording of {self.name} has ended, or let go of this program, which took in too slowly or sent too "
+            "much; ask again, or begin another"
+        )
 
     def read(self, timeout_s: float) -> bytes:
         try:
             data = self._hub.read(timeout_s)
         except LinkLost:
-            raise self._its_end() from None
+            raise LinkLost(self._ended) from None
         self._watch(bool(data))
         self._last = (self._last + data)[-len(farewell()) :]
         if self._last == farewell():
@@ -60,7 +60,7 @@ class ByWay(Link):
             # The reason for dropping this program may still wait to be read.
             while self.read(0.0):
                 pass
-            raise self._its_end() from None
+            raise LinkLost(self._ended) from None
 
     def close(self) -> None:
         self._hub.close()
@@ -76,21 +76,6 @@ class ByWay(Link):
             if holding is not None and holding.hub == self._hub.name:
                 raise LinkLost(hangs(holding) if self._silent_s == FRESH_S else _may_hang(holding))
 
-    def _its_end(self) -> LinkLost:
-        """Why the connection ended: a killed recording stays listed for a moment, so wait for a new status."""
-        before = _serving(self._hub.name)
-        for _ in range(LOOKS):
-            now = _serving(self._hub.name)
-            if before is None or now is None or now.pid != before.pid:
-                break
-            if now.written_unix_s != before.written_unix_s:
-                return LinkLost(
-                    f"the recording of {self.name} goes on, but let this program go, which took in too slowly or sent "
-                    "too much; ask again"
-                )
-            self._wait(LOOK_EVERY_S)
-        return LinkLost(f"the recording of {self.name} has ended; begin another, and ask again")
-
 
 def _may_hang(holding: Holding) -> str:
     return (
@@ -100,14 +85,13 @@ def _may_hang(holding: Holding) -> str:
 
 
 def holding_now() -> Holding | None:
-    """The running recording, if any."""
     return state.held(_now())
 
 
 def recordings_now() -> list[Holding]:
     """All running recordings, first the default one that other programs go through."""
     first = holding_now()
-    return [*([first] if first is not None else []), *state.held_beside(_now())]
+    return [*([first] if first is not None else []), *state.held_second(_now())]
 
 
 def holder_of(spec: str) -> Holding | None:
@@ -119,11 +103,6 @@ def _is_first(holding: Holding) -> bool:
     """Whether it is the recording that other programs go through if they name no link."""
     first = holding_now()
     return first is not None and first.pid == holding.pid
-
-
-def _serving(hub: str) -> Holding | None:
-    """The running recording with its hub at this address."""
-    return next((holding for holding in recordings_now() if holding.hub == hub), None)
 
 
 def usable_now() -> Holding | None:
@@ -142,10 +121,10 @@ def _now() -> float:
     return clocks.SystemClock().unix_s()
 
 
-def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) -> Link:
+def link_for(spec: str | None, open_by_name: Callable[[str], Link] | None = None) -> Link:
     """The link to the vehicle: through the running recording if `spec` is None, or if a recording holds that link.
 
-    Any other link is opened by `open_one`, None for `open_link`. A link through a recording is not signed here: the
+    Any other link is opened by `open_by_name`, None for `open_link`. A link through a recording is not signed here: the
     recording signs. Raises UsageError if nothing is named and nothing runs, LinkError if the link can't be opened,
     for example because a recording that hangs holds it.
     """
@@ -155,7 +134,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
             "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
         )
     if holding is None:
-        return _opened(str(spec), open_one or bridge.links.open.open_link)
+        return _opened(str(spec), open_by_name or bridge.links.open.open_link)
     if not holding.hub:
         prefix = f"{spec}: " if spec else ""
         raise LinkError(f"{prefix}{words_of(holding)} holds the link and serves nobody; end it first")
@@ -165,10 +144,10 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     return ByWay(hub, holding.links)
 
 
-def _opened(spec: str, open_one: Callable[[str], Link]) -> Link:
+def _opened(spec: str, open_by_name: Callable[[str], Link]) -> Link:
     """Open the link of that name. It may open although a recording that hangs holds it, for example to a far port."""
     try:
-        return open_one(spec)
+        return open_by_name(spec)
     except LinkError:
         stuck = _hung_now()
         if stuck is None or not holds(stuck, spec):
@@ -180,10 +159,10 @@ def coming_back(
     link: Link,
     spec: str | None,
     clock: Clock,
-    open_one: Callable[[str], Link] | None = None,
+    open_by_name: Callable[[str], Link] | None = None,
     lost: Callable[[str], None] = unheard,
 ) -> Reconnecting:
-    """`link`, as `link_for(spec, open_one)` returned it, replaced under the same name whenever it is lost.
+    """`link`, as `link_for(spec, open_by_name)` returned it, replaced under the same name whenever it is lost.
 
     `lost` gets the reason for each loss, each sentence once. A link through a recording comes back only through a
     recording: a program that took the vehicle's port meanwhile would keep the next recording from it.
@@ -195,7 +174,7 @@ def coming_back(
         if second is not None:  # the first recording may be of another vehicle
             return of_recording(holder_of(second))
         if spec is not None and holding is None:
-            return (open_one or bridge.links.open.open_link)(spec)
+            return (open_by_name or bridge.links.open.open_link)(spec)
         return of_recording(usable_now())
 
     later = Aside(again, link.name)
@@ -215,8 +194,8 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
     Empty for any other link."""
     now_unix_s, boot_s = clock.unix_s(), clock.boot_s()
     first = state.held(now_unix_s)
-    running = [*([first] if first is not None else []), *state.held_beside(now_unix_s)]
-    holding = first if spec is None else next((one for one in running if holds(one, spec)), None)
+    running = [*([first] if first is not None else []), *state.held_second(now_unix_s)]
+    holding = first if spec is None else next((each for each in running if holds(each, spec)), None)
     if holding is None:
         return ()
     heard = (

@@ -35,7 +35,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> tuple[dict[st
         values = read_parameters(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
-    sidecar = sidecar_beside(path)
+    sidecar = sidecar_of_file(path)
     if sidecar is None:
         raise UsageError(
             f"{path}: has no sidecar that says of which vehicle it is; give one with {path.name}.json"
@@ -62,7 +62,7 @@ def foretelling_of(sidecar: Sidecar) -> Foretelling | None:
     )
 
 
-def sidecar_beside(path: Path) -> Sidecar | None:
+def sidecar_of_file(path: Path) -> Sidecar | None:
     """The sidecar of a parameter file; None if it has none. Raises UsageError for a damaged one."""
     try:
         return read_sidecar(path)

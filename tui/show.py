@@ -81,7 +81,6 @@ def harmless(text: str) -> str:
 
 
 def results(json_target: str | None = None) -> Console:
-    """Console for tables."""
     return _console(to_errors=json_target == STANDARD_OUTPUT)
 
 
@@ -215,7 +214,6 @@ class _Job:
     prefix: str = ""
 
     def words(self, report: Report) -> str:
-        """A report in words for a person."""
         if not report.words:
             return self.sentence
         fitted = ", ".join(
@@ -291,12 +289,12 @@ def _bar(shown: Progress, job: _Job) -> Callable[[Report], None]:
 
 
 def _lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None]:
-    told_s = clock.boot_s()
+    printed_s = clock.boot_s()
 
     def show(report: Report) -> None:
-        nonlocal told_s
-        if clock.boot_s() - told_s >= LINE_EVERY_S:
-            told_s = clock.boot_s()
+        nonlocal printed_s
+        if clock.boot_s() - printed_s >= LINE_EVERY_S:
+            printed_s = clock.boot_s()
             console.print(f"{report.share:4.0%} {job.words(report)}", soft_wrap=True)
 
     return show
@@ -304,13 +302,13 @@ def _lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None
 
 def _named_lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None]:
     """Print a job's words and share when it ends, and before that once a tenth, at most every few seconds."""
-    told_s, tenth = clock.boot_s(), 0
+    printed_s, tenth = clock.boot_s(), 0
 
     def show(report: Report) -> None:
-        nonlocal told_s, tenth
+        nonlocal printed_s, tenth
         reached = int(10 * report.share + 1e-9)
-        if reached > tenth and (report.share >= 1.0 or clock.boot_s() - told_s >= LINE_EVERY_S):
-            told_s, tenth = clock.boot_s(), reached
+        if reached > tenth and (report.share >= 1.0 or clock.boot_s() - printed_s >= LINE_EVERY_S):
+            printed_s, tenth = clock.boot_s(), reached
             console.print(f"{job.words(report)} ({report.share:.0%})", soft_wrap=True)
 
     return show

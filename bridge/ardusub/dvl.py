@@ -28,11 +28,13 @@ class VisionDeltas:
         step_s, self._before_s = sample.time_s - self._before_s, sample.time_s
         if not 0 < step_s <= LONGEST_STEP_S:
             return []
-        sure = 100.0 if math.isnan(sample.sigma) else 100 * (1 - min(sample.sigma / WORST_SIGMA_M_S, 1.0))
+        confidence = (
+            100.0 if math.isnan(sample.sigma) else 100 * (1 - min(sample.sigma / WORST_SIGMA_M_S, 1.0))
+        )
         turned = [rate * step_s if math.isfinite(rate) else 0.0 for rate in navigation.rate]
         moved = [speed * step_s for speed in navigation.velocity]
         return [
             dialect.MAVLink_vision_position_delta_message(
-                microseconds(sample.time_s), round(step_s * 1e6), turned, moved, max(sure, 1.0)
+                microseconds(sample.time_s), round(step_s * 1e6), turned, moved, max(confidence, 1.0)
             )
         ]

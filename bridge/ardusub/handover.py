@@ -46,7 +46,7 @@ class Handover:
     """
 
     def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
-        self._target, self._own, self._ground, self._store = (system, component), system, ground, store
+        self._target, self._system, self._ground, self._store = (system, component), system, ground, store
         self.holder = Holder.FREE
         self.fault = ""
         self.said: list[str] = []
@@ -75,7 +75,7 @@ class Handover:
     @property
     def is_back(self) -> bool:
         """Whether SYSID_MYGCS was read as the pilot's."""
-        return self.holder is Holder.FREE and self.value != self._own and not math.isnan(self.value)
+        return self.holder is Holder.FREE and self.value != self._system and not math.isnan(self.value)
 
     def step(self, wanted: bool, now_s: float) -> list[Any]:
         """The messages to send to the autopilot now; `wanted`: the companion is to hold the sticks."""
@@ -99,13 +99,13 @@ class Handover:
             return
         asked = self._read_s > self._wrote_s
         self.value = value
-        if self.holder is Holder.HELD and value != self._own:
+        if self.holder is Holder.HELD and value != self._system:
             self._barred, self.holder = True, Holder.FREE
             self.fault = f"{NAME} became {value:g}: another program took the sticks"
             self.said.append(
                 f"sticks lost: {NAME} set to {value:g} by another program: end it, then FF_MODE 0 and on again"
             )
-        elif self.holder is Holder.TAKING and value == self._own and asked:
+        elif self.holder is Holder.TAKING and value == self._system and asked:
             self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
             self.said.append("companion holds the sticks")
         elif self.holder is Holder.LEAVING and value == self._before and asked:
@@ -132,8 +132,8 @@ class Handover:
     def _find_left_behind(self, now_s: float) -> None:
         """At the start alone: later, a 1 is another program's word."""
         self.starting = False
-        if self.value == self._own:
-            self.said.append(f"{NAME} was left at {self._own}: putting it back")
+        if self.value == self._system:
+            self.said.append(f"{NAME} was left at {self._system}: putting it back")
             self._begin(Holder.LEAVING, now_s)
         else:
             self._forget()
@@ -152,7 +152,7 @@ class Handover:
         if now_s < self._due_s:
             return []
         if self._read_s >= self._wrote_s:
-            value = float(self._own) if self.holder is Holder.TAKING else self._before
+            value = float(self._system) if self.holder is Holder.TAKING else self._before
             self._wrote_s, self._due_s = now_s, now_s + QUIET_S
             name = NAME.encode()
             return [
@@ -176,7 +176,7 @@ class Handover:
             value = math.nan if self._store is None else float(read_small(self._store))
         except (OSError, ValueError):
             value = math.nan
-        return value if 1 <= value <= 255 and value != self._own else float(self._ground)
+        return value if 1 <= value <= 255 and value != self._system else float(self._ground)
 
     def _remember(self) -> None:
         if self._store is not None:

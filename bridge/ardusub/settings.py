@@ -50,7 +50,6 @@ class Questions:
         return len(self.values) == len(self._names)
 
     def step(self, now_s: float) -> list[Any]:
-        """The question to send now, if any."""
         name = next((name for name in self._names if name not in self.values), None)
         if name is None or now_s < self._due_s:
             return []

@@ -175,7 +175,6 @@ class TcpServer(Link):
 
     @property
     def port(self) -> int:
-        """The local port."""
         return int(self._listener.getsockname()[1])
 
     def _accept(self, timeout_s: float) -> None:

@@ -108,5 +108,4 @@ def later(_: str) -> None:
 
 
 def times_file(fingerprint: str, spec: str) -> Path:
-    """File with the times of the signatures on a link."""
     return state_folder() / "signing" / f"{fingerprint}-{re.sub(r'[^A-Za-z0-9.]', '_', spec)}.json"

@@ -157,7 +157,6 @@ class UdpLink(Link):
 
     @property
     def port(self) -> int:
-        """The local port."""
         return int(self._socket.getsockname()[1])
 
     @property

@@ -4,7 +4,6 @@ A session is only a name: no file is held open, and opening a file twice gives t
 keep within its pace, as telemetry has priority. Requests that find no room are dropped, and asked for again.
 """
 
-import zlib
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -16,7 +15,7 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.files import is_own_file
-from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, acknowledged, decode, refused
+from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, acknowledged, crc32, decode, refused
 from bridge.wire.whole import segment_named, segments_in
 
 
@@ -89,13 +88,11 @@ class _Lane:
 
 @dataclass
 class _Sum:
-    """A checksum in progress."""
-
     peer: Peer
     asked: Packet
     name: str
     offset: int = 0
-    crc: int = 0xFFFFFFFF
+    crc: int = 0
 
 
 class FileServer:
@@ -262,16 +259,11 @@ class FileServer:
         except OSError:
             del self._sums[0]
             return [(work.peer, refused(work.asked, Fault.FAIL))]
-        work.crc, work.offset = zlib.crc32(data, work.crc), work.offset + len(data)
+        work.crc, work.offset = crc32(data, work.crc), work.offset + len(data)
         if data:
             return []
         del self._sums[0]
-        return [(work.peer, acknowledged(work.asked, (work.crc ^ 0xFFFFFFFF).to_bytes(4, "little")))]
-
-
-def crc32(data: bytes, crc: int = 0) -> int:
-    """Checksum of MAVLink FTP: zlib's, but begun at 0 and not inverted at the end. `crc` is the checksum so far."""
-    return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF
+        return [(work.peer, acknowledged(work.asked, work.crc.to_bytes(4, "little")))]
 
 
 def _name(data: bytes) -> str:

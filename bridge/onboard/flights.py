@@ -91,11 +91,11 @@ class Flights:
         """The reference of this tick, None while no flight steers."""
         flight = self.flight
         reference = flight.step(Seen(now_s, navigation, armed, self._ground_s, self._touched(now_s), in_hand))
-        told = flight.state, flight.end
-        if told != self._spoken:
+        report = flight.state, flight.end
+        if report != self._spoken:
             if flight.end is not self._spoken[1] and flight.end is not End.NONE:
                 self._texts.append(f"flight ends: {WORDS[flight.end]}")
-            self._spoken, self._tell_s = told, now_s
+            self._spoken, self._tell_s = report, now_s
         return reference
 
     def reading(self, now_s: float) -> Reading | None:

@@ -301,12 +301,12 @@ def sockets(links: "Sequence[str]", vehicle: "Vehicle") -> list[str]:
     ]
 
 
-def lasting(spec: str, clock: "Clock", open_one: "Callable[[str], Link]") -> "Link":
+def lasting(spec: str, clock: "Clock", open_by_name: "Callable[[str], Link]") -> "Link":
     """A link that must open now and later reconnects by itself without holding up the sensors. Raises LinkError."""
     from bridge.links.reconnecting import Aside, Reconnecting
 
-    first = [open_one(spec)]
-    again = Aside(lambda: open_one(spec), spec)
+    first = [open_by_name(spec)]
+    again = Aside(lambda: open_by_name(spec), spec)
     return Reconnecting(lambda: first.pop() if first else again(), clock, spec)
 
 

@@ -69,7 +69,6 @@ class RingFiles:
             raise
 
     def close(self) -> None:
-        """End the segment."""
         if self._writer is not None:
             with contextlib.suppress(OSError):
                 self._writer.close()

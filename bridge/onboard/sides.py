@@ -9,7 +9,6 @@ from bridge.links.link import Link
 from bridge.wire.framing import Frame, Framer
 
 LARGEST_WRITE: Final = 1200  # fits a datagram on every network
-PAUSE_S: Final = 0.2
 MOST_READS_A_STEP: Final = 64
 
 
@@ -22,7 +21,6 @@ class _Side:
 
     link: Link
     framer: Framer = field(default_factory=Framer)
-    heard_s: float = 0.0
     fault: str = ""
     failed: bool = False
     dropped: int = 0
@@ -52,15 +50,12 @@ class Sides:
                 except LinkError as error:
                     self._failed(side, str(error))
                     break
+                # A link that reconnects by itself raises nothing: its `fault` says that it is away.
+                if not data and side.link.fault:
+                    self._failed(side, side.link.fault)
+                yield from ((number, frame) for frame in side.framer.hear(data, now_s))
                 if not data:
-                    # A link that reconnects by itself raises nothing: its `fault` says that it is away.
-                    if side.link.fault:
-                        self._failed(side, side.link.fault)
-                    if now_s - side.heard_s > PAUSE_S:
-                        yield from ((number, frame) for frame in side.framer.flush())
                     break
-                side.heard_s = now_s
-                yield from ((number, frame) for frame in side.framer.feed(data))
 
     def write(self, number: int, frames: Sequence[bytes]) -> None:
         """Send frames on one link, in as few writes as can carry them."""

@@ -74,7 +74,6 @@ class Times:
         return None
 
     def close(self) -> None:
-        """Save the times as they are now."""
         self._reserved = self._sent
         self._keep()
 
@@ -122,7 +121,7 @@ RADIO_STATUS: Final = 109
 PATIENCE_S: Final = 2.0
 GONE_S: Final = 5.0
 AGAIN_EVERY_S: Final = 30.0
-MOST_TOLD: Final = 8
+MOST_NAMED: Final = 8
 """Senders of one kind that are named at a time: invented systems must not drown the reports that matter."""
 
 Sender = tuple[int, int]
@@ -236,7 +235,7 @@ class Gate:
             return unsigned(frame.raw)
         self.counts[refusal] += 1
         named = sum(reason is refusal and known is not None for reason, known in self._refused)
-        if (refusal, sender) not in self._refused and named >= MOST_TOLD:
+        if (refusal, sender) not in self._refused and named >= MOST_NAMED:
             sender = None
         now_s = self._clock.boot_s()
         self._refused.setdefault((refusal, sender), _Refused(now_s, now_s, now_s + PATIENCE_S)).last_s = now_s
@@ -309,7 +308,6 @@ class KeylessLink(Wrapper):
 
 LARGEST_WRITE: Final = 1400  # signed frames must also fit a datagram on every network
 MOST_REFUSED_A_READ: Final = 64
-PAUSE_S: Final = 0.5
 
 
 class SignedLink(Wrapper):
@@ -323,7 +321,6 @@ class SignedLink(Wrapper):
         super().__init__(link)
         self._gate, self._clock = gate, clock
         self._framer = Framer()
-        self._heard_s = clock.boot_s()
 
     def read(self, timeout_s: float) -> bytes:
         # A stranger's datagrams must not delay those of the vehicle.
@@ -358,15 +355,7 @@ class SignedLink(Wrapper):
         self._link.close()
 
     def _admitted(self, data: bytes) -> bytes:
-        now_s = self._clock.boot_s()
-        if data:
-            self._heard_s = now_s
-            frames = self._framer.feed(data)
-        elif now_s - self._heard_s >= PAUSE_S:
-            frames = self._framer.flush()
-        else:
-            return b""
-        return b"".join(self._gate.admit(frame) for frame in frames)
+        return b"".join(map(self._gate.admit, self._framer.hear(data, self._clock.boot_s())))
 
     def _signed(self, raw: bytes) -> bytes:
         try:

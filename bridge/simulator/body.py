@@ -104,7 +104,6 @@ class SimulatedBody:
         return self._plant.time_s
 
     def idle(self) -> None:
-        """Stop the thrusters."""
         self.pwm_us = (NEUTRAL_US,) * self._thrusters
 
     def move(self, duration_s: float) -> tuple[Stretch, Sequence[Arrival]]:

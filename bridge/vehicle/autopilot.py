@@ -106,7 +106,7 @@ class Autopilot:
         self._coefficients: Mapping[str, float] = {}
         self._supply = Supply()
         self._pulses = Pulses(curve, table.straight_below_n)
-        self._gain_beside = table.fed.gain
+        self._fed_gain = table.fed.gain
         driven = np.abs(self._allocator.matrix[list(FEEDFORWARD_DOFS)]).max(axis=0) > NO_ARM
         below_n = np.where(driven, table.fed.straight_below_n, table.straight_below_n)
         self._gentle_n = below_n
@@ -137,7 +137,7 @@ class Autopilot:
         self._onset.step(self.mode.applies_feedforward, dt_s)
         wanted, gain = reference, 1.0
         if together:
-            wanted, gain = self._wanted_then(reference, known), self._onset.between(1.0, self._gain_beside)
+            wanted, gain = self._wanted_then(reference, known), self._onset.between(1.0, self._fed_gain)
         pid = self._controller.step(known, wanted, dt_s, self._saturated, gain)
         if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)

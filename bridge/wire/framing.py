@@ -136,8 +136,11 @@ def find_magic(data: bytes, start: int, end: int) -> int:
     return match.start() if match else -1
 
 
+PAUSE_S: Final = 0.5
+
+
 class Framer:
-    """Incremental parser: `feed` bytes as they arrive, `flush` when the stream pauses or ends.
+    """Incremental parser: `feed` or `hear` bytes as they arrive, `flush` when the stream ends.
 
     The resulting frames do not depend on how the stream was split. Parsing time grows only with the length of the
     stream, whatever its bytes are. `counts`: "good" and "unknown" (frames), "checksum" (damaged frames at a place
@@ -149,13 +152,21 @@ class Framer:
         self._unparsed = b""
         self._in_step = True
         self._ahead = _Ahead()
+        self._data_s = 0.0
+
+    def hear(self, data: bytes, now_s: float) -> list[Frame]:
+        """As `feed`; without data for PAUSE_S also the frames that a broken start holds back."""
+        if data:
+            self._data_s = now_s
+            return self.feed(data)
+        return self.flush() if now_s - self._data_s >= PAUSE_S else []
 
     def feed(self, data: bytes) -> list[Frame]:
         """Return the frames that `data` completes."""
         return self._take(data, final=False)
 
     def flush(self) -> list[Frame]:
-        """Return the frames held back by a start that was never completed. Call when the stream pauses or ends."""
+        """Return the frames held back by a start that was never completed. Call when the stream ends."""
         return self._take(b"", final=True)
 
     def _take(self, more: bytes, final: bool) -> list[Frame]:

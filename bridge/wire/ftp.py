@@ -5,6 +5,7 @@ u8, request opcode u8, burst complete u8, padding u8, offset u32, then up to 239
 """
 
 import struct
+import zlib
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
@@ -95,7 +96,6 @@ def acknowledged(
 
 
 def refused(asked: Packet, fault: Fault) -> Packet:
-    """Return the answer that refuses a request."""
     return Packet(
         asked.sequence + 1 & 0xFFFF,
         asked.session,
@@ -105,3 +105,8 @@ def refused(asked: Packet, fault: Fault) -> Packet:
         offset=asked.offset,
         data=bytes((fault,)),
     )
+
+
+def crc32(data: bytes, crc: int = 0) -> int:
+    """Checksum of MAVLink FTP: zlib's, but begun at 0 and not inverted at the end. `crc` is the checksum so far."""
+    return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF

@@ -67,8 +67,6 @@ class About:
 
 @dataclass(frozen=True)
 class DiveFolder:
-    """The folder of a dive on the disk."""
-
     path: Path
 
     def about(self) -> About:
@@ -105,7 +103,6 @@ class DiveFolder:
         self.change(lambda about: replace(about, notes=text))
 
     def set_conditions(self, conditions: Conditions) -> None:
-        """Replace the conditions of the dive."""
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:

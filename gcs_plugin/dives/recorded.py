@@ -54,7 +54,6 @@ class RecordedDives:
         return self._clock.unix_s()
 
     def free_bytes(self) -> int:
-        """Free space on the disk."""
         return self.folder.free_bytes()
 
     def open_file(self) -> Callable[[int], TlogWriter]:

@@ -52,7 +52,6 @@ class Observed:
     unix_s: float = 0.0
 
     def take(self, frame: Frame, now_s: float) -> None:
-        """Take a frame into account."""
         self.frames += 1
         reading = decode_reading(frame)
         if reading is not None and frame.system != GROUND_STATION[0]:

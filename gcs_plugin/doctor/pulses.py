@@ -13,14 +13,15 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
-from bridge.errors import ConfigError, LinkError, LinkTimeout
+from bridge.errors import ConfigError, LinkError
 from bridge.links.link import Link
 from bridge.text import printable
 from bridge.vehicle.config import Configuration, Vehicle
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
 from bridge.wire.framing import Encoder, Frame, Framer, decode
+from gcs_plugin.asking import Asking
 from gcs_plugin.doctor.response import nominal
-from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, ground_heartbeat, heartbeat_of
+from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, Source, ground_heartbeat, heartbeat_of
 
 WHOLE_S: Final = 60.0
 REST_S: Final = 8.0
@@ -123,7 +124,7 @@ class ArduSubOrders:
     Its failsafes also expect a pilot and a ground station, and it sends its outputs only twice a second unless asked.
     """
 
-    def __init__(self, target: tuple[int, int]) -> None:
+    def __init__(self, target: Source) -> None:
         self._target = target
         self._test = MotorTest(0, NEUTRAL_US, 0.0)
         self._end_s, self._due_s, self._ask_s = math.inf, -math.inf, -math.inf
@@ -158,7 +159,7 @@ POLL_S: Final = 0.02
 WITHIN_S: Final = 5.0
 
 
-def arm(link: Link, clock: Clock, target: tuple[int, int]) -> None:
+def arm(link: Link, clock: Clock, target: Source) -> None:
     """Arm the vehicle `target` (system, component).
 
     Raises LinkError if it refuses, LinkTimeout if it does not answer within WITHIN_S.
@@ -166,37 +167,17 @@ def arm(link: Link, clock: Clock, target: tuple[int, int]) -> None:
     _order(link, clock, target, 1.0, "arm")
 
 
-def disarm(link: Link, clock: Clock, target: tuple[int, int]) -> None:
+def disarm(link: Link, clock: Clock, target: Source) -> None:
     """Disarm the vehicle `target`. Raises as `arm` does."""
     _order(link, clock, target, 0.0, "disarm")
 
 
-def _order(link: Link, clock: Clock, target: tuple[int, int], wanted: float, word: str) -> None:
-    encoder, framer = Encoder(*GROUND_STATION), Framer()
-    command = dialect.MAV_CMD_COMPONENT_ARM_DISARM
-    order = dialect.MAVLink_command_long_message(*target, command, 0, wanted, 0, 0, 0, 0, 0, 0)
-    start_s = ask_s = clock.boot_s()
-    while (now_s := clock.boot_s()) - start_s < WITHIN_S:
-        if now_s >= ask_s:
-            ask_s = now_s + ASK_EVERY_S
-            link.write(encoder.encode(order))
-        for frame in framer.feed(link.read(POLL_S)):
-            if (
-                frame.message_id != dialect.MAVLINK_MSG_ID_COMMAND_ACK
-                or (frame.system, frame.component) != target
-            ):
-                continue
-            answer = decode(frame)
-            if answer is None or answer.command != command:
-                continue
-            if answer.result == dialect.MAV_RESULT_ACCEPTED:
-                return
-            raise LinkError(
-                f"{link.name}: the vehicle refused to {word} (answer {answer.result}); see what it says"
-            )
-    raise LinkTimeout(
-        f"{link.name}: no answer to the order to {word} within {WITHIN_S:.0f} s; check the link"
-    )
+def _order(link: Link, clock: Clock, target: Source, wanted: float, word: str) -> None:
+    what = f"an answer to the order to {word}"
+    number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
+    result = Asking(link, clock, target).command(number, wanted, seconds=WITHIN_S, what=what)
+    if result != dialect.MAV_RESULT_ACCEPTED:
+        raise LinkError(f"{link.name}: the vehicle refused to {word} (answer {result}); see what it says")
 
 
 ANSWER_S: Final = 1.0
@@ -269,7 +250,6 @@ class PulseRun:
         return []
 
     def tick(self, time_s: float) -> list[MotorTest]:
-        """Return the orders to send now."""
         if self.done:
             return []
         if time_s - self._last_beat_s > SILENCE_S:
@@ -324,7 +304,7 @@ def confirm(vehicle_name: str, typed: str | None) -> None:
 def run_pulses(
     link: Link,
     clock: Clock,
-    target: tuple[int, int],
+    target: Source,
     planned: tuple[PlannedPulse, ...],
     on_progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Frame]:

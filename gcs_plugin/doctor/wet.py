@@ -256,9 +256,9 @@ def _search(
         confidence[f"thruster {channel + 1}"] = _confidence(
             _second_best(combined, int(channel), int(thruster_of[channel]), int(story[channel])) - bare
         )
-    turns_found = {"dvl": TURNS[d], "imu": TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
+    mountings = {"dvl": TURNS[d], "imu": TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
     present = {"dvl": "dvl" in felt, "imu": "rate" in felt, "fog": "fog" in felt}
-    turn = {name: matrix for name, matrix in turns_found.items() if present[name]}
+    turn = {name: matrix for name, matrix in mountings.items() if present[name]}
     sign = np.where(story == BACKWARDS, -1.0, 1.0)
     return Diagnosis(pulses, thruster_of, sign, story != DEAD, turn, confidence)
 

@@ -79,7 +79,6 @@ class Fetching:
         return sum(size for _, size in self.chosen)
 
     def tick(self, now_s: float) -> list[Packet]:
-        """Return the packets to send now."""
         if self._stage is _Stage.READ:
             self._ask_reads()
         return self._requests.tick(now_s)

@@ -19,7 +19,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.fetch.whole import Whole, made_whole, write_records
 from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_written
-from gcs_plugin.recording.state import Holding, held, held_beside, hung
+from gcs_plugin.recording.state import Holding, held, held_second, hung
 
 MARGIN_MS: Final = 10_000
 """Margin around the first and last boot time heard: `BOOT_ID` comes once a second, and any of these may be lost."""
@@ -110,7 +110,7 @@ def refuse_recorded(folder: DiveFolder, now_unix_s: float, again: str) -> None:
             f"{folder.path}: is still recorded, by process {holding.pid}; let that go on in the next dive "
             f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
         )
-    if (second := next((hold for hold in held_beside(now_unix_s) if _is_of(hold, folder)), None)) is not None:
+    if (second := next((hold for hold in held_second(now_unix_s) if _is_of(hold, folder)), None)) is not None:
         raise _by_second(folder, second.pid, again)
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
     while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:

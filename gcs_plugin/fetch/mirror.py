@@ -16,7 +16,7 @@ from typing import BinaryIO, Final
 
 from bridge.errors import LogError
 from bridge.files import PART, is_own_file, open_own, remedy
-from bridge.onboard.file_server import crc32
+from bridge.wire.ftp import crc32
 from bridge.wire.tlog import MOST_BYTES, STAMP_BYTES, next_record
 from gcs_plugin.locks import locked
 
@@ -129,7 +129,6 @@ class Mirror:
         return is_own_file(self._folder / name)
 
     def append(self, name: str, data: bytes) -> None:
-        """Append the next bytes of a segment."""
         path = self._folder / (name + PART)
         try:
             with self._opened(path.name) as file:

@@ -62,7 +62,6 @@ class Requests:
         return min(max(2.0 * self._round_trip_s, LEAST_WAIT_S), LONGEST_WAIT_S)
 
     def tick(self, now_s: float) -> list[Packet]:
-        """Return the packets to send now."""
         earned = max(0.0, now_s - self._earned_s) * MOST_A_S
         self._allowed, self._earned_s = min(float(MOST_AT_ONCE), self._allowed + earned), now_s
         late = [key for key, req in self._open.items() if req.sequences and now_s - req.sent_s >= self.wait_s]

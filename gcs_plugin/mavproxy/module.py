@@ -35,7 +35,6 @@ from gcs_plugin.watch.alarms import load_settings
 from gcs_plugin.watch.picture import Picture
 from gcs_plugin.watch.watcher import Watcher
 
-PAUSE_S: Final = 0.5
 MOST_WAITING: Final = 10_000
 """Chunks kept until the next `take`: half a minute of the busiest link."""
 
@@ -48,7 +47,6 @@ class Tap:
         self.name: str = str(getattr(connection, "address", "MAVProxy's link"))
         self._chunks: deque[tuple[bool, bytes]] = deque(maxlen=MOST_WAITING)
         self._framers = {False: Framer(), True: Framer()}
-        self._last_s = 0.0
         self._recv, self._write = connection.recv, connection.write
         connection.recv, connection.write = self._read_through, self._write_through
 
@@ -61,15 +59,8 @@ class Tap:
 
     def take(self, now_s: float) -> list[tuple[bool, Frame]]:
         """Frames since the last call, in the order in which they passed; True for a frame that was sent."""
-        frames = []
-        if self._chunks:
-            self._last_s = now_s
-        elif now_s - self._last_s >= PAUSE_S:
-            frames += [(sent, frame) for sent, framer in self._framers.items() for frame in framer.flush()]
-        while self._chunks:
-            sent, data = self._chunks.popleft()
-            frames += [(sent, frame) for frame in self._framers[sent].feed(data)]
-        return frames
+        chunks = [self._chunks.popleft() for _ in range(len(self._chunks))] or [(False, b""), (True, b"")]
+        return [(sent, frame) for sent, data in chunks for frame in self._framers[sent].hear(data, now_s)]
 
     def _read_through(self, *words: Any, **named: Any) -> Any:
         data = self._recv(*words, **named)

@@ -114,7 +114,6 @@ class Parameters:
             self._work.session.on_news(news)
 
     def tick(self) -> list[Any]:
-        """Return the messages to send now."""
         work = self._work
         if work is None or (work.session.step is Step.IDLE and work.plan is not None):
             return []

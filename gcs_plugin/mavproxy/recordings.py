@@ -77,7 +77,6 @@ class Recording:
         self.dives.go_on(self._recorder, self._begun)
 
     def close(self) -> None:
-        """End the recording."""
         self._stop.set()
         self._syncer.join()
         self._recorder.close()

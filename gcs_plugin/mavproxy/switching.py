@@ -51,7 +51,6 @@ class Switching:
         return True
 
     def on_frame(self, frame: Frame) -> None:
-        """Handle a frame that arrived."""
         if self._switch is not None:
             self._switch.on_frame(frame, self._clock.boot_s())
 
@@ -61,7 +60,6 @@ class Switching:
             self._active[news.source] = news.message.param_value
 
     def tick(self) -> list[Any]:
-        """Return the messages to send now."""
         switch, now_s = self._switch, self._clock.boot_s()
         if switch is None:
             return []

@@ -64,7 +64,6 @@ COMPLETIONS: Final = [
 
 
 def help_lines(command: str | None) -> list[str]:
-    """Help lines of one command, or of all."""
     if command is not None and command not in HELP:
         return [f"there is no command '{command}'; {USAGE}"]
     rows = [HELP[command]] if command is not None else HELP.values()

@@ -179,7 +179,6 @@ def _parsed(function: str, options: list[str]) -> Namespace:
 
 
 def _conditions(dive: Path, prefix: str) -> list[str]:
-    """Options for the conditions of a dive."""
     conditions = conditions_of(dive)
     density = conditions.density_kg_m3
     words = [] if density is None else [f"--{prefix}density", str(density)]

@@ -129,7 +129,6 @@ class LiveGap:
             self._changed_s, self._is_made = self._newest_s, False
 
     def take(self, reading: Reading) -> None:
-        """Take a reading."""
         self._unheard.discard(reading.signal)
         if reading.signal == "alive":
             self._beats += 1
@@ -245,12 +244,12 @@ class LiveGap:
             name = self._file.configuration if said is None else None
             name = name or vehicle.configuration_at(None if said is None else round(said))
             number = vehicle.veh_cfg(name)
-            own = {
+            coefficients = {
                 row.coefficient: self._values[row.name]
                 for row in self._rows.values()
                 if row.veh_cfg == number
             }
-            return model_of(own, self._file, name)
+            return model_of(coefficients, self._file, name)
         except ConfigError:
             return None
 

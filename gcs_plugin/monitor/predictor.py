@@ -156,11 +156,9 @@ class Predictor:
 
     @property
     def thrusters(self) -> int:
-        """The number of thrusters that a second must have."""
         return len(self._model.configuration.thrusters)
 
     def reset(self) -> None:
-        """Begin anew."""
         count = len(self._names) + 2
         self._z = np.zeros((count, 6))
         self._slow = np.zeros((self.thrusters + 1, 2))

@@ -12,7 +12,7 @@ from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import News, Order, Progress, Session, Step, news_of
 from gcs_plugin.params.transfer import Result, Source
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, ground_heartbeat
 
 POLL_S: Final = 0.02
 
@@ -42,6 +42,8 @@ class ParameterClient:
 
         Raises LinkTimeout if no HEARTBEAT arrives within `timeout_s`, LinkError if several systems send HEARTBEATs.
         """
+        # A vehicle that listens on UDP learns the ground's address from this message.
+        self._link.write(self._encoder.encode(ground_heartbeat()))
         end_s = self._clock.boot_s() + timeout_s
         settled_s = float("inf")
         while self._clock.boot_s() < min(end_s, settled_s):

@@ -80,7 +80,6 @@ class Listing:
         self._list_due_s, self._list_attempts = time_s + SILENCE_S, 0
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
-        """The messages to send now."""
         if time_s - self.start_s >= self.within_s:
             self._expired = True
         if self.done:

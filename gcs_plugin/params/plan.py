@@ -74,7 +74,6 @@ class Plan:
     present: Mapping[str, float]
 
     def named(self, verdict: Verdict) -> dict[str, float]:
-        """Targets of the rows with this verdict, by name."""
         return {row.name: row.target for row in self.rows if row.verdict is verdict}
 
     @property

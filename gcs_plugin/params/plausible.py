@@ -96,15 +96,15 @@ def _against_twice(
         return ""
     held = (present.get(row.name, 0.0) or 1.0) if credit.acting else 1.0
     allocated = None if credit.allocated is None else credit.allocated / held
-    for own, whose in (
+    for gain, whose in (
         (gains.get(row.name), "the vehicle's file gives it"),
         (allocated, "the vehicle's own allocation went by"),
     ):
-        if own is not None and abs(own / credit.assumed - 1) > TWICE:
+        if gain is not None and abs(gain / credit.assumed - 1) > TWICE:
             return (
-                f"thruster {credit.thruster} is made up for already: {whose} {100 * own:.0f} % of its curve where the "
+                f"thruster {credit.thruster} is made up for already: {whose} {100 * gain:.0f} % of its curve where the "
                 f"diagnosis went by {100 * credit.assumed:.0f} %; with this it would be asked as if it gave "
-                f"{100 * own * row.target:.0f} %, and it gives {100 * credit.true:.0f} %"
+                f"{100 * gain * row.target:.0f} %, and it gives {100 * credit.true:.0f} %"
             )
     return ""
 

@@ -351,7 +351,6 @@ class Turn:
             raise
 
     def end(self) -> None:
-        """Release the turn."""
         if self._file is not None:
             self._file.close()
             self._file = None

@@ -65,8 +65,6 @@ def news_of(frame: Frame, peer: Peer | None) -> News | None:
 
 
 class Step(Enum):
-    """Stage of a session."""
-
     IDLE = auto()
     READING = auto()
     WAITING = auto()
@@ -214,7 +212,6 @@ class Session:
             self._turn = None
 
     def tick(self) -> list[Any]:
-        """The messages to send now."""
         now_s = self._clock.boot_s()
         sends: list[ReadList | ReadIndex | ReadValue | SetValue] = []
         if self.step is Step.READING and self._listing is not None:

@@ -72,8 +72,6 @@ def confirm(name: str, value: float) -> Task:
 
 @dataclass(frozen=True, slots=True)
 class SetValue:
-    """A PARAM_SET to send."""
-
     name: str
     value: float
 
@@ -178,7 +176,6 @@ class Transfer:
         return next((r for r in self.results.values() if r.outcome is not Outcome.APPLIED), None)
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
-        """A PARAM_VALUE arrived."""
         if source != self.source:
             return
         self.round_trips.on_heard(name, time_s)
@@ -229,7 +226,6 @@ class Transfer:
                 self._finish(item, Outcome.UNVERIFIED if sent else Outcome.NOT_SENT, sentence)
 
     def tick(self, time_s: float) -> list[Send]:
-        """The messages to send now."""
         if time_s - self.start_s >= self.within_s:
             for item in self._items:
                 if item.state is not _State.DONE:

@@ -168,7 +168,6 @@ class Upload:
             self._end(Outcome.UNVERIFIED if self._written else Outcome.NOT_SENT, sentence)
 
     def tick(self, time_s: float) -> list[Send]:
-        """The messages to send now."""
         if self._stage is Stage.DONE:
             return []
         if self._trips.known and self._transfer.waits:

@@ -138,7 +138,6 @@ class RecordedFiles:
         self._begin(open_file(1))
 
     def _begin(self, writer: Writer) -> None:
-        """Begin a dive with this file."""
         self._writer: Writer | None = writer
         self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
         self.files = 1

@@ -42,7 +42,6 @@ LOOPBACK: Final = "127.0.0.1"
 BACKLOG_BYTES: Final = 1 << 18
 SEND_BUFFER_BYTES: Final = 1 << 16
 READ_BYTES: Final = 1 << 16
-PAUSE_S: Final = 0.5
 # An upload of all parameters is some 10 kB, and few vehicles' links carry more than these limits.
 BURST_BYTES: Final = 1 << 16
 MOST_BYTES_A_S: Final = 32_000
@@ -59,7 +58,6 @@ class _Client:
     """A connection: the bytes that wait to be sent, and the number of bytes that it may still send."""
 
     sock: socket.socket
-    heard_s: float
     asked_s: float
     state: _State = _State.CONNECTED
     framer: Framer = field(default_factory=Framer)
@@ -86,14 +84,13 @@ class _Client:
         try:
             data = self.sock.recv(READ_BYTES)
         except BlockingIOError:
-            frames = self.framer.flush() if now_s - self.heard_s >= PAUSE_S else []
+            frames = self.framer.hear(b"", now_s)
         except OSError:
             self.state = _State.LEFT
             return []
         else:
-            self.heard_s = now_s
             self.allowed_bytes -= len(data)
-            frames = self.framer.feed(data) if data else self.framer.flush()
+            frames = self.framer.hear(data, now_s) if data else self.framer.flush()
             self.state = self.state if data else _State.LEFT
         if self.allowed_bytes < 0 or self.framer.counts["skipped"]:
             self.state = _State.DROPPED
@@ -132,7 +129,6 @@ class Hub:
 
     @property
     def clients(self) -> int:
-        """Number of connected clients."""
         return len(self._clients)
 
     def broadcast(self, raw: bytes) -> None:
@@ -170,7 +166,7 @@ class Hub:
             sock.setblocking(False)
             with suppress(OSError):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            client = _Client(sock, now_s, now_s)
+            client = _Client(sock, now_s)
             if len(self._clients) < PLACES:
                 self._clients.append(client)
                 continue

@@ -12,7 +12,6 @@ from bridge.links.reconnecting import Aside
 from bridge.links.udp import ReceiveBuffer
 from bridge.wire.framing import Frame, Framer
 
-IDLE_FLUSH_S: Final = 0.5
 REOPEN_EVERY_S: Final = 1.0
 WARN_EVERY_S: Final = 10.0
 
@@ -35,7 +34,6 @@ class RecordedLink:
         self._link: Link | None = link
         self._clock, self._say = clock, say
         self._framer = Framer()
-        self._last_data_s = clock.boot_s()
         self._again = None if reopen is None else Aside(lambda: reopen(name), name)
         self._retry_s = 0.0
         self._lost_before = self._warned_of = 0
@@ -72,11 +70,7 @@ class RecordedLink:
         except LinkError as error:
             self._lose(error)
             return []
-        now_s = self._clock.boot_s()
-        if data:
-            self._last_data_s = now_s
-            return self._framer.feed(data)
-        return self._framer.flush() if now_s - self._last_data_s >= IDLE_FLUSH_S else []
+        return self._framer.hear(data, self._clock.boot_s())
 
     def flush(self) -> list[Frame]:
         """Frames in the bytes left over by the framer."""
@@ -92,7 +86,6 @@ class RecordedLink:
             self._lose(error)
 
     def close(self) -> None:
-        """Close the link."""
         if self._link is not None:
             self._link.close()
 

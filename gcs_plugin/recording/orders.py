@@ -22,8 +22,6 @@ LEAST_DIVE_S: Final = 5.0
 
 
 class Order(Enum):
-    """Order to a recording."""
-
     NEXT = "next"
     END = "end"
 

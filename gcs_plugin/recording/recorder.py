@@ -170,7 +170,6 @@ class Recorder:
 
     @property
     def count(self) -> Count:
-        """Counts of the present dive."""
         return self._count(self._files.kept)
 
     def unix_us(self) -> int:

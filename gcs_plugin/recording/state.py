@@ -113,7 +113,7 @@ def held(now_unix_s: float) -> Holding | None:
     return _living(state_file(), now_unix_s, FRESH_S)
 
 
-def held_beside(now_unix_s: float) -> list[Holding]:
+def held_second(now_unix_s: float) -> list[Holding]:
     """Second recordings that run in addition to that of `held`; programs that name no link use the hub of `held`."""
     holdings = (_living(file, now_unix_s, FRESH_S) for file in sorted(_files_of_seconds()))
     return [holding for holding in holdings if holding is not None]
@@ -190,7 +190,6 @@ def _read_state(file: Path) -> Holding | None:
 
 
 def _lives(pid: int) -> bool:
-    """Whether the process runs."""
     if pid <= 0:
         return False
     try:

@@ -73,7 +73,6 @@ class Settings:
     vehicles: dict[str, Limits] = field(default_factory=dict)
 
     def of(self, vehicle: str) -> Limits:
-        """The limits of a vehicle by its name."""
         return self.vehicles.get(vehicle, Limits()).over(self.limits)
 
 

@@ -12,7 +12,7 @@ from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog
-from gcs_plugin.dives.folder import About, DiveFolder
+from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.recorded import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
 from tui import cli
@@ -109,40 +109,3 @@ def test_the_next_dive_is_named_after_its_own_stamps(set_by_s):
     assert first.path.name < second.path.name
     stamps = [stamp for dive in (first, second) for stamp, _ in read_tlog(dive.path / "telemetry.tlog")]
     assert all(after - before == 1_000_000 for before, after in pairwise(stamps))
-
-
-@days
-def test_a_note_in_mavproxy_lies_among_the_stamps_of_its_dive(set_by_s):
-    recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
-    clock, said = SimulatedClock(), []
-    began_s = clock.unix_s()
-    own = recordings.Recordings(clock, said.append, list, lambda: None)
-    own.command(["start"])
-    clock.advance_to(30.0)
-    clock.unix_at_boot_s += set_by_s
-    own.command(["note", "leaves", "the", "harbour"])
-    (folder,) = (DiveFolder(path) for path in Path("dives").iterdir())
-    (event,) = folder.about().events
-    own.stop()
-    assert said[1] == f"noted in {folder.path}"
-    assert unix_s(event.utc) == began_s + 30.0
-
-
-@days
-def test_a_note_from_mavproxy_to_another_process_does_as_well(set_by_s):
-    recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
-    sea = Recorded()
-    began_s = sea.clock.unix_s()
-    sea.state = RecordingState(
-        sea.clock, ("udpin:",), sea.dives.folder.path, "tcp:127.0.0.1:5777", Unsigned()
-    )
-    sea.sails(30)
-    sea.clock.unix_at_boot_s += set_by_s
-    sea.sails(1)
-    beside = recordings.Recordings(sea.clock, lambda _: None, lambda: ["tcp:127.0.0.1:5777"], lambda: None)
-    beside.command(["note", "leaves the harbour"])
-    sea.recorder.close()
-    (event,) = sea.dives.folder.about().events
-    assert unix_s(event.utc) == began_s + 31.0
-    (line,) = beside.status()[:1]
-    assert "00:00:31, 31 frames" in line

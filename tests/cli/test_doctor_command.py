@@ -133,7 +133,7 @@ def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(link, wet, mon
     monkeypatch.setattr(link, "read", deaf_at_first)
     code, _, said = wet(link)
     assert code == exit_codes.LINK
-    assert "no answer to the order to arm" in said
+    assert "an answer to the order to arm did not come within 5 s" in said
     assert not link.vehicle.bridge.armed
 
 

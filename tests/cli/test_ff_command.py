@@ -162,15 +162,6 @@ def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_se
     assert "OFF was ordered meanwhile and wins: both is sent no more" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("typed", ["no\n", "\n", "y e s\n", ""])
-def test_anything_but_yes_sends_nothing(vehicle, monkeypatch, typed, capsys):
-    vehicle.give_a_model()
-    monkeypatch.setattr("sys.stdin", Terminal(typed))
-    assert run("both") == exit_codes.INTERRUPTED
-    assert vehicle.sets == []
-    assert "nothing was sent" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(("typed", "code", "mode"), [("both\n", 0, 3), ("yes\n", 4, 0), ("\n", 4, 0)])
 def test_of_an_armed_vehicle_the_modes_name_is_typed(vehicle, monkeypatch, typed, code, mode, capsys):
     vehicle.give_a_model()
@@ -202,13 +193,6 @@ def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehi
     monkeypatch.setattr("sys.stdin", Terminal("yes\n", arms))
     assert run("shadow") == exit_codes.NO
     assert "was armed meanwhile" in capsys.readouterr().err
-    assert vehicle.sets == []
-
-
-def test_without_a_terminal_nobody_is_asked(vehicle, monkeypatch, capsys):
-    nobody(monkeypatch)
-    assert run("shadow") == exit_codes.BAD_INPUT
-    assert "--yes to switch without asking" in capsys.readouterr().err
     assert vehicle.sets == []
 
 
@@ -247,17 +231,6 @@ def test_of_two_vehicles_with_one_address_none_is_switched_on(vehicle, capsys):
     assert run("both", "--yes") == exit_codes.LINK
     assert "two vehicles beat as system 1" in capsys.readouterr().err
     assert vehicle.sets == []
-
-
-def test_of_two_vehicles_the_one_that_is_named_is_switched_on(vehicle, capsys):
-    vehicle.twin = afloat(vehicle.clock, 2)
-    assert run("shadow", "--yes") == exit_codes.LINK
-    assert (
-        "several vehicles beat (systems 1, 2) and none is chosen; name one with --system"
-        in capsys.readouterr().err
-    )
-    assert run("shadow", "--yes", "--system", "1") == exit_codes.DONE
-    assert vehicle.server.mode == 1
 
 
 def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):

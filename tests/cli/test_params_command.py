@@ -133,27 +133,6 @@ def test_the_operator_is_asked_and_only_yes_means_yes(vehicle, file, monkeypatch
     assert vehicle.server.value("FF1_M_U") == value
 
 
-def test_while_the_question_stands_the_link_is_read(vehicle, file, monkeypatch):
-    read, ten_s = vehicle.read, threading.Event()
-
-    def reads(timeout_s):
-        data = read(timeout_s)
-        if vehicle.clock.now_s > begun_s[0] + 10.0:
-            ten_s.set()
-        return data
-
-    begun_s = [float("inf")]
-
-    def asked():
-        begun_s[0] = vehicle.clock.now_s
-        assert ten_s.wait(10.0)
-
-    monkeypatch.setattr(vehicle, "read", reads)
-    monkeypatch.setattr("sys.stdin", Terminal("yes\n", asked))
-    assert run("upload", file) == exit_codes.DONE
-    assert vehicle.server.value("FF1_M_U") == 111.5
-
-
 def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, file, monkeypatch, capsys):
     beats = threading.Event()
     read = vehicle.read
@@ -221,22 +200,6 @@ def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file
     assert asked == ["put 2 parameters in force? [yes/no] "]
     assert vehicle.server.active_crc == 0
     assert "nothing was sent" in capsys.readouterr().err
-
-
-def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys):
-    vehicle.server.write("FF1_M_U", 99.0, armed=False)
-    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
-    assert run("upload", file, "--yes") == exit_codes.DONE
-    (before,) = (tmp_path / "receipts").glob("*-before.param")
-    capsys.readouterr()
-    assert run("rollback", str(before), "--yes") == exit_codes.DONE
-    assert vehicle.server.active(1)["M_u"] == 99.0
-    shown = capsys.readouterr().out
-    assert not any(name in shown for name in ("FF_COMMIT", "FF_ACTIVE", "FF_VERSION"))
-    (line,) = (
-        line for line in shown.splitlines() if line.startswith("FF1_M_U") and "read back equal" in line
-    )
-    assert line.split()[2:4] == ["111.5", "99"]
 
 
 def test_roll_back_without_a_file_goes_back_one_upload_at_a_time(vehicle, file, tmp_path, capsys):

@@ -9,13 +9,13 @@ from fakes.vehicle import FakeLink
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.errors import LinkError, LinkLost
+from bridge.errors import LinkError
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.recording.state import held, held_beside, release, state_file, write_holding
+from gcs_plugin.recording.state import held, held_second, release, state_file, write_holding
 from tui import cli, links
 from tui.commands import watch
-from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
+from tui.links import coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
@@ -59,7 +59,7 @@ def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
     now_s = SystemClock().unix_s()
     assert [item.folder for item in recordings_now()] == ["/dives/first", "/dives/second"]
     assert held(now_s).folder == "/dives/first"
-    assert [item.folder for item in held_beside(now_s)] == ["/dives/second"]
+    assert [item.folder for item in held_second(now_s)] == ["/dives/second"]
     write_holding(two)
     assert [item.folder for item in recordings_now()] == ["/dives/second"]
     assert [path.name for path in state_file().parent.glob("recording.*")] == ["recording.json"]
@@ -99,15 +99,6 @@ def test_a_link_by_way_of_the_second_never_comes_back_by_way_of_the_first(monkey
 def test_watch_shows_the_recording_of_its_own_link_and_of_no_other(spec, folder):
     holding = watch._holding(spec)
     assert (holding and holding.folder) == folder
-
-
-def test_why_the_second_let_a_program_go_is_told_of_the_second(two):
-    def wait(_):
-        write_holding(told(**vars(two) | {"written_unix_s": two.written_unix_s + 1.0}), second=True)
-
-    link = ByWay(dead(OTHER_HUB), [SECOND], wait)
-    with pytest.raises(LinkLost, match=f"the recording of {SECOND} goes on, but let this program go"):
-        link.read(0.0)
 
 
 @pytest.mark.usefixtures("two")

@@ -4,7 +4,7 @@ from fakes.lua import Script
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.wire import ftp
-from gcs_plugin.applet import file_crc
+from bridge.wire.ftp import crc32
 
 OUTPUTS = 16
 FOLDER = "scripts"
@@ -114,7 +114,7 @@ class Scripting:
             return ok(packet)
         if packet.op == ftp.Op.CRC32:
             data = self.files.get(name)
-            return no if data is None else ok(packet, file_crc(data).to_bytes(4, "little"))
+            return no if data is None else ok(packet, crc32(data).to_bytes(4, "little"))
         return ftp.refused(packet, ftp.Fault.UNKNOWN)
 
     # The words of the scripts (`fakes.lua`).

@@ -169,7 +169,7 @@ def test_it_listens_on_this_computer_alone_on_the_port_that_it_is_given(hub, clo
 def test_when_it_closes_its_clients_are_told(hub, join):
     client = join()
     hub.close()
-    with pytest.raises(LinkLost, match="has ended; begin another"):
+    with pytest.raises(LinkLost, match="has ended, or let go of this program"):
         client.read(5.0)
 
 

@@ -16,9 +16,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
 
 from bridge.errors import LogError, SeatrialError
-from bridge.onboard.file_server import crc32
 from bridge.wire.framing import Encoder
-from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
+from bridge.wire.ftp import Fault, Op, Packet, acknowledged, crc32, refused
 from bridge.wire.tlog import read_tlog
 from bridge.wire.whole import WHOLE, Segment
 from gcs_plugin.dives.folder import About, DiveFolder

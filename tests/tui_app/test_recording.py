@@ -206,21 +206,6 @@ def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next
     played(boat.desk, *first, *after_it, see(view()), Lacks("DIVE OVER"), views=views)
 
 
-def test_a_warning_goes_once_it_holds_no_longer():
-    boat, views = Boat(), FixedViews(view())
-    boat.desk.was_killed = lambda _: True
-
-    def see(recording):
-        def step(app):
-            views.shown = replace(view(), recording=recording)
-            app._refresh_view()
-
-        return step
-
-    begun = see(replace(view().recording, folder="dives/second"))
-    assert played(boat.desk, see(view().recording), see(None), begun, views=views) == []
-
-
 @pytest.mark.parametrize(("key", "shown"), [("ctrl+g", SILENT), ("ctrl+g", HANGS), ("ctrl+x", HANGS)])
 def test_why_none_could_be_begun_is_said(key, shown):
     why = "the recorder hangs and keeps the link: end it with `kill -9 4711`"
@@ -234,8 +219,8 @@ def test_an_app_that_records_nothing_says_how_it_would():
     assert "--unrecorded; leave it and start it without" in notice
 
 
-def said_after(*recordings):
-    """What the app says while these recordings are seen one after the other."""
+def said_after(*recordings, killed=False):
+    """What the app says while these recordings are seen one after the other; `killed`: none ended in order."""
     views = FixedViews(view())
 
     def see(recording):
@@ -245,7 +230,12 @@ def said_after(*recordings):
 
         return step
 
-    return played(desk(), *map(see, recordings), views=views)
+    return played(desk(was_killed=lambda _: killed), *map(see, recordings), views=views)
+
+
+def test_a_warning_goes_once_it_holds_no_longer():
+    well = view().recording
+    assert said_after(well, None, replace(well, folder="dives/second"), killed=True) == []
 
 
 def test_once_there_is_space_again_it_is_said_that_the_recording_goes_on():

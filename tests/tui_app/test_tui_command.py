@@ -246,7 +246,7 @@ class FakeStation:
 def test_every_recorder_that_lives_on_is_named_on_leaving(running, monkeypatch, capsys):
     second = replace(HOLDING, pid=1, folder="dives/other", links=("serial:/dev/ttyUSB0",))
     running(HOLDING)
-    monkeypatch.setattr("gcs_plugin.recording.state.held_beside", lambda _: [second])
+    monkeypatch.setattr("gcs_plugin.recording.state.held_second", lambda _: [second])
     tui.list_recorders()
     first, other = capsys.readouterr().err.splitlines()
     assert (

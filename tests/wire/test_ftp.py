@@ -14,9 +14,9 @@ from service_rig import Rig
 
 from bridge.clock import SystemClock
 from bridge.onboard import file_server as server_module
-from bridge.onboard.file_server import FileServer, Segments, ServedAside, crc32
+from bridge.onboard.file_server import FileServer, Segments, ServedAside
 from bridge.wire.framing import Encoder, Framer, decode
-from bridge.wire.ftp import Fault, Op, Packet
+from bridge.wire.ftp import Fault, Op, Packet, crc32
 from bridge.wire.ftp import decode as unpacked
 
 FIRST = "000001-0000000a-000001-0000000000.tlog"

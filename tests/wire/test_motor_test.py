@@ -95,9 +95,9 @@ def test_a_refusal_is_told():
 def test_a_mute_vehicle_is_asked_again_and_then_given_up():
     vehicle = FakeVehicle()
     vehicle.mute = True
-    with pytest.raises(LinkTimeout, match="no answer"):
+    with pytest.raises(LinkTimeout, match="an answer to the order to disarm did not come"):
         disarm(vehicle, vehicle.clock, (1, 1))
-    assert len(vehicle.orders) == 5
+    assert len(vehicle.orders) == 10
     assert vehicle.clock.boot_s() < 5.1
 
 

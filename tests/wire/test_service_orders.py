@@ -148,7 +148,7 @@ def test_an_order_behind_a_broken_start_is_heard_after_a_pause(rig):
     rig.ground.write(bytes((order[0], 255)) + order[2:] + order)
     rig.step(1.05)
     assert not rig.bridge.armed
-    rig.step(1.5)
+    rig.step(1.6)
     assert rig.bridge.armed
 
 

@@ -318,7 +318,6 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         return {(verb, state.began_s) for verb in LONG if (state := jobs.state(verb)) and state.runs}
 
     def action_record(self) -> None:
-        """Begin a recording if none runs."""
         if self.desk.record is None:
             self.notify(
                 "the app was started with --unrecorded; leave it and start it without", severity="error"
@@ -416,7 +415,6 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.run_worker(self._order(self.desk.next_dive, "the next dive is recorded"), group=ORDERS)
 
     def action_end_recording(self) -> None:
-        """Ask, then end the recording."""
         end, recorded = self.desk.end_recording, self.desk.recorded()
         if end is None or recorded is None or not self._views.view().records:
             self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
@@ -498,7 +496,6 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         return self.get_key_display(Binding(keys.split(",")[0], "", ""))
 
     def key_of_action(self, action_id: str) -> str:
-        """The key of an action of any screen."""
         return next(self._key_of(action) for place in PLACES for action in place if action.id == action_id)
 
     def _key_of_id(self, action_id: str) -> str:

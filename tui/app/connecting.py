@@ -49,7 +49,6 @@ def ways(
 
 
 def ways_now() -> tuple[Way, ...]:
-    """The ways of this computer."""
     from serial.tools.list_ports import comports  # looked for only here
 
     ports = [(port.device, port.description) for port in sorted(comports()) if port.hwid != "n/a"]

@@ -26,7 +26,7 @@ NO_LINK = "no link is known yet; connect one first"
 class Connection:
     """`recorded` are the links that a recording is to hold; `looked_at` is the link looked at itself, "" for none.
 
-    `open_one` opens a link, and `trouble` says why one of that name accepts nothing. `receipts`: what was uploaded;
+    `open_by_name` opens a link, and `trouble` says why one of that name accepts nothing. `receipts`: what was uploaded;
     `alarms`: what is one.
     """
 
@@ -38,7 +38,7 @@ class Connection:
         out: str,
         vehicle: tuple[str, VehicleFile | None],
         sign_key: str,
-        open_one: Callable[[str], Link],
+        open_by_name: Callable[[str], Link],
         trouble: Callable[[str], str],
         receipts: Path = RECEIPTS,
         alarms: Settings = SHIPPED,
@@ -49,7 +49,7 @@ class Connection:
         self._clock, self._out, self._silent = clock, out, silent
         self._vehicle, self._file = vehicle
         self._recorded, self._looked_at, self._sign_key = recorded, looked_at, sign_key
-        self._open_one, self._trouble = open_one, trouble
+        self._open_by_name, self._trouble = open_by_name, trouble
         self.station: Station | None = None
 
     def links(self) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ class Connection:
         spec = self._looked_at
         if spec:
             return LinkSource(
-                lambda: self._open_one(spec),
+                lambda: self._open_by_name(spec),
                 spec,
                 self._clock,
                 lambda: self._trouble(spec),
@@ -81,7 +81,6 @@ class Connection:
         )
 
     def watcher(self) -> Watcher:
-        """A watcher that has heard nothing."""
         return Watcher(self._file, settings=self._alarms, accepted=partial(accepted_values, self._receipts))
 
     def record(self) -> None:

@@ -250,7 +250,6 @@ def _tabs(tabs: Sequence[Tab]) -> Line:
 
 
 def tab_at(view: View, tabs: Sequence[Tab], cells: int, x: int, y: int) -> Tab | None:
-    """The tab in a cell of the header."""
     rows = _tab_rows(tabs, cells)
     row = y - len(_stacked(pieces(view), cells))
     start = 0

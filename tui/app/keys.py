@@ -182,7 +182,6 @@ EVERYWHERE: Final = (
 
 
 def bindings(actions: Iterable[Action]) -> list[Binding]:
-    """The Textual bindings of the actions."""
     return [action.binding for action in actions]
 
 

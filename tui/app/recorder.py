@@ -20,7 +20,6 @@ LOOK_EVERY_S: Final = 0.1
 
 
 def recording(now_unix_s: float) -> Holding | None:
-    """The running or hanging recording."""
     return held(now_unix_s) or hung(now_unix_s)
 
 

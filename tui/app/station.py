@@ -20,7 +20,6 @@ from gcs_plugin.watch.watcher import Watcher
 from tui.app.view import Forcing, View
 
 WAIT_S: Final = 0.05
-IDLE_FLUSH_S: Final = 0.5
 LOOK_FOR_RECORDING_S: Final = 1.0
 SHOW_DONE_S: Final = 10.0
 STOP_S: Final = 2.0
@@ -45,7 +44,6 @@ class LinkSource:
         self._clock, self._name, self._refused, self._silent = clock, name, refused, silent
         self._link = Reconnecting(Aside(factory, name), clock, name)
         self._framer = Framer()
-        self._data_s = clock.boot_s()
 
     @property
     def trouble(self) -> str:
@@ -56,14 +54,7 @@ class LinkSource:
         """Frames received since the last call, with arrival time and link; waits briefly for the first."""
         data = self._link.read(WAIT_S)
         now_s = self._clock.boot_s()
-        if data:
-            self._data_s = now_s
-            frames = self._framer.feed(data)
-        elif now_s - self._data_s > IDLE_FLUSH_S:
-            frames = self._framer.flush()
-        else:
-            return []
-        return [(now_s, self._name, frame) for frame in frames]
+        return [(now_s, self._name, frame) for frame in self._framer.hear(data, now_s)]
 
     def send(self, data: bytes) -> None:
         """Send all of `data`, or drop it while the link is down."""
@@ -105,7 +96,6 @@ class Station:
         self._newest = watcher.picture(clock.boot_s())
 
     def start(self) -> None:
-        """Start reading."""
         self._thread.start()
 
     def stop(self) -> None:

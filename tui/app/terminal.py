@@ -55,10 +55,10 @@ class AnsweringDriver(LinuxDriver):
         if not self._auto_restart or self._must_signal_resume:
             super()._sigcont_application()
             return
-        as_found = self.attrs_before
+        attributes = self.attrs_before
         self._end_threads()
         super()._sigcont_application()
-        self.attrs_before = as_found
+        self.attrs_before = attributes
 
     def _end_threads(self) -> None:
         self.exit_event.set()

@@ -128,7 +128,6 @@ def theme(name: str) -> Theme:
 
 
 def next_theme(name: str) -> str:
-    """The next theme, wrapping to the first."""
     return ORDER[(ORDER.index(name) + 1) % len(ORDER)] if name in ORDER else ORDER[0]
 
 

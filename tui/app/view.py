@@ -99,9 +99,7 @@ def silent_after(view: View) -> bool:
 class Views(Protocol):
     """Supplier of views. None of its methods wait."""
 
-    def view(self) -> View:
-        """The newest view."""
-        ...
+    def view(self) -> View: ...
 
     def set_period(self, period_s: float) -> None:
         """Set the period, s, at which a new view is requested."""

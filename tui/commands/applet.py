@@ -69,7 +69,6 @@ def configuration_of(file: VehicleFile) -> str:
 
 
 def lines(state: State) -> list[str]:
-    """The findings, a line each."""
     said = [f"wiring: {state.fault or 'fail-safe, the mixer is mirrored on the lower outputs'}"]
     if state.folder is None:
         return [*said, "scripting: off"]

@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = map_file(arguments.columns) if arguments.columns else None
     with show.progress("find the recordings") as tell:
-        recordings_found = find_recordings(arguments.dives, tell)
+        recordings = find_recordings(arguments.dives, tell)
     cache = Cache(Path(arguments.out) / KEPT)
 
     method = PAPER if arguments.method == "paper" else arguments.method
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         for kind in kinds:
             jobs = []
-            for recording in recordings_found.recordings:
+            for recording in recordings.recordings:
                 here = recording_at(recording.path)
                 dived, changes = here.under_conditions(file)
                 without, why = ruled_out([recording.path]) if kind == DIAGNOSE else ((), ())
@@ -83,8 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise
     finally:
         cache.close()
-    rows = rows_of([*results[IDENTIFY], *recordings_found.unreadable], results[DIAGNOSE])
-    return finish(arguments, file, recordings_found, rows, tuple(f"{remark}." for remark in remarks))
+    rows = rows_of([*results[IDENTIFY], *recordings.unreadable], results[DIAGNOSE])
+    return finish(arguments, file, recordings, rows, tuple(f"{remark}." for remark in remarks))
 
 
 def _accepted(arguments: argparse.Namespace, file: VehicleFile) -> dict[str, Before] | None:
@@ -134,7 +134,7 @@ def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
     """Return a callback that shows the batch's progress: dives done, dives failed, time left."""
     started_s = clock.boot_s()
 
-    def told(standing: Standing) -> None:
+    def report(standing: Standing) -> None:
         words = f"{standing.kept + standing.done} of {standing.total} dives"
         if standing.kept:
             words += f", {standing.kept} known before"
@@ -142,7 +142,7 @@ def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
         left_s = standing.time_left_s(clock.boot_s() - started_s)
         tell(standing.share, words if left_s is None else f"{words}, {duration(left_s)} left")
 
-    return told
+    return report
 
 
 def duration(seconds: float) -> str:
@@ -230,10 +230,10 @@ def tell(
         show.say(console, f"{configuration}: {drift.sentence}")
     if any(row.causes is not None for row in rows):
         show.put(console, causes_table(rows))
-    for configuration, found in effects.items():
-        if found:
-            show.put(console, effect_table(found, configuration))
-        show.say(console, *(f"{configuration}: {each.sentence}" for each in found if each.is_real))
+    for configuration, of_campaign in effects.items():
+        if of_campaign:
+            show.put(console, effect_table(of_campaign, configuration))
+        show.say(console, *(f"{configuration}: {each.sentence}" for each in of_campaign if each.is_real))
     show.say(console, *(f"counted once: {twin.path} {twin.why} {twin.counted}" for twin in recordings.twins))
 
 

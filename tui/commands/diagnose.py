@@ -139,15 +139,14 @@ def run_repeats(arguments: argparse.Namespace, reading: Reading, usual: Usual) -
     )
     said = (*sentences(judged), *unlike, *(f"{remark}." for remark in reading.remarks), *dive.notes)
     with Files() as files:
-        told = {"dive": dive.name, "verdict": said[0], "notes": said[1:]}
-        files.json({**plain(judged), **runs_told(dive), "told": told}, arguments.json)
+        words = {"dive": dive.name, "verdict": said[0], "notes": said[1:]}
+        files.json({**plain(judged), **runs_told(dive), "told": words}, arguments.json)
         console = show.results(arguments.json)
         show.say(console, said[0], *(f"  {sentence}" for sentence in said[1:]), *files.written)
     return files.code(exit_codes.DONE)
 
 
 def page_of(diagnosis: Diagnosis) -> "Report":
-    """Return the report of a diagnosis."""
     from identify.report.diagnosis import diagnosis_report  # loads matplotlib
 
     return diagnosis_report(diagnosis)

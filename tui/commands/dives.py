@@ -43,7 +43,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def table_of(rows: list[DiveRow]) -> Any:
-    """Table with one row per dive."""
     columns = ("when", "length", "MB", "loss %", "unheard", "mass", "damping", "dive")
     return show.Table(
         "",
@@ -66,7 +65,6 @@ def table_of(rows: list[DiveRow]) -> Any:
 
 
 def said_of(row: DiveRow) -> Iterator[str]:
-    """Remarks on a dive that do not fit into its row."""
     glance = row.glance
     if row.underway:
         yield row.underway

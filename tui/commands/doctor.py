@@ -155,7 +155,6 @@ def ports(vehicle: Vehicle) -> list[Finding]:
 
 
 def existing(folder: Path) -> Path:
-    """The folder, or its nearest parent that exists."""
     return next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
 
 

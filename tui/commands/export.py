@@ -165,7 +165,6 @@ def export_dive(arguments: argparse.Namespace) -> int:
 
 
 def _signals(arguments: argparse.Namespace, columns: Path | None) -> tuple[Dive, list[Topic], list[str]]:
-    """The dive, its topics, and notes on them."""
     if arguments.vehicle is None:
         dive = read_dive(Path(arguments.file), columns)
         return dive, list(topics(dive)), [str(note) for note in dive.notes]

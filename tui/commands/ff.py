@@ -69,7 +69,7 @@ def switch_off(arguments: argparse.Namespace, link: Link, clock: Clock, opener: 
             )
         except KeyboardInterrupt:
             course.stopped = True
-    return course.told(arguments.json)
+    return course.outcome(arguments.json)
 
 
 def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock) -> int:
@@ -91,15 +91,13 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
 
     with Course(words, switch, clock, arguments.seconds or PATIENCE_S) as course:
         drive(line, over)
-    return course.told(arguments.json)
+    return course.outcome(arguments.json)
 
 
 def permitted(
     mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock
 ) -> tuple[int, float] | None:
     """Return the vehicle's system and mode, or None if the user declines. Raises ParamError if it refuses the mode."""
-    # A vehicle that listens on UDP learns the ground's address from this message.
-    link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
     client = ParameterClient(link, clock)
     system, _ = client.find_vehicle(FIND_S, arguments.system)
     present = client.read_all()
@@ -131,7 +129,7 @@ class Course:
         self._console = console
         self._status = self._console.status("")
         self._start_s = self._tell_s = clock.boot_s()
-        self._silent_told = False
+        self._says_silent = False
 
     def __enter__(self) -> Self:
         self._tell_s = self._clock.boot_s() + TELL_EVERY_S
@@ -149,8 +147,8 @@ class Course:
             self._tell_s = now_s + TELL_EVERY_S
             show.say(self._console, self._switch.words)
         silent = self._switch.silent
-        if silent and now_s - self._start_s >= SILENT_S and not self._silent_told:
-            self._silent_told = True
+        if silent and now_s - self._start_s >= SILENT_S and not self._says_silent:
+            self._says_silent = True
             show.say(self._console, _not_heard(silent))
         return (
             self._switch.done
@@ -158,7 +156,7 @@ class Course:
             or self._switch.hopeless(now_s)
         )
 
-    def told(self, json: str | None) -> int:
+    def outcome(self, json: str | None) -> int:
         """Report the outcome and return the exit code."""
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
         show.say(show.results(json), f"{switch.words} ({sent_text(switch.sent)} in {took_s:.1f} s)")

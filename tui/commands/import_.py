@@ -95,7 +95,6 @@ def _whole(runs: Sequence[Dive], places: Sequence[Path]) -> Dive:
 
 
 def _contradictions(runs: Sequence[Dive]) -> list[str]:
-    """Contradictions of physics in the runs, each with the runs that show it."""
     showing: dict[tuple[str, str], list[str]] = {}
     sentences: dict[tuple[str, str], str] = {}
     for run in sorted(runs, key=lambda run: -run.duration_s)[:MOST_ASKED]:
@@ -160,7 +159,6 @@ def _copy_bytes(source: Path, made: Path) -> None:
 
 
 def contents(dive: Dive) -> dict[str, Any]:
-    """Contents of a dive as plain data."""
     return {
         "name": dive.name,
         "sha256": dive.sha256,

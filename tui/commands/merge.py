@@ -26,7 +26,7 @@ from identify.words import listed
 from tui import show
 from tui.cli import complain
 
-TOLD: Final = 3
+MOST_NAMED: Final = 3
 """Number of entries that are named individually if there are many."""
 FEWEST, LEAST_SHARE = 20, 0.3
 """Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
@@ -47,7 +47,9 @@ def run(arguments: argparse.Namespace) -> int:
                 complain(merged.words)
             else:
                 show.say(show.results(arguments.json), merged.words)
-        done, refused = ([one.file.name for one in came if (one.into is None) == no] for no in (False, True))
+        done, refused = (
+            [merged.file.name for merged in came if (merged.into is None) == no] for no in (False, True)
+        )
         if done and refused:
             show.say(show.words(), f"merged: {', '.join(done)}; not merged: {', '.join(refused)}")
     finally:
@@ -60,7 +62,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def lacking_words(holes: Sequence[Hole], lost: int) -> str:
     """`58 s of it, from 0:18 on, nobody has`; "" if nothing shows that frames are missing."""
-    longest = sorted(sorted(holes, key=lambda hole: -hole.length_s)[:TOLD], key=lambda hole: hole.after_s)
+    longest = sorted(
+        sorted(holes, key=lambda hole: -hole.length_s)[:MOST_NAMED], key=lambda hole: hole.after_s
+    )
     parts = [f"{hole.length_s:.0f} s of it, from {clock(hole.after_s)} on" for hole in longest]
     if len(holes) > len(longest):
         parts.append(f"{len(holes) - len(longest)} shorter times")
@@ -129,7 +133,7 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     present = folder.telemetry()
     source, into = _busiest(present), folder.path / WHOLE
     if any(file.samefile(recording) for recording in (*folder.heard(), *present)):
-        return _own(folder, file, source)
+        return _renewed(folder, file, source)
     strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
 
     def make(ground: Sequence[Path]) -> Whole:
@@ -157,7 +161,7 @@ def _came(file: Path, into: Path, whole: Whole) -> str:
     return " ".join(f"{sentence}." for sentence in sentences if sentence)
 
 
-def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:
+def _renewed(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:
     """Add to the whole recording all that the dive's own recordings have gained since it was made."""
     into = folder.path / WHOLE
     renewed = renew(folder, source) if file.name != WHOLE else None
@@ -201,6 +205,5 @@ def _log(folder: DiveFolder, file: Path) -> Merged:
 
 
 def _copy(file: Path, into: Path) -> None:
-    """Copy the file completely or not at all."""
     with replacing(into, "merge again") as copied, file.open("rb") as log:
         shutil.copyfileobj(log, copied)

@@ -17,7 +17,6 @@ from bridge.links import secured
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, effect_coefficients, gain_name
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.parameters import bounds, to_float32
-from bridge.wire.framing import Encoder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.comparison import (
     COLUMNS,
@@ -40,7 +39,6 @@ from gcs_plugin.params.plan import Verdict, action_of, unit_of, value_text
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
-from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 from tui import links, show
 from tui.files import Files
 from tui.parameter_files import Leave, check_outcome, read_identification
@@ -94,8 +92,6 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = links.link_for(arguments.link, opener.open)
     try:
-        # A vehicle that listens on UDP learns the ground's address from this message.
-        link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
         client = ParameterClient(link, clock, progress=watch, line=watch.line)
         with watch.bar("looking for the vehicle"):
             client.find_vehicle(arguments.seconds, arguments.system)

@@ -22,7 +22,7 @@ from gcs_plugin.params.identified import doubt_lines, sidecar_of
 from identify.identification import Outcome
 from identify.statistics import Z95
 from tui import show
-from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_beside
+from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_of_file
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative standard deviations: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over
@@ -203,7 +203,7 @@ def accepted_in(path: Path, widen: float | None, leave: Leave) -> Accepted:
         data = read_identification(path)
         sidecar, values = sidecar_of(data, 0), _identified(data)
     else:
-        of_file = sidecar_beside(path)
+        of_file = sidecar_of_file(path)
         if of_file is None:
             raise UsageError(f"{path}: {_why_no_sidecar(path)}")
         sidecar, values = of_file, _sent(of_file)
@@ -274,9 +274,9 @@ def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[
 
 def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> list[str]:
     """Names whose earlier dive is not among the dives of the new prior; a prior that names no dive is not judged."""
-    own_dives = {name: set(before.dives) - set(before.earlier_dives) for name, before in present.items()}
+    dives_of = {name: set(before.dives) - set(before.earlier_dives) for name, before in present.items()}
     return [
         name
-        for name, dives in own_dives.items()
+        for name, dives in dives_of.items()
         if name in after and dives and not dives.intersection(after[name].dives)
     ]

@@ -232,7 +232,7 @@ class RecordingState:
         self._opener = opener
         self._sign_key = str(Path(sign_key).absolute()) if sign_key else ""
         self._clock, self._links, self._hub = clock, links, hub
-        self._own_clock = EvenClock(clock)
+        self._recording_clock = EvenClock(clock)
         self.begin(folder)
         self._notices: tuple[str, ...] = ()
         self._fault = ""
@@ -242,20 +242,19 @@ class RecordingState:
         """How other programs reach the links of this recording, in a sentence."""
         first = self._other()
         if first is not None:
-            own_links = (
+            links_here = (
                 f"; the links of this one are at {self._hub}, or by their names with --link"
                 if self._hub
                 else ""
             )
-            return f"params, doctor, ff and note go by way of {words_of(first)}{own_links}"
+            return f"params, doctor, ff and note go by way of {words_of(first)}{links_here}"
         if not self._hub:
             return "its links serve nobody else"
         return f"params, doctor, ff and note go by way of it, at {self._hub}"
 
     def begin(self, folder: Path) -> None:
-        """Begin a dive in this folder."""
         # A single assignment, because another thread may be writing the state.
-        self._dive = (folder, utc_text(self._own_clock.unix_s()))
+        self._dive = (folder, utc_text(self._recording_clock.unix_s()))
 
     def notice(self, said: Notice) -> None:
         """Keep a notice that an operator must read."""
@@ -281,7 +280,7 @@ class RecordingState:
             self._sign_key,
             recorder.unwritten.replace(f"{folder}/", ""),
             recorder.waiting,
-            round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
+            round(self._clock.unix_s() - self._recording_clock.unix_s(), 3),
             self._vehicles(recorder),
         )
         try:
@@ -293,7 +292,6 @@ class RecordingState:
             self._fault = str(error)
 
     def end(self) -> None:
-        """Remove the state."""
         release()
 
     def _vehicles(self, recorder: Recorder) -> tuple[HeardVehicle, ...]:

@@ -116,7 +116,6 @@ def dive(
     links: Sequence[Link],
     unix_s: float,
 ) -> int:
-    """Dive a mission and record it."""
     times = arguments.speed or (1.0 if links else math.inf)
     if Mode(BY_WORD.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
         raise exit_codes.UsageError(

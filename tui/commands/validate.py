@@ -22,7 +22,7 @@ from identify.validate import METHOD, Row, TrackingErrors
 from identify.words import speed
 from tui import show
 from tui.files import Files
-from tui.parameter_files import foretelling_of, sidecar_beside
+from tui.parameter_files import foretelling_of, sidecar_of_file
 from tui.recordings import column_map_for
 from tui.show import Table
 
@@ -34,8 +34,8 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
-    told = foretelling(arguments.foretold, Path(arguments.receipts), dives, file)
-    done = validate(dives, file, told)
+    foretold = foretelling(arguments.foretold, Path(arguments.receipts), dives, file)
+    done = validate(dives, file, foretold)
     console = show.results(arguments.json)
     errors = {run.label: run.errors for run in done.runs}
     if whole := whole_table(errors):
@@ -75,13 +75,13 @@ def foretelling(
     Raises UsageError for a named file that foretells nothing.
     """
     if given is not None:
-        sidecar = sidecar_beside(Path(given))
-        told = None if sidecar is None else foretelling_of(sidecar)
-        if told is None:
+        sidecar = sidecar_of_file(Path(given))
+        foretold = None if sidecar is None else foretelling_of(sidecar)
+        if foretold is None:
             raise UsageError(
                 f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
             )
-        return told
+        return foretold
     for dive in dives:
         try:
             configuration = file.configuration_of(dive.configuration_index())
@@ -117,7 +117,6 @@ def _speed(value: float, axis: str) -> str:
 
 
 def page_of(done: Validation) -> "Report":
-    """Return the report of the errors."""
     from identify.report.validation import validation_report  # loads matplotlib
 
     return validation_report(done)
@@ -135,7 +134,6 @@ def raising_lines(label: str, judged: Raising) -> list[str]:
 
 
 def error_table(runs: Sequence[str], rows: Sequence[Row]) -> Table:
-    """Table of errors, one column per run."""
     return show.Table(
         "mean absolute tracking error",
         ("motion", "phase", *runs),

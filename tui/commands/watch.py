@@ -198,7 +198,6 @@ def screen(picture: Picture, holding: Holding | None, width: int, fault: str = "
 
 
 def _vehicle(named: str | None, holding: Holding | None) -> VehicleFile | None:
-    """Return the named vehicle file, or that of the running recording."""
     if named is None and holding is not None:
         about = DiveFolder(Path(holding.folder)).about()
         if about.vehicle_path is not None:
@@ -220,7 +219,6 @@ def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
 
 
 def now_of(trace: Trace) -> str:
-    """The newest value."""
     value = float(trace.value[-1]) if len(trace.value) else math.nan
     return valued(value, trace.unit, trace.age_s, trace.freshness)
 
@@ -232,7 +230,7 @@ def asked_of(trace: Trace) -> str:
     return valued(float(trace.reference[-1]), trace.unit, 0.0, Freshness.FRESH)
 
 
-def beside_asked(trace: Trace) -> str:
+def against_reference(trace: Trace) -> str:
     """Value and reference as `0.29/0.30`, or the value alone."""
     reference = asked_of(trace)
     return f"{now_of(trace)}/{reference}" if reference else now_of(trace)
@@ -305,8 +303,8 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
         *trouble(picture),
     ]
     values = [
-        f"depth {beside_asked(traces['depth'])} m",
-        " ".join(f"{key} {beside_asked(traces[key])}" for key in VELOCITIES),
+        f"depth {against_reference(traces['depth'])} m",
+        " ".join(f"{key} {against_reference(traces[key])}" for key in VELOCITIES),
         "" if axis is None else "{} {}/{} {} off".format(DOFS[axis.dof], *thousandths(axis)),
         f"{now_of(traces['voltage'])} V",
     ]
@@ -355,7 +353,6 @@ def sensor_table(picture: Picture) -> show.Table:
 
 
 def quantity_table(picture: Picture) -> show.Table:
-    """Each quantity with its reference."""
     rows = [
         (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
     ]
@@ -386,7 +383,6 @@ def _stale(rows: Iterable[Trace | SensorRow | ThrusterRow]) -> list[bool]:
 
 
 def tables(picture: Picture) -> Sequence[show.Table]:
-    """The tables that have rows."""
     candidates = (
         quantity_table(picture),
         gap_table(picture),

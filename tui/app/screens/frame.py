@@ -52,7 +52,6 @@ class Drawn(Widget):
         self._lines: Lines = ()
 
     def again(self) -> None:
-        """Draw what has changed."""
         if not self.size.width or not self.is_on_screen:
             return
         before, self._lines = self._lines, self._make(self.size.width, self.size.height)
@@ -167,7 +166,6 @@ class KeyLine(Drawn):
         self.screen.bindings_updated_signal.unsubscribe(self)
 
     def _press(self, x: int, _: int) -> None:
-        """Press the key in that cell."""
         end = 0
         for key in fitting(tuple(self._live()), self.size.width):
             end += key.cells
@@ -261,7 +259,6 @@ class StationScreen(Screen[None]):
         yield from ()
 
     def offers(self, action: Action) -> bool:
-        """Whether one of its actions has an effect now."""
         return bool(self.check_action(action.call, ()))
 
     def begin(self) -> None:
@@ -281,7 +278,6 @@ class StationScreen(Screen[None]):
             room.styles.height = max(rows - taken, 0)
 
     def show(self, view: View) -> None:
-        """Show a newer view."""
         self.view = view
         self.draw()
 
@@ -293,7 +289,7 @@ class StationScreen(Screen[None]):
 
     def key_of(self, action_id: str) -> str:
         """Display form of the action's key now; "" if it has none."""
-        own_bindings = (
+        of_action = (
             active.binding for active in self.active_bindings.values() if active.binding.id == action_id
         )
-        return next((self.app.get_key_display(binding) for binding in own_bindings), "")
+        return next((self.app.get_key_display(binding) for binding in of_action), "")

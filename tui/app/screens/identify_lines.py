@@ -35,7 +35,7 @@ BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
 WIDE: Final = 120  # cells from which four charts fit side by side
 BETWEEN: Final = 3  # cells between the table and what stands beside it
-LEAST_BESIDE: Final = 48  # cells, below which reasons and notes come under the table
+LEAST_SIDE_CELLS: Final = 48  # cells, below which reasons and notes come under the table
 AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
 NAMED, ACCEPTED = f"{'':7}", f"{'accepted':>8} →"
 AFTER: Final = (
@@ -399,16 +399,16 @@ def result(shown: Identified, cells: int) -> Lines:
         rows.append(_fitting(tuple((head, "quiet") for head in columns), cells))
         rows += [_fitting(_row(value, reasons, again=again), cells) for value in shown.values]
     left = max(map(width, rows), default=0) + BETWEEN
-    height = len(rows) if cells - left >= LEAST_BESIDE else 0
-    beside: list[Line] = []
+    height = len(rows) if cells - left >= LEAST_SIDE_CELLS else 0
+    side: list[Line] = []
     below: list[Line] = []
     remarks: list[tuple[str, Role]] = [(f"{n}: {reason}", "warn") for n, reason in enumerate(reasons, 1)]
     for remark, role in (*remarks, *((note, "quiet") for note in shown.notes)):
-        if len(beside) < height:
-            beside += hanging(remark, role, cells - left)
+        if len(side) < height:
+            side += hanging(remark, role, cells - left)
         else:
             below += hanging(remark, role, cells)
-    return (*lines, *(_abreast(pair, left) for pair in zip_longest(rows, beside, fillvalue=())), *below)
+    return (*lines, *(_abreast(pair, left) for pair in zip_longest(rows, side, fillvalue=())), *below)
 
 
 def _outcome(shown: Identified) -> str:
@@ -419,7 +419,6 @@ def _outcome(shown: Identified) -> str:
 
 
 def _fitting(columns: Line, cells: int) -> Line:
-    """The columns that have room."""
     return tuple(span for n, span in enumerate(columns) if width(columns[: n + 1]) <= cells)
 
 

@@ -126,7 +126,6 @@ class SectionScreen(DiveScreen):
         raise NotImplementedError
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
-        """A section of the result."""
         raise NotImplementedError
 
     def aim(self) -> tuple[str, str]:

@@ -23,7 +23,7 @@ from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
 
 JSON, REPORT = "validation.json", "validation.html"
-MOST_BESIDE: Final = 3
+MOST_OTHERS: Final = 3
 
 
 ROWS: Final = {
@@ -253,7 +253,6 @@ def _wrench(curve: Followed, cells: int, rows: int) -> Lines:
 
 
 def axes_of(runs: Sequence[Run]) -> tuple[str, ...]:
-    """The axes for which any dive has curves."""
     return tuple(dict.fromkeys(curve.axis for run in runs for curve in run.curves))
 
 
@@ -300,7 +299,7 @@ class ValidateScreen(SectionScreen):
         return super().check_action(action, parameters)
 
     def action_beside(self) -> None:
-        self._count = (self._count + 1) % (min(len(self.others), MOST_BESIDE) + 1)
+        self._count = (self._count + 1) % (min(len(self.others), MOST_OTHERS) + 1)
         self.draw()
 
     def action_axis(self) -> None:

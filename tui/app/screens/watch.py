@@ -432,7 +432,6 @@ class WatchScreen(StationScreen):
             self.desk.replay.faster(steps)
 
     def _replay_keys(self) -> str:
-        """The present keys of the replay."""
         groups = (("pause",), ("back", "on"), ("far_back", "far_on"), ("slower", "faster"), ("end",))
         words = ("pause", "10 s", "60 s", "speed", "live")
         keys = (" ".join(self.key_of(f"replay.{name}") for name in group) for group in groups)
