@@ -2,12 +2,15 @@
 
 import json
 import math
+import os
+import signal
 from dataclasses import replace
 
 import pytest
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
 
+from bridge import reports
 from bridge.errors import ConfigError, LinkError, LinkLost
 from bridge.flight.flight import End, State
 from bridge.links.link import Link
@@ -292,6 +295,21 @@ def test_fly_flies_the_plan_and_writes_how_it_went(files, capsys, monkeypatch):
     assert "flight: finished" in (dive / "dive.yaml").read_text()
     assert (dive / "telemetry.tlog").stat().st_size > 100_000
     assert "all that was asked for was known" in capsys.readouterr().out
+
+
+def test_the_end_of_the_program_that_reads_the_progress_is_a_key_pressed_once(monkeypatch):
+    monkeypatch.setattr(fly.os, "getppid", lambda: 7)
+    for asks in (False, True):
+        if asks:
+            monkeypatch.setenv(reports.VARIABLE, reports.FORM)
+        with fly.end_key() as pressed:
+            seen = [pressed()]
+            monkeypatch.setattr(fly.os, "getppid", lambda: 1)
+            seen += [pressed(), pressed()]
+            monkeypatch.setattr(fly.os, "getppid", lambda: 7)
+            os.kill(os.getpid(), signal.SIGINT)
+            seen.append(pressed())
+        assert seen == [False, asks, False, True]
 
 
 class OfRecording(Link):

@@ -225,8 +225,9 @@ def to_json(outcome: Outcome, wanted: Wanted) -> dict[str, Any]:
 
 @contextmanager
 def end_key() -> Iterator[Any]:
-    """Whether a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program."""
-    interrupts = 0
+    """Whether a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program. The end of the
+    program that reads the progress counts as a key, for nobody has its end key any more."""
+    interrupts, reader = 0, os.getppid() if reports.asked(os.environ) else None
 
     def on_interrupt(_number: int, _frame: FrameType | None) -> None:
         nonlocal interrupts
@@ -236,8 +237,10 @@ def end_key() -> Iterator[Any]:
     terminal = _keys_at_once()
 
     def pressed() -> bool:
-        nonlocal interrupts
+        nonlocal interrupts, reader
         count, interrupts = interrupts, 0
+        if reader is not None and os.getppid() != reader:
+            count, reader = count + 1, None
         if terminal and select.select([sys.stdin], [], [], 0.0)[0]:
             count += len(os.read(sys.stdin.fileno(), 1))
         return count > 0
