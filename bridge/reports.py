@@ -23,7 +23,7 @@ APPLIED = "applied"
 """`Written.outcome` of a parameter that was read back equal."""
 
 FLIGHT = "flight"
-"""`Report.of` of a flight: `words` say what the vehicle does, `values` are the widths with those asked for."""
+"""`Report.of` of a flight: `words` say the vehicle's activity, `values` are the widths with those asked for."""
 
 SAID = "said"
 """`Report.of` for a sentence to the crew, in `words`; `share` means nothing."""

@@ -169,7 +169,7 @@ def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
 
 
 def _results(folder: Path) -> Iterator[tuple[str, str]]:
-    """The result files next to a recording: in a word or three what became of it, "" for nothing, and a description."""
+    """The result files next to a recording: in a word or three its outcome, "" for none, and a description."""
     for path in sorted(folder.iterdir()):
         if path.suffix == ".param":
             yield "", f"parameters {path.name}"

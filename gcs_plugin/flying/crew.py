@@ -32,7 +32,7 @@ _VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 
 
 class Ear(Protocol):
-    """What hears the vehicle and speaks to it, and records both."""
+    """Hears the vehicle and speaks to it, and records both."""
 
     def hear(self) -> Sequence[Frame]:
         """Frames that have arrived; waits up to STEP_S for the first. Raises LinkLost once none can come any more."""

@@ -185,7 +185,7 @@ def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.T
 
 
 def proposed(plan: FlightPlan, limits: FlightLimits, wanted: Wanted, refused: str = "") -> dict[str, Any]:
-    """What would be flown, as plain data; `refused`: why it will not be, "" if it may."""
+    """A plan to be flown, as plain data; `refused`: why it will not be, "" if it may."""
     return {
         "plan": plan.name,
         "pieces": [{"name": piece.name, "seconds": piece.duration_s} for piece in plan.pieces],

@@ -1,6 +1,6 @@
-"""Fly: the vehicle flies by itself what tells its parameters; what it flew is identified, and uploaded in shadow.
+"""Fly: the vehicle flies a plan by itself, which is then identified, and uploaded in shadow.
 
-The verb `calibrate` does all of it: without `--armed` it answers what would be flown, with it it flies.
+The verb `calibrate` does all of it: without `--armed` it answers with the plan, with it it flies.
 """
 
 import math
@@ -26,7 +26,7 @@ from tui.app.screens.transfer import agrees
 from tui.app.view import View, heard_of
 
 PLAN, FLY = "calibrate plan", "calibrate"
-"""Names of the jobs: PLAN asks what would be flown, FLY flies it."""
+"""Names of the jobs: PLAN asks for the plan, FLY flies it."""
 WORD: Final = "FLY"
 LIMITS, TO, MINUTES, KNOW = "limits", "to", "minutes", "know"
 TITLES: Final = {
@@ -49,7 +49,7 @@ class _Piece:
 
 @dataclass(frozen=True)
 class Proposed:
-    """What would be flown, as the verb answers it; `refused`: why it will not be, "" if it may."""
+    """A plan to be flown, as the verb answers it; `refused`: why it will not be, "" if it may."""
 
     plan: str
     pieces: tuple[_Piece, ...]
@@ -60,7 +60,7 @@ class Proposed:
 
 
 def mistakes(texts: Mapping[str, str]) -> dict[str, str]:
-    """What is wrong with each text of the form."""
+    """The fault of each text of the form."""
     wrong = {}
     try:
         load_limits(Path(texts[LIMITS].strip()))
@@ -82,7 +82,7 @@ def _is_positive(text: str) -> bool:
 
 
 def proposed_lines(proposed: Proposed, cells: int) -> Lines:
-    """The pieces, the limits, and what is asked for."""
+    """The pieces, the limits, and the parameters asked for."""
     limits, seconds = proposed.limits, sum(piece.seconds for piece in proposed.pieces)
     within = (
         f"depth {limits.shallowest_m:g} to {limits.deepest_m:g} m",
@@ -118,7 +118,7 @@ def width_lines(known: Mapping[str, tuple[float, float]], cells: int) -> Lines:
 
 
 class FlyScreen(StationScreen):
-    """What would be flown, with its limits; during the flight what the vehicle does and what is known."""
+    """The plan with its limits; during the flight the vehicle's activity, and the live intervals."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("fly.plan", "p", "Plan", "what would be flown; nothing is sent"),
@@ -165,7 +165,7 @@ class FlyScreen(StationScreen):
             self.action_plan()
 
     def action_plan(self) -> None:
-        """Ask the verb what would be flown; ask for its limits first where they can't be read."""
+        """Ask the verb for a plan; ask for its limits first where they can't be read."""
         if mistakes(self._texts):
             self.action_settings()
             return
@@ -242,7 +242,7 @@ class FlyScreen(StationScreen):
 
     @property
     def _words(self) -> tuple[str, ...]:
-        """The command line that answers what would be flown."""
+        """The command line that answers with a plan."""
         texts = self._texts
         know = ("--know", *texts[KNOW].split()) if texts[KNOW] else ()
         words = ("calibrate", "--limits", texts[LIMITS], "--vehicle", self._vehicle, "--to", texts[TO])
@@ -287,7 +287,7 @@ class FlyScreen(StationScreen):
         return (*lines, *hanging(self._offer(), "quiet", cells))
 
     def _offer(self) -> str:
-        """Sentence on the keys and what they begin."""
+        """Sentence on the keys that begin something."""
         if self.view_only:
             return "This view only looks, and lets nothing fly."
         if key := self.key_of("fly.fly"):
@@ -321,8 +321,8 @@ class FlyScreen(StationScreen):
             if known:
                 lines = (heading("KNOWN, half of the 95 % interval", "", cells), *width_lines(known, cells))
             said = [report.words for report in reversed(state.reports) if report.of == SAID]
-            told = tuple(line for words in said for line in hanging(words, "plain", cells))
-            lines = (*lines, heading("SAID, the newest first", "", cells), *told)
+            sentences = tuple(line for words in said for line in hanging(words, "plain", cells))
+            lines = (*lines, heading("SAID, the newest first", "", cells), *sentences)
         if proposed is None or self.flies:
             return lines
         return (*proposed_lines(proposed, cells), *lines)
