@@ -45,7 +45,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a flight is: the share of its pieces that is flown, the vehicle's activity in words, and the last widths."""
+    """Where a flight is: the share of its pieces that is flown, the vehicle's activity in words, the last widths."""
 
     share: float
     words: str
