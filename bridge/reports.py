@@ -22,6 +22,12 @@ UNKEPT = "unkept"
 APPLIED = "applied"
 """`Written.outcome` of a parameter that was read back equal."""
 
+FLIGHT = "flight"
+"""`Report.of` of a flight: `words` say the vehicle's activity, `values` are the widths with those asked for."""
+
+SAID = "said"
+"""`Report.of` for a sentence to the crew, in `words`; `share` means nothing."""
+
 ERROR = "error"
 """`Report.of` for an error that ends the verb, or for a file that it could not write; `words` is its sentence, `stage`
 the name of its class."""

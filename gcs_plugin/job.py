@@ -72,6 +72,10 @@ class Job:
         self._kill_s = now_s + KILL_AFTER_S
         self._signal(signal.SIGINT)
 
+    def interrupt(self) -> None:
+        """Press Ctrl-C, for a command that takes it as a key."""
+        self._signal(signal.SIGINT)
+
     def kill(self) -> None:
         """Kill the command at once, and wait until it has ended."""
         if self.code is None:

@@ -50,8 +50,8 @@ class Glance:
 class DiveRow:
     """A dive in a list; `notes` and `events` are the crew's own words, each event with its time.
 
-    `learnt` describes the results next to it, `worked_on` names their kinds ("identified", "validated"); `conditions`
-    describes the dive's conditions in a line. `damaged` says why its `dive.yaml` can't be read,
+    `learnt` describes the results next to it, `worked_on` is each of them in short ("identified", "GO in shadow");
+    `conditions` describes the dive's conditions in a line. `damaged` says why its `dive.yaml` can't be read,
     `underway` that it is being recorded and holds nothing yet.
     """
 
@@ -87,6 +87,12 @@ def kept_glance(folder: Path) -> Glance | None:
     except (OSError, ValueError, LookupError, TypeError):
         pass
     return None
+
+
+def results_beside(dive: Path) -> dict[str, Path]:
+    """Where an identification leaves its files next to a dive, by its options."""
+    names = {"--json": "identified.json", "--param": "identified.param", "--report": "identified.html"}
+    return {option: dive / name for option, name in names.items()}
 
 
 def short_name(folder: Path) -> str:

@@ -168,7 +168,7 @@ def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
 
 
 def _results(folder: Path) -> Iterator[tuple[str, str]]:
-    """The result files next to a recording: "identified", "diagnosed", "validated" or "", and a description."""
+    """The result files next to a recording: in a word or three its outcome, "" for none, and a description."""
     for path in sorted(folder.iterdir()):
         if path.suffix == ".param":
             yield "", f"parameters {path.name}"
@@ -189,6 +189,6 @@ def _of_result(path: Path) -> Iterator[tuple[str, str]]:
         elif isinstance(result, dict) and isinstance(result.get("verdict"), str):
             yield "diagnosed", f"diagnosed: {result['verdict']}"
         elif isinstance(result, dict) and "raising" in result and result.get("dive") == path.parent.name:
-            judged = result["raising"]
+            judged, mode = result["raising"], result.get("mode") or "an unknown mode"
             words = "nothing to judge" if judged is None else "GO" if judged["go"] else "NO-GO"
-            yield "validated", f"validated in {result.get('mode') or 'an unknown mode'}: {words}"
+            yield ("validated" if judged is None else f"{words} in {mode}"), f"validated in {mode}: {words}"

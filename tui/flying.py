@@ -1,20 +1,27 @@
-"""The recording of a flight, and the identifications that run during it."""
+"""The recording of a flight, and the identifications that run during it.
+
+A flight is recorded here, or by the recording that runs already and holds its link; that goes on in a folder of the
+flight's own, and afterwards in another.
+"""
 
 import os
 import shutil
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
 from bridge.clock import Clock
-from bridge.errors import SeatrialError
+from bridge.errors import LinkError, SeatrialError
 from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
-from gcs_plugin.flying.crew import Crew, Outbox
+from gcs_plugin.flying.crew import Crew, Hub, Outbox, Recording
 from gcs_plugin.flying.run import Widths
 from gcs_plugin.peers import GROUND_STATION
+from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
 from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
@@ -44,7 +51,62 @@ def recorded_crew(
         GROUND_STATION,
         outbox,
     )
-    return Crew(recorder, link, outbox, clock, tell), recorder, folder
+    return Crew(Recording(recorder, outbox), link, clock, tell), recorder, folder
+
+
+class RecordedHere:
+    """A flight whose link is recorded here, from the beginning."""
+
+    def __init__(self, crew: Crew, recorder: Recorder, folder: DiveFolder) -> None:
+        self.crew, self._recorder, self._folder = crew, recorder, folder
+
+    def begin(self) -> DiveFolder:
+        """The folder of the flight that begins now."""
+        return self._folder
+
+    def end(self, words: str) -> None:
+        """End the recording; `words` say how the flight went."""
+        self._recorder.close()
+        if self._recorder.recorded:
+            self._folder.add_event(self.crew.clock.unix_s(), words)
+        else:
+            self._folder.discard()
+
+
+class RecordedThere:
+    """A flight by way of the recording that runs, whose hub `link` is."""
+
+    def __init__(
+        self, link: Link, file: VehicleFile, configuration: str, clock: Clock, tell: Callable[[str], None]
+    ) -> None:
+        self.crew = Crew(Hub(link, clock), link, clock, tell)
+        self._link, self._about, self._tell = link, about_vehicle(file, configuration), tell
+        self._folder: DiveFolder | None = None
+
+    def begin(self) -> DiveFolder:
+        """The folder of the flight that begins now: the recording goes on in it. Raises LinkError, LogError."""
+        _, present = orders.next_dive(self.crew.clock, time.sleep)
+        folder = self._folder = DiveFolder(present)
+        folder.change(
+            lambda about: replace(
+                about,
+                vehicle_file=self._about.vehicle_file,
+                vehicle_sha256=self._about.vehicle_sha256,
+                configuration=self._about.configuration,
+            )
+        )
+        return folder
+
+    def end(self, words: str) -> None:
+        """Let the recording go on in another dive; `words` say how the flight went."""
+        self._link.close()
+        if self._folder is None:
+            return
+        self._folder.add_event(self.crew.clock.unix_s(), words)
+        try:
+            orders.next_dive(self.crew.clock, time.sleep)
+        except LinkError as error:
+            self._tell(str(error))
 
 
 def widths_of(dive: Path, vehicle: str, configuration: str) -> Widths:

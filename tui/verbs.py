@@ -462,8 +462,7 @@ def _flight(options: Options) -> None:
         required=True,
     )
     options.vehicle("the vehicle file", required=True)
-    options.value("--link", "SPEC", "the link to the vehicle", required=True)
-    options.sign_key()
+    options.link()
     options.switch(
         "--armed", "arm it and fly; without this nothing is sent, and what would be flown is shown"
     )
@@ -496,6 +495,7 @@ def _fly(options: Options) -> None:
 def _calibrate(options: Options) -> None:
     _flight(options)
     options.positive("--minutes", "N", "longest flight that is planned", 5.0)
+    options.receipts("takes the receipt of the upload")
 
 
 @verb(

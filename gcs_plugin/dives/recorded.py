@@ -65,7 +65,7 @@ class RecordedDives:
 
         Raises LogError if no folder can be made; the present dive goes on.
         """
-        following = self._new()
+        following = self._new(len(self.finished) + 2)
 
         def change(count: Count) -> None:
             before = self.end(count)
@@ -86,8 +86,10 @@ class RecordedDives:
         self.finished.append(dive)
         return dive
 
-    def _new(self) -> DiveFolder:
-        folder = new_folder(self._root, self._clock.unix_s(), self._name)
+    def _new(self, number: int = 1) -> DiveFolder:
+        """The folder of the dive of that number, in which a name ends from the second dive on."""
+        name = f"{self._name}-{number}" if self._name and number > 1 else self._name
+        folder = new_folder(self._root, self._clock.unix_s(), name)
         try:
             folder.describe(self._describe(folder))
         except LogError:

@@ -6,8 +6,8 @@ that tell how late they are, are asked for here, since ArduSub sends each link w
 The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
 """
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -17,18 +17,30 @@ from bridge.ardusub.settings import RECORDED, Questions
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.links.link import Link
-from bridge.wire.framing import Encoder
+from bridge.wire.framing import Encoder, Frame, Framer
 from bridge.wire.framing import decode as decode_message
 from bridge.wire.readings import decode
 from gcs_plugin.flying.session import FlightSession
-from gcs_plugin.peers import COMPANIONS, GROUND_STATION, Peers, Source
-from gcs_plugin.recording.recorder import Recorded, Recorder
+from gcs_plugin.peers import COMPANIONS, GROUND_STATION, Peers, Source, ground_heartbeat
+from gcs_plugin.recording.recorder import HEARTBEAT_EVERY_S, Recorder
 from gcs_plugin.watch.hearing import StatusTexts
 
 FIND_S: Final = 5.0
 STEP_S: Final = 0.05
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
 _VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
+
+
+class Ear(Protocol):
+    """Hears the vehicle and speaks to it, and records both."""
+
+    def hear(self) -> Sequence[Frame]:
+        """Frames that have arrived; waits up to STEP_S for the first. Raises LinkLost once none can come any more."""
+        ...
+
+    def send(self, raw: bytes) -> None:
+        """Send a frame, now or with the next `hear`."""
+        ...
 
 
 class Outbox:
@@ -49,18 +61,44 @@ class Outbox:
         self._frames.append(raw)
 
 
+class Recording:
+    """A recording made here, by a recorder that beats as the ground and has this outbox."""
+
+    def __init__(self, recorder: Recorder, outbox: Outbox) -> None:
+        self._recorder, self.send = recorder, outbox.put
+
+    def hear(self) -> Sequence[Frame]:
+        return [item.frame for item in self._recorder.step(STEP_S)]
+
+
+class Hub:
+    """The hub of a recording that runs in another process; the heartbeat is this one's."""
+
+    def __init__(self, link: Link, clock: Clock) -> None:
+        self._link, self._clock, self._framer = link, clock, Framer()
+        self._encoder, self._beat_s = Encoder(*GROUND_STATION), clock.boot_s()
+
+    def hear(self) -> Sequence[Frame]:
+        now_s = self._clock.boot_s()
+        if now_s >= self._beat_s:
+            self._beat_s = now_s + HEARTBEAT_EVERY_S
+            self.send(self._encoder.encode(ground_heartbeat()))
+        return self._framer.feed(self._link.read(STEP_S))
+
+    def send(self, raw: bytes) -> None:
+        self._link.write(raw)
+
+
 class Crew:
-    """Steps the recorder, and the session once there is one; `tell` gets the vehicle's texts.
+    """Hears the vehicle of a link by `ear`, and steps the session once there is one; `tell` gets the vehicle's texts.
 
     `veh_cfg` is the configuration that the vehicle names, None before it has.
     """
 
-    def __init__(
-        self, recorder: Recorder, link: Link, outbox: Outbox, clock: Clock, tell: Callable[[str], None]
-    ) -> None:
+    def __init__(self, ear: Ear, link: Link, clock: Clock, tell: Callable[[str], None]) -> None:
         self.clock = clock
         self._peers, self._link = Peers(link), link.name
-        self._recorder, self._outbox = recorder, outbox
+        self._ear = ear
         self._encoder = Encoder(*GROUND_STATION)
         self._texts = StatusTexts(lambda _source, _severity, text: tell(f"vehicle: {text.words}"))
         self._session: FlightSession | None = None
@@ -83,11 +121,11 @@ class Crew:
         flying: set[Source] = set()
         heard: set[Source] = set()
         while self.clock.boot_s() < end_s:
-            for item in self._step():
-                source = (item.frame.system, item.frame.component)
+            for frame in self._step():
+                source = (frame.system, frame.component)
                 if system in (None, source[0]) and source != GROUND_STATION:
                     heard.add(source)
-                    reading = decode(item.frame)
+                    reading = decode(frame)
                     if reading is not None and reading.signal == "flight":
                         flying.add(source)
                     elif reading is not None and reading.signal == "veh_cfg":
@@ -121,28 +159,28 @@ class Crew:
         rates = [] if self._rates is None else self._rates.step(now_s, has_switches=True)
         questions = [] if self._questions is None else self._questions.step(now_s)
         for message in (*rates, *questions, *self.session.tick(now_s)):
-            self._outbox.put(self._encoder.encode(message))
+            self._ear.send(self._encoder.encode(message))
 
-    def _step(self) -> list[Recorded]:
-        taken = self._recorder.step(STEP_S)
+    def _step(self) -> Sequence[Frame]:
+        frames = self._ear.hear()
         now_s = self.clock.boot_s()
-        for item in taken:
-            self._peers.on_frame(item.frame, self._link, now_s)
-            self._texts.hear(item.frame)
-            if self._rates is not None and item.frame.message_id in (_ACK, _VALUE):
-                self._answered(item)
+        for frame in frames:
+            self._peers.on_frame(frame, self._link, now_s)
+            self._texts.hear(frame)
+            if self._rates is not None and frame.message_id in (_ACK, _VALUE):
+                self._answered(frame)
             if self._session is not None:
-                self._session.on_frame(item.frame, now_s)
-        return taken
+                self._session.on_frame(frame, now_s)
+        return frames
 
-    def _answered(self, item: Recorded) -> None:
+    def _answered(self, frame: Frame) -> None:
         """The autopilot acknowledges a rate, or states a parameter."""
-        message, vehicle = decode_message(item.frame), self.session.vehicle
-        if message is None or (item.frame.system, item.frame.component) != (vehicle[0], AUTOPILOT):
+        message, vehicle = decode_message(frame), self.session.vehicle
+        if message is None or (frame.system, frame.component) != (vehicle[0], AUTOPILOT):
             return
         assert self._rates is not None
         assert self._questions is not None
-        if item.frame.message_id == _ACK:
+        if frame.message_id == _ACK:
             self._rates.on_ack(message, self.clock.boot_s())
         else:
             self._questions.on_value(message.param_id, message.param_value)

@@ -43,6 +43,15 @@ class Wanted:
         return tuple(name for name in self.names if not widths.get(name, math.inf) <= self.share)
 
 
+@dataclass(frozen=True)
+class Progress:
+    """Where a flight is: the share of its pieces that is flown, the vehicle's activity in words, the last widths."""
+
+    share: float
+    words: str
+    widths: Widths
+
+
 @dataclass
 class Outcome:
     """How a flight went: `widths` of its last identification, `known_s` after take-off if all is known."""
@@ -63,6 +72,8 @@ class Outcome:
 class PlanFlight:
     """One flight of a plan. `step` until `over`; `key` is the end key: it holds, and pressed again it disarms.
 
+    `tell` gets a sentence at each turn of the flight, `follow` its progress whenever that has changed.
+
     A flight that is finished is over once all that it flew is identified, which may take longer than the flight.
     """
 
@@ -74,11 +85,13 @@ class PlanFlight:
         wanted: Wanted,
         identifying: Identifying,
         tell: Callable[[str], None] = lambda _: None,
+        follow: Callable[[Progress], None] = lambda _: None,
     ) -> None:
         self.outcome = Outcome()
         self.over = False
         self._crew, self._plan, self._limits = crew, plan, limits
         self._wanted, self._identifying, self._tell = wanted, identifying, tell
+        self._follow, self._progress = follow, Progress(0.0, "", {})
         self._left = list(plan.pieces)
         self._flown: Piece | None = None
         self._told_of: set[str] = set()
@@ -112,6 +125,19 @@ class PlanFlight:
         if not self._landed:
             self._go_on(now_s)
         self.over = self._landed and not self._concludes()
+        progress = self._where()
+        if progress != self._progress:
+            self._progress = progress
+            self._follow(progress)
+
+    def _where(self) -> Progress:
+        session, flown = self._crew.session, self._flown
+        left_s = session.heard.left_s if session.heard is not None else 0.0
+        piece = flown.name if flown is not None else ""
+        words = DOES[session.state].format(left_s, piece)
+        if self._landed and not self.over:
+            words = "lies still; what it flew is identified"
+        return Progress(self.outcome.pieces / len(self._plan.pieces), words, self.outcome.widths)
 
     def _go_on(self, now_s: float) -> None:
         """Ask for the next piece, or end a flight that is over."""
@@ -200,6 +226,15 @@ class PlanFlight:
             self._tell(f"{sentence}{f': {session.words}' if session.words else ''}")
 
 
+DOES: Final = {
+    State.IDLE: "lies still",
+    State.COUNTDOWN: "counts down: {:.0f} s",
+    State.GOING: "goes to its station",
+    State.WAITING: "waits on its station",
+    State.FLYING: "flies {1}: {0:.0f} s left",
+    State.RETURNING: "goes back to where it began",
+    State.HOLDING: "holds its place, {:.0f} s at most, then disarms",
+}
 SENTENCES: Final = {
     State.IDLE: "",
     State.COUNTDOWN: "counts down: {:.0f} s",

@@ -128,6 +128,12 @@ def newest_before(receipts: Path, system: int) -> Path:
     return oldest.preimage
 
 
+def rolled_back(receipts: Path, system: int | None = None) -> PastUpload | None:
+    """The newest upload or roll back, if that is a roll back that was verified; else None."""
+    newest = next(reversed(kept_in(receipts, system)), None)
+    return newest if newest is not None and newest.restores and newest.outcome in _HELD else None
+
+
 def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
     """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
     the values on the vehicle.

@@ -140,6 +140,16 @@ class Plan:
                 f"{ACCEPT_IMPLAUSIBLE} {names}"
             )
         missing = self.named(Verdict.UNKNOWN)
+        if (
+            missing
+            and all(part_of_set(name) is not None for name in missing)
+            and len(missing) == len(self.rows)
+        ):
+            raise ParamUnknown(
+                "the vehicle has no parameters of a feed-forward, as an autopilot alone has none; nothing was sent. "
+                "Beside ArduSub the companion brings them (seatrial bridge), and PX4 is not supported: recordings of "
+                "any vehicle can be identified and diagnosed"
+            )
         if missing:
             raise ParamUnknown(
                 f"the vehicle has no {', '.join(missing)}; nothing was sent, choose lines that it has"

@@ -164,6 +164,7 @@ class Picture:
     gap: Gap | None = None
     lacks: str = ""
     alarms: tuple[Alarm, ...] = ()
+    flies: bool = False
 
     def newest(self, key: str) -> float:
         """The newest value of a trace; NaN unless it is fresh."""

@@ -150,6 +150,7 @@ class Watcher:
             ),
             ff_mode=_whole(channels["ff_mode"].values),
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),
+            flies=_whole(channels["flight"].values) is not None,
             active_set=self._active_set.number,
             active_set_age_s=now_s - self._active_set.stated_s,
             configuration=configuration,

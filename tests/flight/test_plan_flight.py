@@ -2,21 +2,30 @@
 
 import json
 import math
+import os
+import signal
 from dataclasses import replace
 
 import pytest
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
 
-from bridge.errors import ConfigError, LinkError
+from bridge import reports
+from bridge.errors import ConfigError, LinkError, LinkLost
 from bridge.flight.flight import End, State
+from bridge.links.link import Link
 from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
+from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
+from gcs_plugin.dives.folder import length_s, new_folder
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import PlanFlight, Wanted, told
+from gcs_plugin.peers import GROUND_STATION
+from gcs_plugin.recording import orders
+from gcs_plugin.recording.recorder import Recorder
 from identify.identification import estimate
 from identify.planning.knowledge import widths
 from tui import cli
@@ -286,6 +295,117 @@ def test_fly_flies_the_plan_and_writes_how_it_went(files, capsys, monkeypatch):
     assert "flight: finished" in (dive / "dive.yaml").read_text()
     assert (dive / "telemetry.tlog").stat().st_size > 100_000
     assert "all that was asked for was known" in capsys.readouterr().out
+
+
+def test_the_end_of_the_program_that_reads_the_progress_is_a_key_pressed_once(monkeypatch):
+    monkeypatch.setattr(fly.os, "getppid", lambda: 7)
+    for asks in (False, True):
+        if asks:
+            monkeypatch.setenv(reports.VARIABLE, reports.FORM)
+        with fly.end_key() as pressed:
+            seen = [pressed()]
+            monkeypatch.setattr(fly.os, "getppid", lambda: 1)
+            seen += [pressed(), pressed()]
+            monkeypatch.setattr(fly.os, "getppid", lambda: 7)
+            os.kill(os.getpid(), signal.SIGINT)
+            seen.append(pressed())
+        assert seen == [False, asks, False, True]
+
+
+class OfRecording(Link):
+    """The hub of a recording, which is stepped as it is read; `go_on` is the order for its next dive."""
+
+    def __init__(self, link, clock, root):
+        self.name, self.came, self.asked, self.root, self.clock = "memory:sea", b"", [], root, clock
+        self.folders = [new_folder(root, clock.unix_s(), "before")]
+        self.recorder = Recorder(
+            [link], self.folders[0].open_telemetry, clock, lambda: 1 << 40, lambda _: None, outlet=self
+        )
+
+    def broadcast(self, raw):
+        self.came += raw
+
+    def taken(self):
+        asked, self.asked = self.asked, []
+        return asked
+
+    def read(self, timeout_s):
+        self.recorder.step(timeout_s)
+        came, self.came = self.came, b""
+        return came
+
+    def write(self, data):
+        self.asked.append(data)
+
+    def close(self):
+        self.asked = []
+
+    def go_on(self, clock, _wait):
+        self.folders.append(new_folder(self.root, clock.unix_s(), "dive"))
+        self.recorder.go_on(self.folders[-1].open_telemetry, lambda _: None)
+        self.read(0.0)
+        return tuple(folder.path for folder in self.folders[-2:])
+
+
+def test_by_way_of_a_recording_a_flight_has_a_folder_of_its_own_and_beats_itself(files, monkeypatch):
+    link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+    identifying = Scripted({"M_u": 0.01, "D_u": 0.02})
+    identifying.close = lambda: None
+    hub = OfRecording(link, clock, files / "dives")
+    monkeypatch.setattr(fly.clocks, "SystemClock", lambda: clock)
+    monkeypatch.setattr(fly.links, "link_for", lambda _: hub)
+    monkeypatch.setattr(fly, "Alongside", lambda *_: identifying)
+    monkeypatch.setattr(orders, "next_dive", hub.go_on)
+    words = [
+        word for word in command("--armed", "--countdown", "3", "--json", "out.json") if word[:3] != "mem"
+    ]
+    words.remove("--link")
+    assert cli.main(words) == 0
+    _, flown, after = hub.folders
+    out = json.loads((files / "out.json").read_text())
+    assert (out["end"], out["folder"]) == ("finished", str(flown.path))
+    assert "flight: finished" in (flown.path / "dive.yaml").read_text()
+    assert flown.about().configuration == "hovering"
+    sent = [
+        frame for _, frame in read_tlog(flown.path / "telemetry.tlog") if frame.system == GROUND_STATION[0]
+    ]
+    beats = [frame for frame in sent if frame.message_id == 0]
+    flown_s = length_s(flown.path)
+    assert len(beats) == pytest.approx(flown_s, abs=3)
+    assert len(sent) > len(beats)
+    assert after.telemetry()
+
+
+def test_a_recording_that_ends_in_mid_flight_ends_the_verb_and_the_vehicle_goes_back(
+    files, capsys, monkeypatch
+):
+    link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+    hub = OfRecording(link, clock, files / "dives")
+    identifying = Scripted({})
+    identifying.close = lambda: None
+    flight = link.vehicle._flights.flight
+    read = hub.read
+
+    def ends(timeout_s):
+        if flight.state is State.FLYING:
+            raise LinkLost("the recording of memory:sea has ended; begin another, and ask again")
+        return read(timeout_s)
+
+    hub.read = ends
+    monkeypatch.setattr(fly.clocks, "SystemClock", lambda: clock)
+    monkeypatch.setattr(fly.links, "link_for", lambda _: hub)
+    monkeypatch.setattr(fly, "Alongside", lambda *_: identifying)
+    monkeypatch.setattr(orders, "next_dive", lambda clock, wait: hub.go_on(clock, wait))
+    words = [word for word in command("--armed", "--countdown", "3") if word not in ("--link", "memory:sea")]
+    assert cli.main(words) == 3
+    assert (
+        "has ended; begin another, and ask again; a vehicle under way goes back by itself"
+        in capsys.readouterr().err
+    )
+    end_s = clock.boot_s() + 100.0
+    while flight.state is not State.IDLE and clock.boot_s() < end_s:
+        link.read(0.05)
+    assert (flight.end, link.vehicle.bridge.armed) == (End.LINK, False)
 
 
 @pytest.mark.usefixtures("files")

@@ -72,6 +72,13 @@ def test_one_refused_or_unknown_line_stops_the_whole_plan():
         make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT).check()
 
 
+def test_an_autopilot_that_has_no_feed_forward_at_all_is_told_what_brings_one_and_what_works():
+    with pytest.raises(
+        ParamUnknown, match="PX4 is not supported: recordings of any vehicle can be identified"
+    ):
+        make_plan({"FF0_D_U": 42.0, "FF0_M_U": 30.0}, {"MPC_XY_P": 1.0}).check()
+
+
 def held(active, **values):
     return {**values, "FF_COMMIT": active, "FF_ACTIVE": active}
 

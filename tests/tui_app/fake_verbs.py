@@ -29,8 +29,9 @@ class FakeVerbs:
     def _waits(self, words):
         return words[0] in self.held or (not callable(self.results) and words[0] not in self.results)
 
-    async def __call__(self, words, hear):
+    async def __call__(self, words, hear, pressed=None):
         self.words.append(words)
+        self.pressed = pressed
         for report in self.tells if words[0] != "dives" else ():
             hear(report)
         if self._waits(words):

@@ -9,7 +9,8 @@ from made_view import UNIX_S
 from bridge.reports import Report
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.files import write_parameters
-from tui.app.screens.identify_lines import places, words_for
+from tui.app.screens.identify_lines import words_for
+from tui.dive_list import results_beside
 
 VALUES = dict(
     zip(
@@ -90,8 +91,8 @@ def dive_in(folder):
 
 def beside(dive):
     """The dive, with an identification of a fixed time beside it."""
-    leave(words_for(str(dive), "", places(dive)))
-    for path in places(dive).values():
+    leave(words_for(str(dive), "", results_beside(dive)))
+    for path in results_beside(dive).values():
         if path.exists():
             os.utime(path, (UNIX_S, UNIX_S))
     return dive

@@ -10,11 +10,15 @@ from fake_verbs import desk as made_desk
 from made_view import FixedViews, picture, view
 from screen_text import Lacks, Sees, played
 
+from gcs_plugin.params import last_accepted
 from gcs_plugin.params.files import write_parameters
+from gcs_plugin.params.receipt import PastUpload
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.watch.picture import Armed
 from tui.app.campaign import Campaign, Task, lowered_to, next_of, raised_to
 from tui.app.progress import campaign_of
 from tui.app.screens.overlays import AskScreen
+from tui.app.view import heard_of
 from tui.dive_list import VERSION, Glance
 from tui.show import plain
 
@@ -36,15 +40,24 @@ BOTH = replace(SHADOW, mode="both")
         (Campaign(linked=True), Task.RECORD, "record a dive"),
         (HERE, Task.DIVE, "once surge, sway and yaw are dived"),
         (replace(HERE, heard=False), Task.DIVE, "switch the vehicle on, and dive surge, sway and yaw"),
+        (replace(HERE, flies=True), Task.DIVE, "let it fly by itself what calibrates it"),
+        (replace(DIVED, flies=True, told=5, lacking=("D_v",)), Task.DIVE_MORE, "D_v not told by first: let it fly"),
+        (replace(HERE, flying=True), Task.WAIT, "the vehicle flies by itself"),
         (replace(DIVED, told=4, lacking=("M_v", "D_v")), Task.DIVE_MORE,
          "M_v, D_v not told by first: dive sway there and back at two speeds"),
         (replace(DIVED, told=None), Task.IDENTIFY, "identify first"),
         (DIVED, Task.IDENTIFY, "identify first"),
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
-        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "switch it on; then: identified, not uploaded"),
+        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "not heard, switch it on or mend the link; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record it; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT, "connect the vehicle"),
+        (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),
+        (replace(SHADOW, halfway=True), Task.UPLOAD, "the last upload was cut short"),
+        (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),
+        (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
+        (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
+        (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read what to dive next"),
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
@@ -94,6 +107,7 @@ def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(
         (replace(UPLOADED, heard=False), None, "tells no mode"),
         (replace(UPLOADED, mode=""), None, "tells no mode"),
         (replace(UPLOADED, recording=False), None, "none runs"),
+        (replace(UPLOADED, contested=True), None, "two vehicles share its address"),
         (SHADOW, None, "no dive in shadow since the upload"),
         (replace(GO, since=False), None, "no dive in shadow since the upload"),
         (replace(GO, flown="off"), None, "no dive in shadow since the upload"),
@@ -178,7 +192,7 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     assert (place.campaign().identified, place.campaign().uploaded) == (True, False)
     accepted = place.receipts / "2026-11-21T090000Z-accepted.param"
     place.write(accepted)
-    monkeypatch.setattr("tui.app.progress.last_accepted", lambda _: {"FF0_M_U": Accepted(12.5)})
+    monkeypatch.setattr("tui.app.progress.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
     assert (place.campaign().uploaded, place.campaign().since) == (True, False)
     place.dive("2026-11-21T0910Z-shadow", M_u=0.01)
     place.validate("2026-11-21T0910Z-shadow", "shadow", True)
@@ -200,7 +214,7 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
 def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_finds_nothing(
     place, monkeypatch
 ):
-    monkeypatch.setattr("tui.app.progress.last_accepted", lambda _: {"FF0_M_U": Accepted(12.5)})
+    monkeypatch.setattr("tui.app.progress.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     place.identify("2026-11-21T0800Z-first")
     place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
@@ -214,6 +228,34 @@ def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_fin
     place.write(dive / "diagnosis.json", '{"verdict": "no_gap"}')
     again = place.campaign()
     assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")
+
+
+def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_what_was_taken_back(
+    place, monkeypatch
+):
+    asked = []
+    monkeypatch.setattr("tui.app.progress.last_accepted", lambda _, system: asked.append(system) or {})
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    place.identify("2026-11-21T0800Z-first")
+    preimage = place.receipts / "2026-11-21T090000Z-before.param"
+    place.write(preimage)
+    past = PastUpload(preimage, 2, Outcome.APPLIED, "2026-11-21T085000Z-before.param", {}, {}, None)
+    monkeypatch.setattr(last_accepted, "kept_in", lambda _, system: [past] if system == 1 else [])
+    assert (place.campaign().taken_back, place.campaign().halfway) == (True, False)
+    begun = replace(past, outcome=Outcome.BEGUN, written={"FF0_M_U": 1.0})
+    monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [begun])
+    assert (place.campaign().taken_back, place.campaign().halfway) == (False, True)
+    monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [past])
+    place.identify("2026-11-21T0800Z-first", 13.0)
+    assert place.campaign().taken_back is False
+    assert set(asked) == {1}
+
+
+def test_a_vehicle_is_not_heard_because_another_is():
+    lost, other = replace(picture().links[0], age_s=99.0, lost=True), replace(picture().links[0], system=2)
+    assert heard_of(picture()) == 1
+    assert heard_of(replace(picture(), links=(lost, other))) is None
+    assert heard_of(replace(picture(), links=())) is None
 
 
 class Accepted:

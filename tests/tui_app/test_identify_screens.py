@@ -15,9 +15,10 @@ from bridge.reports import UNKEPT, Report
 from bridge.vehicle.config import load_vehicle
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
-from tui.app.screens.identify_lines import places, words_for
+from tui.app.screens.identify_lines import words_for
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
+from tui.dive_list import results_beside
 
 WAITING = partial(FakeVerbs, tells=passes())
 
@@ -43,7 +44,7 @@ def test_two_keys_identify_the_dive_that_one_comes_from(dive):
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(dive)}], "identify": {}}, leave=leave)
     seen = (shows(IdentifyScreen), Sees("11 of 12 coefficients"), lambda app: app.desk.dive == dive)
     played(desk(verbs), "2", "i", *seen)
-    assert verbs.words[-1] == words_for(str(dive), "ruvifist:hovering", places(dive))
+    assert verbs.words[-1] == words_for(str(dive), "ruvifist:hovering", results_beside(dive))
 
 
 def test_it_goes_on_while_another_screen_is_looked_at_and_is_cancelled_by_a_key(dive):
@@ -66,11 +67,11 @@ def test_the_result_is_there_and_goes_to_parameters_while_its_page_is_still_writ
         return app.desk.jobs.runs("identify")
 
     def leave_values(_):
-        leave(words_for(str(dive), "", places(dive)))
+        leave(words_for(str(dive), "", results_beside(dive)))
 
     seen = (runs, Sees("11 of 12 coefficients"), Sees("25 % writing the page"))
     played(desk(verbs, dive=dive), "3", leave_values, "i", *seen, "p", shows(ParametersScreen), runs)
-    assert verbs.words[-1][:3] == ("params", "diff", str(places(dive)["--param"]))
+    assert verbs.words[-1][:3] == ("params", "diff", str(results_beside(dive)["--param"]))
 
 
 @pytest.mark.parametrize(

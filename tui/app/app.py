@@ -36,6 +36,7 @@ from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
 from tui.app.progress import LONG, ORDER, campaign_of
 from tui.app.screens.connect import ConnectScreen
+from tui.app.screens.fly import FLY
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
@@ -267,6 +268,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._send_mode(mode, view)
         self.notify(f"vehicle {view.picture.links[0].system} is being set to {mode.word}")
 
+    def action_end_flight(self) -> None:
+        """The end key of the flight that runs."""
+        if self.desk.jobs.press(FLY):
+            self._warn(
+                "the flight is ended: it holds its place; again disarms it", lambda: self.desk.jobs.runs(FLY)
+            )
+        else:
+            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+
     def _send_mode(self, mode: Mode, view: View) -> None:
         """Set the feed-forward of the vehicle on screen."""
         system = str(view.picture.links[0].system)
@@ -294,6 +304,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if jobs.runs(WRITE):
             await self.action_open("parameters")
             self._warn("parameters are being written; leave once that has ended", lambda: jobs.runs(WRITE))
+            return
+        if jobs.runs(FLY):
+            await self.action_open("fly")
+            self._warn(
+                f"the vehicle flies; leave once that has ended, {self._key_of_id('flight.end')} ends it",
+                lambda: jobs.runs(FLY),
+            )
             return
         at_work = self._at_work()
         if at_work <= self._warned_of:

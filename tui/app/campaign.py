@@ -34,22 +34,27 @@ class Campaign:
     """The state of a campaign, as far as this computer knows it.
 
     `vehicle`: its file is known, or nobody may say which it is.
-    `heard`: the vehicle is; `recording`: a recording runs; `over`: its dive is over; `linked`: it is known which links
-    to record. `working` is the long verb that runs, "" for none; `writing`: parameters or a mode are on their way to
-    the vehicle.
+    `heard`: the vehicle is; `contested`: another has its address, so that nothing may be sent; `recording`: a recording
+    runs; `over`: its dive is over; `linked`: it is known which links to record. `flies`: it can fly manoeuvres by
+    itself; `flying`: it does, as Fly asked. `working` is the long verb that runs, "" for none; `writing`: parameters or
+    a mode are on their way to the vehicle.
     `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
     feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet; `reading`: dives are
     being read. `identified`: values of it, or of a dive before it, are kept; `accepts`: the newest of them are a
-    diagnosis's; `uploaded`: the vehicle accepted the newest of them. `mode` is the vehicle's, "" if unknown. `since`:
+    diagnosis's; `uploaded`: the vehicle accepted the newest of them; `halfway`: an upload or roll back was begun and
+    never finished; `taken_back`: a roll back came after those values. `mode` is the vehicle's, "" if unknown. `since`:
     the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
     whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
     """
 
     vehicle: bool = True
     heard: bool = False
+    contested: bool = False
     recording: bool = False
     over: bool = False
     linked: bool = False
+    flies: bool = False
+    flying: bool = False
     working: str = ""
     writing: bool = False
     dive: str = ""
@@ -60,6 +65,8 @@ class Campaign:
     identified: bool = False
     accepts: bool = False
     uploaded: bool = False
+    halfway: bool = False
+    taken_back: bool = False
     mode: str = ""
     since: bool = False
     flown: str = ""
@@ -81,6 +88,12 @@ VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
 SWITCH_ON = Next(Task.DIVE, (), "switch the vehicle on, and dive surge, sway and yaw")
+FLYING = Next(Task.WAIT, ("screen.fly", "flight.end"), "the vehicle flies by itself: the last key ends it")
+CALIBRATE = Next(
+    Task.DIVE,
+    ("screen.fly", "fly.plan"),
+    "let it fly by itself what calibrates it; or dive surge, sway and yaw by hand, then begin the next dive",
+)
 DIVE = Next(
     Task.DIVE,
     ("recording.next",),
@@ -91,6 +104,8 @@ IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {di
 UPLOAD = Next(
     Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
 )
+HALFWAY = replace(UPLOAD, words="the last upload was cut short: compare, and upload or roll back")
+TAKEN_BACK = replace(UPLOAD, words="rolled back: dive anew and identify, or compare and upload it again")
 ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
@@ -99,7 +114,7 @@ FLY_SHADOW = Next(
     Task.FLY_SHADOW, ("recording.next",), "once it has flown a minute in shadow: begin the next dive"
 )
 VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate {dive}")
-LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why")
+LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why, then diagnose it")
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
 LOWER = Next(Task.LOWER, ("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
 FLY = Next(Task.FLY, ("recording.next",), "once it has flown with the feed-forward: begin the next dive")
@@ -122,6 +137,8 @@ def next_of(campaign: Campaign) -> Next:
     """The thing to do now."""
     if campaign.writing:
         return WRITES
+    if campaign.flying:
+        return FLYING
     if campaign.working:
         return Next(Task.WAIT, (f"screen.{campaign.working}",), f"{campaign.working} is at work: wait for it")
     if campaign.over and campaign.recording:
@@ -130,8 +147,12 @@ def next_of(campaign: Campaign) -> Next:
         return VEHICLE
     if not campaign.dive:
         return _with_dive(_to_dive(campaign), campaign)
+    if campaign.halfway:
+        return _to_vehicle(campaign, HALFWAY)
     if campaign.uploaded:
         return _with_dive(_after_upload(campaign), campaign)
+    if campaign.identified and campaign.taken_back:
+        return _to_vehicle(campaign, TAKEN_BACK)
     if campaign.identified:
         return _to_vehicle(campaign, ACCEPT if campaign.accepts else UPLOAD)
     if campaign.lacking and campaign.told is not None:
@@ -166,6 +187,8 @@ def raised_to(campaign: Campaign) -> tuple[Mode | None, str]:
 def _ordered(campaign: Campaign) -> tuple[Mode | None, str]:
     """The vehicle's mode, if an order may go to it; else None and the reason."""
     mode = BY_WORD.get(campaign.mode)
+    if campaign.contested:
+        return None, "two vehicles share its address, and both would obey"
     if mode is None or not campaign.heard:
         return None, "the vehicle tells no mode of its feed-forward"
     if not campaign.recording:
@@ -176,7 +199,9 @@ def _ordered(campaign: Campaign) -> tuple[Mode | None, str]:
 def _to_dive(campaign: Campaign) -> Next:
     if not campaign.recording:
         return _to_vehicle(campaign, RECORD)
-    return DIVE if campaign.heard else SWITCH_ON
+    if not campaign.heard:
+        return SWITCH_ON
+    return CALIBRATE if campaign.flies else DIVE
 
 
 def _after_upload(campaign: Campaign) -> Next:
@@ -184,7 +209,7 @@ def _after_upload(campaign: Campaign) -> Next:
     if campaign.since and not campaign.flown:
         return READS if campaign.reading and campaign.told is None else VALIDATE
     if campaign.since and campaign.go is False and campaign.flown == Mode.SHADOW.word:
-        return LOOK
+        return LOOK if not campaign.verdict else LOOK_CLOSER
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
         return _diagnosed(campaign)
     if acts:
@@ -206,12 +231,16 @@ def _diagnosed(campaign: Campaign) -> Next:
 
 def _to_vehicle(campaign: Campaign, then: Next) -> Next:
     """`then`, once the vehicle is there and recorded."""
+    if campaign.contested:
+        return Next(
+            then.task, ("screen.watch",), f"two vehicles share an address: part them; then: {then.words}"
+        )
     if campaign.heard or (then is RECORD and campaign.linked):
         return _to_recording(campaign, then)
     if not campaign.linked and not campaign.recording:
         return CONNECT
     if campaign.recording:
-        return Next(then.task, then.actions, f"switch it on; then: {then.words}")
+        return Next(then.task, then.actions, f"not heard, switch it on or mend the link; then: {then.words}")
     return _to_recording(campaign, then)
 
 
@@ -224,11 +253,13 @@ def _to_recording(campaign: Campaign, then: Next) -> Next:
 
 def _dive_more(campaign: Campaign) -> Next:
     axes = " and ".join(dict.fromkeys(AXES[name[-1]] for name in campaign.lacking if name[-1] in AXES))
-    words = (
-        f"{', '.join(campaign.lacking)} not told by {campaign.dive}: dive {axes} there and back at two speeds"
-    )
+    words = f"{', '.join(campaign.lacking)} not told by {campaign.dive}: "
+    if campaign.flies and campaign.heard and campaign.recording:
+        return Next(
+            Task.DIVE_MORE, ("screen.fly", "fly.plan"), f"{words}let it fly {axes} by itself, or dive by hand"
+        )
     actions = ("recording.next",) if campaign.recording else ("recording.begin",)
-    return Next(Task.DIVE_MORE, actions, words)
+    return Next(Task.DIVE_MORE, actions, f"{words}dive {axes} there and back at two speeds")
 
 
 def _with_dive(step: Next, campaign: Campaign) -> Next:

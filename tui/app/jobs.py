@@ -10,7 +10,7 @@ import math
 import tempfile
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
@@ -57,11 +57,13 @@ class Done:
         return " ".join(self.errors or self.said[-1:])
 
 
-Work = Callable[[Sequence[str], Callable[[Report], None]], Awaitable[Done]]
+Work = Callable[[Sequence[str], Callable[[Report], None], Callable[[], int]], Awaitable[Done]]
 
 
-async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
+async def work(words: Sequence[str], hear: Callable[[Report], None], pressed: Callable[[], int]) -> Done:
     """Run the verb and its arguments in `words` to the end. If cancelled, end the verb and every process it started.
+
+    `pressed` returns how often its end key was pressed since the last call: it is passed on as Ctrl-C.
 
     If `words` contain `--json FILE`, the result is also in that file afterwards.
     """
@@ -78,6 +80,8 @@ async def work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
         errors: deque[Report] = deque(maxlen=MOST_SAID)
         try:
             while job.code is None:
+                for _ in range(pressed()):
+                    job.interrupt()
                 for line in job.lines(time.monotonic()):
                     report = reports.read(line)
                     if report is None:
@@ -148,6 +152,7 @@ class Jobs:
         self._work, self._clock = work, clock
         self._states: dict[str, JobState] = {}
         self._tasks: dict[str, asyncio.Task[Done]] = {}
+        self._presses: Counter[str] = Counter()
 
     def now_s(self) -> float:
         """Current time on the clock of `began_s` and `ended_s`."""
@@ -179,6 +184,7 @@ class Jobs:
         if self.runs(verb):
             raise ConfigError(f"{verb} runs already; wait for it, or cancel it")
         self._states[verb] = JobState(tuple(words), self._clock())
+        self._presses[verb] = 0
         task = asyncio.create_task(self._work_of(verb, tuple(words)), name=verb)
         task.add_done_callback(lambda ended: self._end(verb, ended))
         self._tasks[verb] = task
@@ -191,12 +197,19 @@ class Jobs:
         self._tasks[verb].cancel()
         return True
 
+    def press(self, verb: str) -> bool:
+        """Press the job's end key, which it takes in its own way, as a flight does; False if none runs."""
+        if not self.runs(verb):
+            return False
+        self._presses[verb] += 1
+        return True
+
     async def _work_of(self, verb: str, words: tuple[str, ...]) -> Done:
         def hear(report: Report) -> None:
             self._change(verb, reports=(*self._states[verb].reports, report))
 
         try:
-            return await self._work(words, hear)
+            return await self._work(words, hear, lambda: self._presses.pop(verb, 0))
         except OSError as error:
             return Done(exit_codes.BAD_INPUT, None, (f"{verb} could not be started ({error.strerror})",))
 

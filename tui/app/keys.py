@@ -168,6 +168,14 @@ EVERYWHERE: Final = (
         "app.raise_ff",
     ),
     Action(
+        "flight.end",
+        "ctrl+f",
+        "End flight",
+        "it holds its place, again disarms it; of the flight that Fly began",
+        HIDDEN | ALWAYS,
+        "app.end_flight",
+    ),
+    Action(
         "ff.lower",
         "ctrl+y",
         "Lower FF",
@@ -280,10 +288,12 @@ class Gate:
         return getattr(method, "__module__", "").startswith(OURS) and name not in self._looking
 
 
-async def looking_work(words: Sequence[str], hear: Callable[[Report], None]) -> Done:
+async def looking_work(
+    words: Sequence[str], hear: Callable[[Report], None], pressed: Callable[[], int]
+) -> Done:
     """`tui.app.jobs.work` for a view-only app: only verbs that look may run."""
     if words[0] in LOOKING_VERBS:
-        return await work(words, hear)
+        return await work(words, hear, pressed)
     return Done(exit_codes.NO, None, (f"VIEW ONLY: seatrial {words[0]} is not run from here",))
 
 

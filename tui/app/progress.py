@@ -11,12 +11,13 @@ from bridge.plain import from_json
 from bridge.vehicle.mode import word_of
 from gcs_plugin.dives.folder import recordings
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted
+from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
 from tui.app.campaign import AXES, Campaign
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
 from tui.app.jobs import written_ns
+from tui.app.screens.fly import FLY
 from tui.app.screens.transfer import WRITE
-from tui.app.view import GONE_S, STALE_S, View
+from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
 
 VALIDATED: Final = "validation.json"
@@ -33,7 +34,8 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
     picture, dive = view.picture, _dive(desk)
     folders = desk.dives()
     values = values_of(*folders)
-    uploaded_ns = _uploaded_ns(desk.receipts, values) if values is not None else 0
+    system = picture.links[0].system if picture.links else None
+    uploaded_ns = _uploaded_ns(desk.receipts, values, system) if values is not None else 0
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, told = _told(dive) if dive is not None else ((), None)
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
@@ -41,10 +43,13 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         vehicle=bool(
             desk.vehicle or desk.name_vehicle is None or (dive is not None and desk.vehicle_of(dive))
         ),
-        heard=any(not link.lost and link.age_s <= STALE_S for link in picture.links),
+        heard=heard_of(picture) is not None,
+        contested=bool(picture.twins),
         recording=view.records,
         over=view.over,
         linked=bool(desk.links()),
+        flies=picture.flies,
+        flying=desk.jobs.runs(FLY),
         working=next(filter(desk.jobs.runs, LONG), ""),
         writing=any(map(desk.jobs.runs, (WRITE, ORDER))),
         dive=dive.name if dive is not None else "",
@@ -55,6 +60,8 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         identified=values is not None,
         accepts=values is not None and values.name == ACCEPTABLE,
         uploaded=uploaded_ns > 0,
+        halfway=values is not None and unfinished(desk.receipts, system) is not None,
+        taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
         since=dive is not None and uploaded_ns > 0 and _ended_ns(dive) > uploaded_ns,
         flown=flown,
@@ -100,11 +107,17 @@ def _told(dive: Path) -> tuple[tuple[str, ...], int | None]:
     return lacking, len(wanted) - len(lacking)
 
 
-def _uploaded_ns(receipts: Path, values: Path) -> int:
-    """When the vehicle accepted these values, or others of theirs since they were written, by the file's time, ns; 0 if
-    it did not."""
+def _taken_back_ns(receipts: Path, system: int | None) -> int:
+    """When an upload was rolled back that no other has followed, ns; 0 if none was."""
+    newest = rolled_back(receipts, system)
+    return written_ns(newest.preimage) if newest is not None else 0
+
+
+def _uploaded_ns(receipts: Path, values: Path, system: int | None) -> int:
+    """When the vehicle of that system, or any, accepted these values, or others of theirs since they were written, by
+    the file's time, ns; 0 if it did not."""
     try:
-        wanted, known = read_parameters(values), last_accepted(receipts)
+        wanted, known = read_parameters(values), last_accepted(receipts, system)
     except (ParamError, LogError):
         return 0
     if not wanted or not known.keys() >= wanted.keys():

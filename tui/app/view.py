@@ -88,6 +88,13 @@ class View:
         return self.recording is not None and not self.recorder_hangs
 
 
+def heard_of(picture: Picture) -> int | None:
+    """System of the vehicle shown, None if it is not heard now, whoever else is."""
+    shown = picture.links[0].system if picture.links else None
+    links = (link for link in picture.links if link.system == shown)
+    return shown if any(not link.lost and link.age_s <= STALE_S for link in links) else None
+
+
 def silent_after(view: View) -> bool:
     """Whether the vehicle was disarmed before it fell silent."""
     links = view.picture.links

@@ -6,6 +6,7 @@ Each step is the verb of its name with its own gates; the first that says no end
 import argparse
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,6 @@ from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from bridge.flight.flight import End
 from bridge.flight.limits import FlightLimits, load_limits
-from bridge.text import say
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.flying.plan import load_plan
@@ -24,6 +24,7 @@ from identify.words import listed
 from tui import show
 from tui.cli import module_of, verb_parser
 from tui.commands import fly
+from tui.dive_list import results_beside
 from tui.parameter_files import read_json
 
 SPEED_SHARE = 0.8
@@ -51,28 +52,30 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
-    if vague := too_vague(read_json(foretold), wanted):
-        show.say(console, f"nothing was sent: {vague}")
-        return exit_codes.NO
-    if not arguments.armed:
-        show.say(
-            console,
-            "nothing was sent: --armed arms the vehicle, flies this, and uploads what it tells in shadow",
+    tell = partial(fly.tell, console)
+    vague = too_vague(read_json(foretold), wanted)
+    if vague or not arguments.armed:
+        tell(
+            f"nothing was sent: {vague or '--armed arms the vehicle, flies this, and uploads what it tells in shadow'}"
         )
-        return exit_codes.DONE
+        show.write_json(fly.proposed(flight_plan, limits, wanted, vague), arguments.json)
+        return exit_codes.NO if vague else exit_codes.DONE
     outcome, folder = fly.flown(arguments, file, flight_plan, limits, wanted)
-    show.say(console, fly.sentence(outcome))
+    tell(fly.sentence(outcome))
     done: dict[str, Any] = {"flight": fly.to_json(outcome, wanted), "folder": str(folder.path), "steps": {}}
     if outcome.end is not End.FINISHED or not outcome.all_known:
-        show.say(console, "nothing is uploaded")
+        tell("nothing is uploaded")
         show.write_json(done, arguments.json)
         return exit_codes.NO
     given = {"--link": arguments.link, "--sign-key": arguments.sign_key, "--system": arguments.system}
     link = [word for name, value in given.items() if value is not None for word in (name, str(value))]
-    model = str(root / f"{folder.path.name}.param")
+    left = results_beside(folder.path)
+    beside = [word for option, path in left.items() for word in (option, str(path))]
+    receipts = ("--receipts", arguments.receipts)
+    upload = ("upload", str(left["--param"]), "--vehicle", str(file.path), "--yes", *receipts)
     steps = {
-        "identify": (str(folder.path), "--vehicle", vehicle, "--param", model),
-        "params": ("upload", model, "--vehicle", str(file.path), "--yes", *link),
+        "identify": (str(folder.path), "--vehicle", vehicle, *beside),
+        "params": (*upload, *link),
         "ff": (Mode.SHADOW.word, "--yes", *link),
     }
     for name, words in steps.items():
@@ -80,9 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
         if code != exit_codes.DONE:
             break
     else:
-        show.say(
-            console, "calibrated: the model is in the vehicle, in shadow; look at it, then seatrial ff both"
-        )
+        tell("calibrated: the model is in the vehicle, in shadow; look at it, then seatrial ff both")
     show.write_json(done, arguments.json)
     return code
 
@@ -119,5 +120,5 @@ def plan_limits(limits: FlightLimits) -> dict[str, str]:
 
 def step(name: str, *words: str) -> int:
     """Run a verb as its own command line would, and return its exit code."""
-    say(f"calibrate: {name}")
+    fly.tell(show.words(), f"calibrate: {name}")
     return int(module_of(name).run(verb_parser(name).parse_args(words)))

@@ -1,4 +1,7 @@
-"""`seatrial fly`: the vehicle flies a plan by itself, watched and recorded, until enough is known."""
+"""`seatrial fly`: the vehicle flies a plan by itself, watched and recorded, until enough is known.
+
+By way of the recording that runs, if one holds the link; else it is recorded here.
+"""
 
 import argparse
 import math
@@ -6,28 +9,31 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final
 
+from rich.console import Console
+
 from bridge import clock as clocks
-from bridge import exit_codes
+from bridge import exit_codes, reports
 from bridge.command_line import check_folder
-from bridge.errors import ParamRejected
+from bridge.errors import LinkLost, ParamRejected
 from bridge.exit_codes import UsageError
 from bridge.flight.flight import COUNTDOWN_S, End
 from bridge.flight.limits import FlightLimits, load_limits
 from bridge.links import secured
+from bridge.reports import Report
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.flying.plan import FlightPlan, load_plan
-from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted
-from tui import show
-from tui.flying import Alongside, recorded_crew
-from tui.links import refuse_second
+from gcs_plugin.flying.run import Outcome, PlanFlight, Progress, Wanted
+from tui import links, show
+from tui.flying import Alongside, RecordedHere, RecordedThere, recorded_crew
 
 NUMBERS: Final = 1 << 22
 """Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""
@@ -42,12 +48,12 @@ def run(arguments: argparse.Namespace) -> int:
     for table in shown(plan, limits, wanted):
         show.put(console, table)
     if not arguments.armed:
-        show.say(
-            console, "nothing was sent: --armed arms the vehicle and flies this; keep a hand on the sticks"
-        )
+        tell(console, "nothing was sent: --armed arms the vehicle and flies this; keep a hand on the sticks")
+        show.write_json(proposed(plan, limits, wanted), arguments.json)
         return exit_codes.DONE
     outcome, folder = flown(arguments, file, plan, limits, wanted)
-    show.say(console, sentence(outcome), f"recorded in {folder.path}")
+    tell(console, sentence(outcome))
+    tell(console, f"recorded in {folder.path}")
     show.write_json(
         to_json(outcome, wanted) | {"folder": str(folder.path), "plan": arguments.plan}, arguments.json
     )
@@ -74,7 +80,6 @@ def flown(
 ) -> tuple[Outcome, DiveFolder]:
     """Fly the plan, recorded. Raises LinkError without a vehicle, ParamRejected for one of another configuration."""
     check_folder("--out", arguments.out)
-    refuse_second([arguments.link])
     configuration = configuration_of(file)
     if not limits.shallowest_m <= plan.depth_m <= limits.deepest_m:
         raise UsageError(
@@ -82,17 +87,8 @@ def flown(
             f"{limits.deepest_m:g} m; change one of them"
         )
     clock, words = clocks.SystemClock(), show.words()
-
-    def tell(sentence: str) -> None:
-        show.say(words, sentence)
-
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
-    link = opener.open(arguments.link)
-    crew, recorder, folder = recorded_crew(
-        link, file, configuration, Path(arguments.out), clock, tell, opener.open
-    )
-    identifying = Alongside(folder.path, file, configuration)
-    outcome = Outcome()
+    recording = _recording(arguments, file, configuration, clock, partial(tell, words))
+    crew, outcome, identifying = recording.crew, Outcome(), None
     try:
         crew.find(int(clock.unix_s()) % NUMBERS + 1, arguments.system)
         if crew.veh_cfg is not None and crew.veh_cfg != file.vehicle.veh_cfg(configuration):
@@ -100,25 +96,71 @@ def flown(
                 f"the vehicle is in configuration {crew.veh_cfg:.0f}, and --vehicle names '{configuration}'; nothing "
                 "was sent, name the vehicle's own"
             )
-        flight = PlanFlight(crew, plan, limits, wanted, identifying, tell)
+        folder = recording.begin()
+        identifying = Alongside(folder.path, file, configuration)
+        flight = PlanFlight(crew, plan, limits, wanted, identifying, partial(tell, words), follower(wanted))
         outcome = flight.outcome
         with end_key() as pressed:
-            tell(
-                "any key ends the flight: it holds its place; a second one disarms it. Sticks take over at any touch"
-            )
+            if not reports.asked(os.environ):  # another program has an end key of its own
+                show.say(
+                    words,
+                    "any key ends the flight: it holds its place; a second one disarms it. Sticks take over at any "
+                    "touch",
+                )
             flight.begin(arguments.countdown)
             while not flight.over:
                 if pressed():
                     flight.key()
                 flight.step()
+    except LinkLost as error:
+        raise LinkLost(f"{error}; a vehicle under way goes back by itself") from None
     finally:
-        identifying.close()
-        recorder.close()
-        if recorder.recorded:
-            folder.add_event(clock.unix_s(), f"flight: {outcome.words or 'not begun'}")
-        else:
-            folder.discard()
+        if identifying is not None:
+            identifying.close()
+        recording.end(f"flight: {outcome.words or 'not begun'}")
     return outcome, folder
+
+
+def _recording(
+    arguments: argparse.Namespace,
+    file: VehicleFile,
+    configuration: str,
+    clock: clocks.Clock,
+    say: Callable[[str], None],
+) -> RecordedHere | RecordedThere:
+    """The recording that runs, if it holds the link or none is named; else one made here. Raises LinkError."""
+    holding = links.holding_now()
+    if arguments.link is not None and not (holding is not None and links.holds(holding, arguments.link)):
+        links.refuse_second([arguments.link])
+        opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+        link = opener.open(arguments.link)
+        root = Path(arguments.out)
+        return RecordedHere(*recorded_crew(link, file, configuration, root, clock, say, opener.open))
+    return RecordedThere(links.link_for(arguments.link), file, configuration, clock, say)
+
+
+def tell(console: Console, words: str) -> None:
+    """Say a sentence; for a program that reads the progress, as a report."""
+    if reports.asked(os.environ):
+        show.tell_program(Report(reports.SAID, 0.0, words))
+    else:
+        show.say(console, words)
+
+
+def follower(wanted: Wanted) -> Callable[[Progress], None]:
+    """Reports a flight to a program that reads the progress: each width, with that asked for, by the name."""
+    if not reports.asked(os.environ):
+        return lambda _: None
+
+    def follow(progress: Progress) -> None:
+        known = {
+            name: (width, wanted.share)
+            for name in wanted.names
+            if math.isfinite(width := progress.widths.get(name, math.inf))
+        }
+        show.tell_program(Report(reports.FLIGHT, progress.share, progress.words, values=known))
+
+    return follow
 
 
 def configuration_of(file: VehicleFile) -> str:
@@ -140,6 +182,18 @@ def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.T
         show.Table(title, ("", "manoeuvre", "seconds"), rows, numbers=("seconds",)),
         show.Table("limits", ("limit", "value"), within, numbers=("value",)),
     ]
+
+
+def proposed(plan: FlightPlan, limits: FlightLimits, wanted: Wanted, refused: str = "") -> dict[str, Any]:
+    """A plan to be flown, as plain data; `refused`: why it will not be, "" if it may."""
+    return {
+        "plan": plan.name,
+        "pieces": [{"name": piece.name, "seconds": piece.duration_s} for piece in plan.pieces],
+        "limits": asdict(limits),
+        "know": list(wanted.names),
+        "asked_percent": 100 * wanted.share,
+        "refused": refused,
+    }
 
 
 def sentence(outcome: Outcome) -> str:
@@ -171,8 +225,9 @@ def to_json(outcome: Outcome, wanted: Wanted) -> dict[str, Any]:
 
 @contextmanager
 def end_key() -> Iterator[Any]:
-    """Whether a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program."""
-    interrupts = 0
+    """Whether a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program. The end of the
+    program that reads the progress counts as a key, for nobody has its end key any more."""
+    interrupts, reader = 0, os.getppid() if reports.asked(os.environ) else None
 
     def on_interrupt(_number: int, _frame: FrameType | None) -> None:
         nonlocal interrupts
@@ -182,8 +237,10 @@ def end_key() -> Iterator[Any]:
     terminal = _keys_at_once()
 
     def pressed() -> bool:
-        nonlocal interrupts
+        nonlocal interrupts, reader
         count, interrupts = interrupts, 0
+        if reader is not None and os.getppid() != reader:
+            count, reader = count + 1, None
         if terminal and select.select([sys.stdin], [], [], 0.0)[0]:
             count += len(os.read(sys.stdin.fileno(), 1))
         return count > 0

@@ -39,6 +39,7 @@ NAME_CELLS: Final = 7
 DRIFT_CELLS: Final = 48
 """Cells of a drift in numbers."""
 BAR_CELLS: Final = 16
+EVIDENCE_CELLS: Final = BAR_CELLS + 12
 MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
 LEAST_NATS: Final = 1.0
@@ -232,7 +233,7 @@ def which(answer: Answer, cells: int) -> Lines:
     known = list(zip(words.causes, answer.probabilities, strict=True))
     likely = [(cause, probability) for cause, probability in known if probability >= LIKELY]
     possible = [(cause, probability) for cause, probability in known if probability < LIKELY]
-    columns: Line = (("evidence on held-out pieces  probable", "quiet"),)
+    columns: Line = ((f"{'probable':>10}  {'evidence on held-out pieces':<{EVIDENCE_CELLS}}", "quiet"),)
     lines: list[Line] = []
     if likely:
         lines.append(apart((("cause", "quiet"),), columns, cells))
@@ -255,7 +256,7 @@ def which(answer: Answer, cells: int) -> Lines:
 
 def _cause(place: int, cause: Cause, probability: float, most: float, cells: int, role: Role) -> Lines:
     probable = "over 99 %" if probability >= 0.995 else f"{100 * probability:.0f} %"
-    right: Line = (*_evidence(cause.gain_nats, most, role), (f"{probable:>10}", "strong"))
+    right: Line = ((f"{probable:>10}  ", "strong"), *_evidence(cause.gain_nats, most, role))
     lines = list(_named((f"{place} ", "quiet"), (cause.name, "strong"), right, cells))
     for value in cause.values:
         lines += wrapped(value, "accent", cells, "  ")
@@ -266,7 +267,7 @@ def _cause(place: int, cause: Cause, probability: float, most: float, cells: int
 
 def _tried(cause: Tried, most: float, cells: int) -> Lines:
     name = f"{cause.name}: {cause.why}" if cause.why else cause.name
-    right: Line = (*_evidence(cause.gain_nats, most, "faded"), (" " * 10, "plain"))
+    right = _evidence(cause.gain_nats, most, "faded")
     return _named(("  ", "plain"), (name, "plain"), right, cells)
 
 

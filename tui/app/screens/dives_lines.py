@@ -159,10 +159,16 @@ def _letters(dive: DiveRow, kind: str) -> str:
 
 def _made_of(dive: DiveRow, room: int) -> str:
     """The work done on the dive: in full if it fits next to the name, else in short unless the name gets too short."""
-    words, short = ", ".join(dive.worked_on), " ".join(f"{word[:SHORT]}." for word in dive.worked_on)
+    words, short = ", ".join(dive.worked_on), " ".join(map(_short, dive.worked_on))
     if len(dive.name) + 1 + len(words) <= room:
         return words
     return short if room - len(short) > LEAST_NAME else ""
+
+
+def _short(words: str) -> str:
+    """The first word, shortened if it is long: `ident.`, `NO-GO`."""
+    first = words.partition(" ")[0]
+    return first if len(first) <= SHORT else f"{first[:SHORT]}."
 
 
 def _of_loss(loss: float, role: Role) -> Role:

@@ -19,13 +19,13 @@ from tui.app.screens.identify_lines import (
     ended,
     load_identified,
     passes_of,
-    places,
     progress,
     result,
     words_for,
 )
 from tui.app.screens.on_dive import DiveScreen
 from tui.app.view import View
+from tui.dive_list import results_beside
 
 
 class IdentifyScreen(DiveScreen):
@@ -67,7 +67,7 @@ class IdentifyScreen(DiveScreen):
         self._then = False
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
-        return words_for(str(dive), vehicle, places(dive))
+        return words_for(str(dive), vehicle, results_beside(dive))
 
     def show(self, view: View) -> None:
         before = self._seen

@@ -23,9 +23,9 @@ from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
 from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, number, stopwatch, titled, width
 from tui.app.jobs import NOT_KEPT, JobState, newer
+from tui.dive_list import results_beside
 from tui.show import number as significant
 
-FILES: Final = {"--json": "identified.json", "--param": "identified.param", "--report": "identified.html"}
 """Names of the files of an identification next to its dive, by option of the verb."""
 
 LEAST_PASSES: Final = 4
@@ -112,11 +112,6 @@ class Identified:
         return sum(math.isfinite(value.value) for value in self.coefficients)
 
 
-def places(dive: Path) -> dict[str, Path]:
-    """Result files of a dive, by option."""
-    return {option: dive / name for option, name in FILES.items()}
-
-
 def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identified | None:
     """Load the identification of a dive; None if it is missing or not an identification.
 
@@ -124,7 +119,7 @@ def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identifie
     to an earlier result, or lacks a matching result. A parameter file older than the result is not its own either, for
     an identification without values writes none.
     """
-    at = places(dive)
+    at = results_beside(dive)
     result, param = at["--json"], at["--param"]
     try:
         accepted = accepted_before(param, receipts)

@@ -14,6 +14,7 @@ from tui.app.keys import EVERYWHERE, HIDDEN, LOOKS, Action
 from tui.app.screens.connect import CONNECTING
 from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
+from tui.app.screens.fly import FlyScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.overlays import ASKING, CLOSING, FILLING, keep_below_top
@@ -58,6 +59,7 @@ SCREENS: Final = (
     ),
     Row("5", "Parameters", "the vehicle beside what was identified; upload and roll back", ParametersScreen),
     Row("6", "Validate", "may the feed-forward be raised, and how well the vehicle followed", ValidateScreen),
+    Row("7", "Fly", "the vehicle flies by itself what calibrates it, within limits", FlyScreen),
 )
 OPENING: Final = tuple(
     Action(f"screen.{row.id}", row.key, row.title, row.sentence, HIDDEN | LOOKS, f"app.open('{row.id}')")

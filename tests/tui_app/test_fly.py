@@ -1,0 +1,130 @@
+"""Fly: nothing is armed without a limit file and a typed word; what is flown and known is shown; one key ends it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from fake_verbs import FakeVerbs, desk, let_go
+from made_view import FixedViews, picture, view
+from screen_text import WIDE, Lacks, Sees, played, said
+
+from bridge.reports import FLIGHT, SAID, Report
+from tui.app.screens.fly import FLY
+
+LIMITS = (
+    "shallowest_m: 0.3\ndeepest_m: 4\naltitude_m: 0\ndistance_m: 4\nspeed_m_s: 0.8\ntilt_deg: 25\nbattery_v: 13\n"
+    "time_s: 900\n"
+)
+PROPOSED = {
+    "plan": "plan",
+    "pieces": [{"name": "1. surge, 16 s", "seconds": 16.0}, {"name": "2. yaw, 8 s", "seconds": 8.0}],
+    "limits": {"shallowest_m": 0.3, "deepest_m": 4.0, "altitude_m": 0.0, "distance_m": 4.0, "speed_m_s": 0.8,
+               "tilt_deg": 25.0, "battery_v": 13.0, "time_s": 900.0, "link_s": 3.0, "hold_s": 60.0, "travel_m_s": 0.2},
+    "know": ["M_u", "D_u"],
+    "asked_percent": 3.0,
+    "refused": "",
+}  # fmt: skip
+ASKED = (
+    "calibrate", "--limits", "limits.yaml", "--vehicle", "ruvifist:hovering", "--to", "3", "--minutes", "5", "--out",
+    "dives", "--receipts", "receipts",
+)  # fmt: skip
+TELLS = (
+    Report(SAID, 0.0, "flies 1. surge, 16 s"),
+    Report(FLIGHT, 0.5, "flies 1. surge, 16 s: 7 s left", values={"M_u": (0.012, 0.03), "D_u": (0.08, 0.03)}),
+)
+DONE = {"flight": {"end": "finished"}, "folder": "dives/a", "steps": {}}
+
+
+@pytest.fixture(autouse=True)
+def limits(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "limits.yaml").write_text(LIMITS)
+    (tmp_path / "dives").mkdir()
+    return tmp_path / "limits.yaml"
+
+
+def verbs(**what):
+    return FakeVerbs(
+        lambda words: [] if words[0] == "dives" else DONE if "--armed" in words else PROPOSED, **what
+    )
+
+
+def on(made, *steps, flies=True, **options):
+    shown = replace(view(), picture=replace(picture(), flies=flies))
+    at = desk(made, out=Path("dives"))
+    return played(at, "7", *steps, views=FixedViews(shown), **options)
+
+
+def says(words):
+    """A step that sees a notice, which goes again as soon as it holds no longer."""
+    return lambda app: any(notice.startswith(words) for notice in said(app))
+
+
+def flights(made):
+    return [words for words in made.words if "--armed" in words]
+
+
+def test_what_would_be_flown_stands_with_its_limits_and_nothing_is_sent():
+    made = verbs()
+    seen = (Sees("M_u, D_u known to 3 %"), Sees("depth 0.3 to 4 m, altitude not measured, 4 m from the start"),
+            Sees("1. surge, 16 s, 2. yaw, 8 s"), Sees("PLAN, 24 s of manoeuvres at most"))  # fmt: skip
+    on(made, "p", *seen, size=WIDE)
+    assert made.words[-1] == ASKED
+    assert flights(made) == []
+
+
+@pytest.mark.parametrize(("typed", "flown"), [("fly", True), ("FLY", True), ("yes", False), ("", False)])
+def test_the_vehicle_is_armed_by_the_typed_word_alone(typed, flown):
+    made = verbs()
+    notices = on(made, "p", "f", Sees("Type FLY to arm vehicle 1"), *typed, "enter")
+    assert flights(made) == [(*ASKED, "--system", "1", "--armed")] * flown
+    assert any("nothing was sent" in notice for notice in notices) is not flown
+
+
+def test_without_a_limit_file_none_is_planned_and_it_is_asked_for(limits):
+    limits.unlink()
+    made = verbs()
+    on(made, "p", Sees("limit file"), "enter", Sees("limits.yaml: no such file"), "escape", "f")
+    assert made.words == []
+
+
+@pytest.mark.parametrize(
+    ("shown", "why"),
+    [
+        ({"flies": False}, "this vehicle says nothing of flying by itself"),
+        ({"refused": "all of this plan tells D_u to 7 % alone"}, "all of this plan tells D_u to 7 % alone"),
+    ],
+)
+def test_what_speaks_against_a_flight_is_said_and_its_key_does_nothing(shown, why, monkeypatch):
+    made = verbs()
+    monkeypatch.setitem(PROPOSED, "refused", shown.get("refused", ""))
+    on(made, "p", Sees(why), "f", Lacks("Type FLY"), flies=shown.get("flies", True))
+    assert flights(made) == []
+
+
+def test_during_the_flight_the_intervals_are_live_and_its_end_key_is_pressed_from_any_screen():
+    made = verbs(tells=TELLS, held=("calibrate",))
+
+    def presses(count):
+        return lambda _: made.pressed() == count
+
+    def flies(app):
+        app.desk.jobs.start(FLY, (*ASKED, "--armed"))
+
+    seen = (
+        Sees("flies 1. surge, 16 s: 7 s left"),
+        Sees("● M_u ± 1.2 %"),
+        Sees("○ D_u ± 8 %"),
+        Sees("[x] ends it"),
+    )
+    steps = ("x", says("the flight is ended: it holds its place"), "x", presses(2), "1", "ctrl+f", presses(1))
+    on(made, flies, *seen, *steps, "ctrl+q", says("the vehicle flies; leave"), Sees("7 s left"), let_go)
+
+
+def test_after_the_flight_its_last_words_stand_and_a_failure_too():
+    said = (*TELLS, Report(SAID, 0.0, "calibrated: the model is in the vehicle, in shadow"))
+    on(verbs(tells=said), "p", "f", *"fly", "enter", Sees("calibrated: the model is in the vehicle"))
+    failed = FakeVerbs(
+        lambda words: None if "--armed" in words else PROPOSED, code=2, errors=("no vehicle within 5 s",)
+    )
+    on(failed, lambda app: app.desk.jobs.start(FLY, (*ASKED, "--armed")), Sees("no vehicle within 5 s"))
