@@ -53,9 +53,12 @@ GRID_S = 0.02
 LONGEST_STEP_S = 0.05
 """Longer steps between readings are divided, so that a force held over a step is not held for long."""
 
-TICK_S = 2.5e-4
-"""Times are rounded to it, half of the error of their stamps: then few steps differ, also where readings of two clocks
-lie among each other, and each is computed once."""
+TICK_S, COARSE_TICK_S = 1e-5, 2.5e-4
+"""Times are rounded to the first, in which no vehicle moves: then few steps differ, and each is computed once. Where
+MOST_STEPS differ all the same, as where readings of two clocks lie among each other, they are rounded to the second,
+half of the error of such stamps. A quiet gyro tells even a tenth of that of a vehicle that turns."""
+
+MOST_STEPS = 500
 
 FIRST_POSITION_STD = 0.1
 LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
@@ -393,13 +396,14 @@ class _RunEvents:
 def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, float]]) -> Axis | None:
     """Return the readings of an axis in time order, with long steps divided, still without any force; None if no run
     holds enough of them."""
-    runs = [events for span_s in spans_s if (events := _run_events(channels, span_s)) is not None]
+    tick_s = _tick_s(channels)
+    runs = [events for span_s in spans_s if (events := _run_events(channels, span_s, tick_s)) is not None]
     if not runs:
         return None
     count = [len(run.time_s) for run in runs]
     time_s = np.concatenate([run.time_s for run in runs])
     steps = [np.diff(run.time_s, prepend=run.time_s[0]) for run in runs]
-    step_s = _in_ticks(np.concatenate(steps))
+    step_s = _in_ticks(np.concatenate(steps), tick_s)
     found_s, step = np.unique(step_s, return_inverse=True)
     empty = int(found_s[0] == 0.0)
     step = np.asarray(step - empty, dtype=np.int64)
@@ -425,8 +429,8 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
     )
 
 
-def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _RunEvents | None:
-    time_s = _in_ticks(np.concatenate([c.time_s for c in channels]))
+def _run_events(channels: Sequence[Channel], span_s: tuple[float, float], tick_s: float) -> _RunEvents | None:
+    time_s = _in_ticks(np.concatenate([c.time_s for c in channels]), tick_s)
     value = np.concatenate([c.value for c in channels])
     scale = np.concatenate([c.scale for c in channels])
     state = np.concatenate([np.full(len(c.time_s), c.state_read, dtype=np.int64) for c in channels])
@@ -441,7 +445,7 @@ def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _Ru
     whole = state != INCREMENT
     value = np.where(whole | (np.cumsum(~whole) > 1), value, np.nan)
     initial = _initial(time_s, value, scale, state)
-    between = _in_ticks(_dividing(time_s))
+    between = _in_ticks(_dividing(time_s), tick_s)
     before = np.searchsorted(time_s, between)
     return _RunEvents(
         np.insert(time_s, before, between),
@@ -453,8 +457,15 @@ def _run_events(channels: Sequence[Channel], span_s: tuple[float, float]) -> _Ru
     )
 
 
-def _in_ticks(time_s: Array) -> Array:
-    return np.asarray(np.round(time_s / TICK_S) * TICK_S, dtype=np.float64)
+def _tick_s(channels: Sequence[Channel]) -> float:
+    """The tick to which an axis's times are rounded."""
+    time_s = np.sort(np.concatenate([channel.time_s for channel in channels]))
+    steps = np.unique(np.round(np.diff(time_s) / TICK_S))
+    return TICK_S if len(steps) <= MOST_STEPS else COARSE_TICK_S
+
+
+def _in_ticks(time_s: Array, tick_s: float) -> Array:
+    return np.asarray(np.round(time_s / tick_s) * tick_s, dtype=np.float64)
 
 
 def _dividing(time_s: Array) -> Array:
