@@ -207,9 +207,8 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
     if mend.signal != _meant(choice):
         return choice
     columns = mended_columns(choice.signal, choice.columns, mend)
-    # The first reason of a guess is that of its unit, which a mend of the unit contradicts.
-    is_other_unit = choice.confidence is Confidence.GUESSED and columns.unit != choice.columns.unit
-    reasons = choice.reasons[1:] if is_other_unit else choice.reasons
+    # A mend of the unit contradicts the reason of the unit.
+    reasons = choice.reasons if columns.unit == choice.columns.unit else ("", *choice.reasons[1:])
     return replace(choice, columns=columns, reasons=reasons, mends=(*choice.mends, mend))
 
 
