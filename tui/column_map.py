@@ -179,6 +179,6 @@ def _choice(choice: Choice) -> dict[str, Any]:
     return {
         "signal": choice.signal, "columns": list(columns.columns), "unit": columns.unit,
         "offset": list(columns.offset), "scale": list(columns.scale), "confidence": choice.confidence.value,
-        "is_guess": choice.confidence is Confidence.GUESSED, "reasons": list(choice.reasons),
+        "is_guess": choice.confidence is Confidence.GUESSED, "reasons": [*filter(None, choice.reasons)],
         "mends": [mend.problem for mend in choice.mends],
     }  # fmt: skip

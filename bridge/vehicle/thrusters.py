@@ -291,3 +291,9 @@ def can_sway(configuration: Configuration) -> bool:
     """Whether the thrust in sway is more than three tenths of the thrust in surge."""
     ahead, aside = abs(allocation_matrix(configuration)).sum(axis=1)[:2]
     return bool(aside > 0.3 * ahead)
+
+
+def thrust_by_shaft(curve: ThrustCurve, rpm: Array) -> Array:
+    """T = k n |n| for signed shaft speeds (n, k), with n in rev/s and k by direction; NaN if unknown."""
+    speed = rpm / 60.0
+    return np.asarray(np.where(rpm >= 0, curve.forward_n_s2, curve.reverse_n_s2) * speed * np.abs(speed))

@@ -35,7 +35,7 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
-from identify.diagnose.lateness import lateness_of, with_holding_unknown, with_known_holding
+from identify.diagnose.lateness import lateness_of, slow_loop, with_holding_unknown, with_known_holding
 from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
@@ -151,6 +151,9 @@ def diagnose(
         dive = known_dive
         check = check and replace(check, commands_hold=dive.commands_hold)
         fitted = fitted_nominal(dive, file, configuration)
+    if (slow := slow_loop(dive, fitted, file, configuration)) is not None:
+        dive, fitted = slow.dive, slow.nominal
+        check = check and replace(check, commands_hold=dive.commands_hold)
     nominal = before_accepted.in_force(fitted)
     holds = nominal.accepted
     tried = library_with_changes(_judged(effects or (), lacks, shape) or full_library, holds)
@@ -165,7 +168,9 @@ def diagnose(
 
     search, other = both(searched, other_filters)
     nominal, explanation = search.nominal, search.explanation
-    covariance = with_holding_unknown(search.covariance, explanation.causes, as_recorded)
+    covariance = search.covariance
+    if slow is None:
+        covariance = with_holding_unknown(covariance, explanation.causes, as_recorded)
     if other is not None and nominal.course.by_shaft:
         other = of_shafts(other)
     progress(0.7, "measuring the gap, and looking at what is left")
@@ -199,6 +204,7 @@ def diagnose(
     left = above_noise(left, heldout, nominal.filtered, known_to)
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
+    causes = causes if slow is None else slow.without_step(causes)
     gap, (trials, known) = both(
         lambda: _gap(explanation, missing, left, before, after, causes),
         lambda: (trials_of(explanation, causes), known_beside(explanation.causes, explanation.now)),

@@ -5,21 +5,110 @@ disagree beyond their errors, the error of the mean grows by as much (Birge 1932
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bridge.vehicle.config import VehicleFile
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import MOST_LATE, Nominal
+from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
-from identify.dive import Array, Dive
+from identify.dive import Array, Dive, Signal
 from identify.estimators.misfit import doubts_of
+from identify.estimators.timing import likeliest_delay
+from identify.forces import wrench
 from identify.ingest.commands import loop_is_recorded, sampled_seldom, sampled_slowly
 from identify.statistics import Z95, birge_mean
+
+LEAST_GAIN, LEAST_OF_EACH = 7.0, 0.1
+"""Nats by which commands must be likelier to be samples; and for each command, by which they must be likelier to hold.
+"""
 
 EARLY, HELD = -0.1, 0.3
 """Shares of the step between two commands: thrust that acts earlier than by the first is no thrust of commands that
 hold, and thrust that acts later than by the second none of a faster loop."""
+
+
+@dataclass(frozen=True)
+class SlowLoop:
+    """A dive with delayed thrust whose commands come at a low rate: with commands that hold or are samples of a faster
+    loop, where one of both is far likelier, and its nominal fit.
+
+    most_s: the most of a delay that may be none: half the step of the course, whose instants hold the mean thrust up to
+    the next, and of samples, which are taken to change evenly, half the step of the loop behind them.
+    """
+
+    dive: Dive
+    nominal: Nominal
+    most_s: float
+
+    def without_step(self, findings: Sequence[Finding]) -> tuple[Finding, ...]:
+        """The findings, of which a late thrust is less by none to `most_s`, beyond the delay that the nominal fit
+        has."""
+        return tuple(
+            replace(finding, parameters={name: self._less(of) for name, of in finding.parameters.items()})
+            if finding.cause.effect.timing
+            else finding
+            for finding in findings
+        )
+
+    def _less(self, late: Value) -> Value:
+        ends = np.array([late.value - 0.5 * self.most_s, late.low95 - self.most_s, late.high95])
+        value, low, high = np.maximum(ends + self.nominal.late_samples_s, 0.0).tolist()
+        return Value(value, late.unit, low, high)
+
+
+def slow_loop(dive: Dive, now: Nominal, file: VehicleFile, configuration: str) -> SlowLoop | None:
+    """Judge commands at a low rate, each way at its likeliest delay; None if they come fast, or are not delayed.
+
+    Commands of the loop itself leave next to nothing; of samples, a faster loop's jumps can be a little more like a
+    hold. Samples are of a loop at least twice as fast.
+    """
+    commands = _of_unknown_loop(dive)
+    if commands is None or not _is_slow_and_delayed(commands, dive, now):
+        return None
+    held, gain = replace(dive, commands_hold=True), 0.0
+    by_held = fitted_nominal(held, file, configuration)
+    # Without a solution neither is likelier.
+    with suppress(np.linalg.LinAlgError):
+        gain = _at_likeliest_delay(held, by_held, file, configuration) - _at_likeliest_delay(
+            dive, now, file, configuration
+        )
+    step_s, least_s = 1.0 / commands.rate_hz, 0.5 * now.course.step_s
+    if gain > LEAST_OF_EACH * len(commands):
+        note = "Each thruster command is taken to hold until the next: so the late thrust is far likelier."
+        return SlowLoop(_noted(held, note), by_held, least_s)
+    if gain < -LEAST_GAIN:
+        note = "Thruster commands are taken for samples of a faster loop: so the late thrust is likelier."
+        return SlowLoop(_noted(replace(dive, commands_hold=False), note), now, least_s + 0.25 * step_s)
+    note = (
+        f"The motion does not tell whether each thruster command holds until the next, and a delay is known to half a "
+        f"step of them, {0.5 * step_s:.2g} s: if you know, say `commands_hold` in the column map."
+    )
+    return SlowLoop(_noted(dive, note), now, least_s + 0.5 * step_s)
+
+
+def _noted(dive: Dive, note: str) -> Dive:
+    return replace(dive, notes=(*dive.notes, note))
+
+
+def _of_unknown_loop(dive: Dive) -> Signal | None:
+    """The commands of a dive of which it is unknown whether they hold; None if that is known, or can't be told."""
+    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
+    known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
+    return None if commands is None or known or sampled_seldom(commands) else commands
+
+
+def _is_slow_and_delayed(commands: Signal, dive: Dive, now: Nominal) -> bool:
+    # Behind an autopilot's filter the delay is that at which its velocity was dated.
+    return sampled_slowly(commands) and now.late_thrust_s[0] > 0.0 and not dive.velocity_is_filtered
+
+
+def _at_likeliest_delay(dive: Dive, now: Nominal, file: VehicleFile, configuration: str) -> float:
+    forces = wrench(dive, file, configuration)
+    return likeliest_delay(forces, now.built, now.joint, now.theta, now.late_thrust_s[0])[1]
 
 
 def with_known_holding(dive: Dive, now: Nominal) -> Dive:
@@ -28,9 +117,8 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     Thrust of a loop that is much faster than the recording acts half a step earlier than thrust that holds. A delay of
     the thrusters hides the first, and can look like the second. Where the controller logs its wrench the loop is known.
     """
-    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
-    known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
-    if commands is None or known or sampled_seldom(commands):
+    commands = _of_unknown_loop(dive)
+    if commands is None or _is_slow_and_delayed(commands, dive, now):
         return dive
     step_s = 1.0 / commands.rate_hz
     if sampled_slowly(commands):
@@ -75,9 +163,9 @@ def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:
         effect = finding.cause.effect
         if effect.timing:
             (parameter,) = effect.parameters
-            late += float(finding.cause.values[0]) - parameter.none
-            if parameter.name in finding.parameters:
-                value = finding.parameters[parameter.name]
+            value = finding.parameters.get(parameter.name)
+            late += (float(finding.cause.values[0]) if value is None else value.value) - parameter.none
+            if value is not None:
                 variance += float(np.nan_to_num((value.high95 - value.low95) / (2 * Z95))) ** 2
     reach = Z95 * float(np.sqrt(variance))
     return Value(late, "s", late - reach, late + reach)

@@ -14,9 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
-from bridge.vehicle.thrusters import thrust_curve
+from bridge.vehicle.thrusters import thrust_by_shaft, thrust_curve
 from identify.dive import Dive, Signal
-from identify.effects.course import Course, delayed, lagged, thrust_by_shaft
+from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act
 from identify.estimators.readings import steers_unheard, tumbles
 from identify.ingest.rotation import euler_angles

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bridge.vehicle.config import Configuration, ThrustCurve
+from bridge.vehicle.config import Configuration
 from bridge.vehicle.dynamics import coriolis
 from bridge.vehicle.thrusters import allocation_matrix
 
@@ -224,9 +224,3 @@ def _earlier(values: Array, steps: float) -> Array:
         for c in range(values.shape[1]):
             out[i, c] = values[low, c] + share * (values[high, c] - values[low, c])
     return out
-
-
-def thrust_by_shaft(curve: ThrustCurve, rpm: Array) -> Array:
-    """T = k n |n| for signed shaft speeds (n, k), with n in rev/s and k by direction; NaN if unknown."""
-    speed = rpm / 60.0
-    return np.asarray(np.where(rpm >= 0, curve.forward_n_s2, curve.reverse_n_s2) * speed * np.abs(speed))

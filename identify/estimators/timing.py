@@ -187,6 +187,18 @@ def coarse_delay_s(
     return profile.best
 
 
+def likeliest_delay(
+    forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array, near_s: float
+) -> tuple[float, float]:
+    """The likeliest delay beyond that of the forces, s, near a coarse one, and the log posterior there.
+
+    Raises LinAlgError if the equations have no solution.
+    """
+    profile = _profile(forces, built, joint, theta)
+    by_s, _ = _near(profile, near_s, DELAYS_S[1])
+    return by_s, profile.tops[by_s]
+
+
 def _profile(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> _Profile:
     def at(by_s: float) -> JointLikelihood:
         moved = (

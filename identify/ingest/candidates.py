@@ -46,7 +46,10 @@ class Confidence(Enum):
 
 @dataclass(frozen=True)
 class Choice:
-    """Columns that a signal is proposed to be made of, and the reasons, in sentences. mends: those of physics."""
+    """Columns that a signal is proposed to be made of, and the reasons, in sentences.
+
+    The first reason is that of its unit, empty if its name says it. mends: those of physics.
+    """
 
     signal: str
     columns: Columns
@@ -183,7 +186,7 @@ def _in_feet(choice: Choice) -> Choice:
         return choice
     reason = f"As the accelerometer is in ft/s2, {in_feet} is taken."
     return replace(
-        choice, columns=replace(choice.columns, unit=in_feet), reasons=(*choice.reasons[1:], reason)
+        choice, columns=replace(choice.columns, unit=in_feet), reasons=(reason, *choice.reasons[1:])
     )
 
 
@@ -209,9 +212,10 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     confidence = (
         Confidence.GUESSED if not guess.is_telling else Confidence.NAMED if named_unit else Confidence.LIKELY
     )
-    reasons = [guess.reason] if guess.reason else []
+    reasons = [guess.reason]
     if signal == "altitude" and np.nanmedian(values) < 0:
-        signal, reasons = "depth", ["It is mostly below 0, so it is taken for a height, not for an altitude."]
+        signal = "depth"
+        reasons = ["", "It is mostly below 0, so it is taken for a height, not for an altitude."]
     lacking = [str(k + 1) for k, name in enumerate(names) if name == missing]
     if lacking:
         of = (

@@ -41,7 +41,7 @@ _AXES = (
 def uncertain(choice: Choice) -> tuple[str, ...]:
     """What the user should check of a choice: its reasons where it is a guess, and its mends; in sentences."""
     return (
-        *(choice.reasons if choice.confidence is Confidence.GUESSED else ()),
+        *(filter(None, choice.reasons) if choice.confidence is Confidence.GUESSED else ()),
         *(f"{mend.problem}; mended here." for mend in choice.mends),
     )
 

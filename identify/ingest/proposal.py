@@ -34,7 +34,11 @@ from identify.ingest.streams import Stream, Streams
 from identify.ingest.units import UNITS
 
 LEAST_RISING = 0.95
+MOST_OFF = 3.0
+"""Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
 TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
+OLD_S = 0.2
+"""Headers of one topic that are older than those of another by this much are asked about."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,11 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
         notes = (
             *notes,
             f"By '{time.column}', {apart}: no signal was held against another. Name one clock of all.",
+        )
+    elif time.column == STAMP and (old := headers_apart(timed, OLD_S)):
+        notes = (
+            *notes,
+            f"By '{STAMP}', {old}: taken for the age of its readings; if a clock is off instead, take '{RECEIVED}'.",
         )
     if not choices:
         names = [stream.full_name(field) for stream in streams for field in stream.columns]
@@ -198,7 +207,9 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
     if mend.signal != _meant(choice):
         return choice
     columns = mended_columns(choice.signal, choice.columns, mend)
-    return replace(choice, columns=columns, mends=(*choice.mends, mend))
+    # A mend of the unit contradicts the reason of the unit.
+    reasons = choice.reasons if columns.unit == choice.columns.unit else ("", *choice.reasons[1:])
+    return replace(choice, columns=columns, reasons=reasons, mends=(*choice.mends, mend))
 
 
 def _borne_out(choices: Sequence[Choice], pairs: Collection[tuple[str, str]]) -> tuple[Choice, ...]:
@@ -359,7 +370,9 @@ def _likelier(by_unit: dict[str, Match | None]) -> str:
     if alike[best] > CLEAR and alike[other] < alike[best] - 0.3:
         return best
     if alike[other] > CLEAR:
-        return min(known, key=lambda unit: abs(np.log(abs(known[unit].ratio))))
+        off = {unit: abs(np.log(abs(match.ratio))) for unit, match in known.items()}
+        nearest = min(off, key=off.__getitem__)
+        return nearest if off[nearest] < np.log(MOST_OFF) else ""
     return ""
 
 

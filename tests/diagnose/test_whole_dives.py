@@ -12,7 +12,7 @@ from soak import rest_in_soak
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import validation
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.thrusters import shaft_speed
+from bridge.vehicle.thrusters import shaft_speed, thrust_by_shaft
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
@@ -22,7 +22,6 @@ from identify.diagnose.verdict import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.effects.actuators import SATURATION, thruster_lag
-from identify.effects.course import thrust_by_shaft
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
 

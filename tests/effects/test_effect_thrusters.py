@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster
-from bridge.vehicle.thrusters import shaft_speed
+from bridge.vehicle.thrusters import shaft_speed, thrust_by_shaft
 from identify.diagnose.candidates import settings_of
 from identify.effects import actuators, supply, wake
 from identify.effects.actuators import SATURATION
-from identify.effects.course import Course, lagged, thrust_by_shaft
+from identify.effects.course import Course, lagged
 from identify.effects.effect import Effect
 
 Made = Callable[..., Course]

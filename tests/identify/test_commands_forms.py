@@ -54,6 +54,18 @@ def test_the_same_thrust_is_the_same_wrench_however_it_is_stated(
     assert tells_thrusters(dive, file.vehicle.configurations["only"])
 
 
+def test_shaft_speeds_alone_give_the_thrust_and_it_is_said(tmp_path: Path) -> None:
+    (tmp_path / "dive.csv").write_text(ROWS.format(600, 0, 0, -600))
+    (tmp_path / "columns.yaml").write_text("time: {column: t}\nrpm: {columns: [a, b], unit: rpm}\n")
+    file = vehicle_file(replace(TWO_WAY, forward_n_s2=0.1, reverse_n_s2=0.08, lag_s=0.2))
+    dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", file)
+    np.testing.assert_allclose(wrench(dive, file, "only").asked[:2, [0, 2, 5]], [[10, 0, -2], [0, 8, 0]])
+    assert dive.notes[0] == (
+        "No thruster command is recorded: the thrust is that of the shafts' speeds, by forward_n_s2 and reverse_n_s2 "
+        "of the vehicle file's thrust_curve; check these, and lag_s: 0, as a measured speed has no lag of 0.2 s."
+    )
+
+
 def test_kilogrammes_of_force_become_newtons_and_need_no_thrust_curve(tmp_path: Path) -> None:
     dive = dive_of(tmp_path, (1.0, 0.0, 0.0, -1.0), "kgf", None)
     assert dive.pwm is None

@@ -8,22 +8,24 @@ import pytest
 from test_judged import FILE, SECONDS, YAW, commanded, moved
 
 from identify.diagnose.candidates import Cause
-from identify.diagnose.lateness import with_holding_unknown, with_known_holding
+from identify.diagnose.lateness import slow_loop, with_holding_unknown, with_known_holding
 from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE
 from identify.estimators.lateness import by_lateness
 from identify.ingest.commands import unknown_between
 
 
-def logged(loop_s: float, log_s: float) -> Dive:
+def logged(loop_s: float, log_s: float, delay_s: float = 0.0, noise: float = 1e-3) -> Dive:
     """A dive whose commands change every `loop_s`, and of which those every `log_s` were recorded."""
     rng = np.random.default_rng(3)
     time_s = loop_s * np.arange(int((SECONDS - 1.0) / loop_s))
     knots_s = np.arange(0.0, SECONDS, 0.35)
     force = 4.0 * np.interp(time_s, knots_s, rng.uniform(-1.0, 1.0, len(knots_s)))
     at_s, speed, _ = (part[::5] for part in moved(YAW, time_s, force))
-    gyro = Signal(at_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed + 1e-3 * rng.normal(size=len(speed))]))
+    rates = np.column_stack([0.0 * at_s, 0.0 * at_s, speed + noise * rng.normal(size=len(speed))])
+    gyro = Signal(at_s + delay_s, rates)
     every = round(log_s / loop_s)
     return Dive(
         "log", Path("log.csv"), "1" * 64, tau_cmd=commanded(YAW, time_s[::every], force[::every]), gyro=gyro
@@ -65,3 +67,37 @@ def test_a_delay_is_known_to_the_step_between_two_commands_where_nobody_says_tha
     causes = [Cause(DEAD_ZONE, np.array([1.0])), Cause(COMMAND_DELAY, np.array([0.3]))]
     wider = with_holding_unknown(np.diag([4.0, 1e-4]), causes, dive)
     assert np.diag(wider) == pytest.approx([4.0, 1e-4 + more_s**2], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("loop_s", "delay_s", "noise", "hold", "most_s", "words"),
+    [
+        (0.1, 0.3, 1e-3, True, 0.01, "taken to hold"),
+        (0.02, 0.15, 1e-3, False, 0.035, "samples of a faster loop"),
+        (0.1, 0.3, 1e-2, None, 0.06, "does not tell whether each thruster command holds"),
+    ],
+    ids=["a loop of 10 Hz", "a fast loop", "a loop of 10 Hz in noise"],
+)
+def test_a_delay_in_slow_commands_is_without_their_step_where_thrust_tells_it_and_else_covers_it(
+    loop_s, delay_s, noise, hold, most_s, words
+):
+    dive = logged(loop_s, 0.1, delay_s, noise)
+    now = fitted_nominal(dive, FILE, "only")
+    assert with_known_holding(dive, now) is dive
+    slow = slow_loop(dive, now, FILE, "only")
+    assert slow.dive.commands_hold is hold
+    assert words in slow.dive.notes[-1]
+    delay, dead = Cause(COMMAND_DELAY, np.array([0.3])), Cause(DEAD_ZONE, np.array([1.0]))
+    value = Value(0.3, "s", 0.29, 0.31)
+    findings = [Finding(cause, (), {}, 0.9, {"delay": value}, 50.0) for cause in (delay, dead)]
+    less, same = replace(slow, nominal=replace(slow.nominal, late_samples_s=0.02)).without_step(findings)
+    assert [less.parameters["delay"].low95, less.parameters["delay"].high95] == pytest.approx(
+        [0.31 - most_s, 0.33]
+    )
+    assert less.parameters["delay"].value == pytest.approx(0.32 - most_s / 2)
+    assert same.parameters["delay"] == value
+
+
+def test_commands_without_a_delay_or_at_twenty_a_second_are_of_no_slow_loop():
+    for dive in (logged(0.1, 0.1), logged(0.05, 0.05, 0.3)):
+        assert slow_loop(dive, fitted_nominal(dive, FILE, "only"), FILE, "only") is None

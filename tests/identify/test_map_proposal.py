@@ -14,7 +14,7 @@ from bridge.errors import LogError
 from identify.dive import Dive
 from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
-from identify.ingest.map_text import map_text
+from identify.ingest.map_text import map_text, uncertain
 from identify.ingest.proposal import Proposal
 from identify.ingest.proposal_of_runs import propose
 from identify.ingest.signals import dive_fields
@@ -99,6 +99,22 @@ def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked() 
     blind = proposed(columns)
     asked = {choice.signal for choice in blind.choices if choice.confidence is Confidence.GUESSED}
     assert asked == {"velocity", "gyro", "euler", "depth"}
+
+
+def test_a_unit_that_physics_mends_is_not_asked_about_as_first_guessed() -> None:
+    columns = {name: values for name, values in usual(READ).items() if name not in ("ax", "ay", "az")}
+    columns |= {name: columns[name] / 0.3048 for name in ("u", "v", "w", "depth")}
+    velocity = next(choice for choice in proposed(columns).choices if choice.signal == "velocity")
+    assert velocity.columns.unit == "ft/s"
+    assert [words for words in uncertain(velocity) if "taken for" in words] == []
+
+
+def test_angles_that_turn_ten_times_as_fast_as_the_gyro_are_in_no_unit_by_it() -> None:
+    columns = usual(readings(size=0.05))
+    euler = next(
+        each for each in proposed({**columns, "t": 0.1 * columns["t"]}).choices if each.signal == "euler"
+    )
+    assert (euler.columns.unit, euler.confidence) == ("rad", Confidence.GUESSED)
 
 
 def test_two_guesses_that_agree_are_still_guesses() -> None:
@@ -386,6 +402,16 @@ def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both(
     by_stamp = mapped(bagged(-7.0), replace(late.columns, time=TimeColumn("stamp", "s")), LOG)
     assert any("they may be on two clocks; 'received', the log's, is one." in note for note in by_stamp.notes)
     assert not any("two clocks" in note for note in mapped(bagged(-0.5), late.columns, LOG).notes)
+
+
+def test_headers_that_are_half_a_second_older_than_others_are_asked_about() -> None:
+    old = propose(bagged(-0.5), LOG)
+    assert old.columns.time == TimeColumn("stamp", "s")
+    assert old.notes[0] == (
+        "By 'stamp', the log got /dvl 0.51 s after its headers' times, and /imu 0.01 s: taken for the age of its "
+        "readings; if a clock is off instead, take 'received'."
+    )
+    assert "headers" not in str(propose(bagged(-0.1), LOG).notes)
 
 
 def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:

@@ -90,9 +90,9 @@ def read_bag(files: Sequence[Path]) -> Streams:
     return Streams(tuple(streams), tuple(notes))
 
 
-def headers_apart(streams: Sequence[Stream]) -> str:
+def headers_apart(streams: Sequence[Stream], by_s: float = APART_S) -> str:
     """How far the headers of two topics are from each other, by the times at which the log got their messages, in
-    words; "" if by less than APART_S, or if these are no topics of a bag."""
+    words; "" if by less than `by_s`, or if these are no topics of a bag."""
     late_s: dict[str, float] = {}
     for stream in streams:
         if {STAMP, RECEIVED} <= stream.columns.keys():
@@ -102,7 +102,7 @@ def headers_apart(streams: Sequence[Stream]) -> str:
     if not late_s:
         return ""
     least, most = min(late_s, key=late_s.__getitem__), max(late_s, key=late_s.__getitem__)
-    if late_s[most] - late_s[least] < APART_S:
+    if late_s[most] - late_s[least] < by_s:
         return ""
     return (
         f"the log got {most} {late_s[most]:.3g} s after its headers' times, and {least} {late_s[least]:.3g} s"
