@@ -51,24 +51,24 @@ def page(cache: Path, seed: int) -> str:
     return "\n".join(lines_of(timed))
 
 
-def measured(one: Dived) -> Data:
+def measured(survey: Dived) -> Data:
     """Seconds of every method, run one after the other with all cores."""
-    read_s, _ = _timed(lambda: read_dive(one.dive.source, None, one.file))
+    read_s, _ = _timed(lambda: read_dive(survey.dive.source, None, survey.file))
     first, again = {}, {}
     for name in ("likelihood", "pinn"):
         if name in METHODS:
-            run = partial(estimator(name), one.dive, one.file, CONFIGURATION, _silent)
+            run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
             first[name], again[name] = _timed(run)[0], _timed(run)[0]
-    command_s, _ = _timed(lambda: _command(one.dive.source))
-    grid, data = _learnt(one.dive, one.file, PAPER)
-    filtered_s, _ = _timed(lambda: closed.estimate(one.dive, one.file, CONFIGURATION, _silent))
-    fixed = fixed_values(one.file.vehicle.configurations[CONFIGURATION])
+    command_s, _ = _timed(lambda: _command(survey.dive.source))
+    grid, data = _learnt(survey.dive, survey.file, PAPER)
+    filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, _silent))
+    fixed = fixed_values(survey.file.vehicle.configurations[CONFIGURATION])
     solved_s = min(_timed(lambda: closed_form(data, fixed))[0] for _ in range(REPEATS))
     small_s, (_, curves) = _timed(
-        lambda: estimate_with_curves(one.dive, one.file, CONFIGURATION, _silent, SMALL)
+        lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, SMALL)
     )
     epoch = replace(PAPER, epochs=1)
-    epoch_s, _ = _timed(lambda: estimate_with_curves(one.dive, one.file, CONFIGURATION, _silent, epoch))
+    epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, epoch))
     return {
         "samples": len(grid),
         "windows": len(data.nu),
