@@ -21,16 +21,16 @@ COVERAGE_GOAL = (0.93, 0.97)
 BEYOND_3_GOAL = 0.006
 
 
-def verdicts(one: Tally) -> list[tuple[str, bool]]:
+def verdicts(result: Tally) -> list[tuple[str, bool]]:
     """Each goal's figure in words and whether it meets the goal, in the order of `goal_lines`.
 
     Errors beyond 3 or 5 standard errors are counted among the cases that state a standard error.
     """
-    ratio = root_mean_square(one.cases)
-    share, low, high = inside95(one.cases)
-    z = [abs(case.z) for case in one.cases if math.isfinite(case.z)]
+    ratio = root_mean_square(result.cases)
+    share, low, high = inside95(result.cases)
+    z = [abs(case.z) for case in result.cases if math.isfinite(case.z)]
     beyond_3 = float(np.mean([size > 3 for size in z])) if z else math.nan
-    silent = sum(abs(case.z) > 5 and not case.warned for case in one.cases)
+    silent = sum(abs(case.z) > 5 and not case.warned for case in result.cases)
     least, most = COVERAGE_GOAL
     return [
         (f"{ratio:.3f}", ratio <= RATIO_GOAL),
@@ -99,8 +99,8 @@ def _pairs(trials: Sequence[Trial]) -> dict[int, list[tuple[Stated, Stated]]]:
     }
 
 
-def _distance(one: Stated, other: Stated) -> float:
-    return abs(math.log(other.value / one.value)) / max(one.std, other.std)
+def _distance(first: Stated, second: Stated) -> float:
+    return abs(math.log(second.value / first.value)) / max(first.std, second.std)
 
 
 def apart_lines(trials: Sequence[Trial]) -> list[str]:
@@ -228,10 +228,10 @@ def _by_group(tallies: list[Tally]) -> list[str]:
     return ["Error over the bound by group, rms and (median):", "", *table(("method", *GROUPS), rows)]
 
 
-def _by_coefficient(one: Tally, bounds: list[Bound]) -> list[str]:
+def _by_coefficient(result: Tally, bounds: list[Bound]) -> list[str]:
     rows = []
     for coefficient in COEFFICIENTS:
-        cases = [case for case in one.cases if case.name == coefficient.name]
+        cases = [case for case in result.cases if case.name == coefficient.name]
         least = [bound.least[coefficient.name] for bound in bounds if coefficient.name in bound.least]
         if not cases:
             continue
@@ -240,7 +240,7 @@ def _by_coefficient(one: Tally, bounds: list[Bound]) -> list[str]:
         bound = f"{100 * np.median(least):.2f} %"
         spread = f"{z.mean():+.2f}", f"{z.std():.2f}"
         rows.append((coefficient.name, bound, len(cases), _ratios(cases), *spread, inside))
-    return [f"`{one.method}` by coefficient:", "", *table(BY_COEFFICIENT, rows)]
+    return [f"`{result.method}` by coefficient:", "", *table(BY_COEFFICIENT, rows)]
 
 
 def _by_manoeuvre(tallies: list[Tally]) -> list[str]:

@@ -110,9 +110,9 @@ def written(sections: Mapping[str, Section], order: tuple[str, ...]) -> str:
     return HEAD + "\n".join([*took, "", *blocks])
 
 
-def _block(name: str, one: Section) -> str:
-    code = f"; code: {one.code}" if one.code else ""
-    seconds = "" if one.wall_s is None else f"; seconds: {one.wall_s:.0f}"
-    asked = "; asked" if one.asked else ""
-    label = OLDER if one.older else ""
-    return f"<!-- section: {name}{code}{seconds}{asked} -->\n{label}{one.text.strip(chr(10))}\n"
+def _block(name: str, section: Section) -> str:
+    code = f"; code: {section.code}" if section.code else ""
+    seconds = "" if section.wall_s is None else f"; seconds: {section.wall_s:.0f}"
+    asked = "; asked" if section.asked else ""
+    label = OLDER if section.older else ""
+    return f"<!-- section: {name}{code}{seconds}{asked} -->\n{label}{section.text.strip(chr(10))}\n"

@@ -9,7 +9,6 @@ from bench import (
     accuracy_trials,
     bags,
     coverage,
-    deepxde_surge,
     flying,
     gap_monitor,
     ladder,
@@ -99,7 +98,6 @@ SECTIONS = {
     "flying": Measurement(lambda run: flying.page(run.kept, 1 if run.short else 3), flying.SOURCES),
     "ladder": Measurement(lambda run: ladder.page(run.kept, run.campaigns(1)), ladder.SOURCES),
     "paper small": Measurement(lambda run: paper_small.page(run.kept, run.seeds(1, 5)), paper_small.SOURCES),
-    "deepxde": Measurement(lambda run: deepxde_surge.page(run.kept, run.seeds(1, 3)), deepxde_surge.SOURCES),
     "coverage": Measurement(lambda run: coverage.section(run.seeds(4, 20), run.kept), coverage.SOURCES),
     "paper noise": Measurement(
         lambda run: paper_noise.page(run.docs / "paper_noise.html"), paper_noise.SOURCES

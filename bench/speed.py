@@ -12,7 +12,6 @@ from typing import Any
 
 import torch
 
-from bench import card
 from bench.answers import NOT_HERE
 from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
@@ -38,7 +37,7 @@ from identify.estimators.table import METHODS, estimator
 from identify.filters import AlignedDive, aligned
 from identify.ingest.open import read_dive
 
-SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/card.py", "bench/campaigns.py", "bench/speed.py")
+SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/campaigns.py", "bench/speed.py")
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3
@@ -48,34 +47,28 @@ def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
-    timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(survey))
-    lines = lines_of(timed)
-    if torch.cuda.is_available():
-        name = torch.cuda.get_device_name()
-        lines += card.lines(kept.get(f"{name} {torch.__version__} {seed}", lambda: on_card(survey)))
-    else:
-        lines += [card.NO_CARD, ""]
-    return "\n".join(lines)
+    timed = kept.get(f"{' '.join(METHODS)} {seed}", lambda: measured(survey))
+    return "\n".join(lines_of(timed))
 
 
-def on_processor(one: Dived) -> Data:
+def measured(survey: Dived) -> Data:
     """Seconds of every method, run one after the other with all cores."""
-    read_s, _ = _timed(lambda: read_dive(one.dive.source, None, one.file))
+    read_s, _ = _timed(lambda: read_dive(survey.dive.source, None, survey.file))
     first, again = {}, {}
     for name in ("likelihood", "pinn"):
         if name in METHODS:
-            run = partial(estimator(name), one.dive, one.file, CONFIGURATION, _silent)
+            run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
             first[name], again[name] = _timed(run)[0], _timed(run)[0]
-    command_s, _ = _timed(lambda: _command(one.dive.source))
-    grid, data = _learnt(one.dive, one.file, PAPER)
-    filtered_s, _ = _timed(lambda: closed.estimate(one.dive, one.file, CONFIGURATION, _silent))
-    fixed = fixed_values(one.file.vehicle.configurations[CONFIGURATION])
+    command_s, _ = _timed(lambda: _command(survey.dive.source))
+    grid, data = _learnt(survey.dive, survey.file, PAPER)
+    filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, _silent))
+    fixed = fixed_values(survey.file.vehicle.configurations[CONFIGURATION])
     solved_s = min(_timed(lambda: closed_form(data, fixed))[0] for _ in range(REPEATS))
     small_s, (_, curves) = _timed(
-        lambda: estimate_with_curves(one.dive, one.file, CONFIGURATION, _silent, SMALL)
+        lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, SMALL)
     )
     epoch = replace(PAPER, epochs=1)
-    epoch_s, _ = _timed(lambda: estimate_with_curves(one.dive, one.file, CONFIGURATION, _silent, epoch))
+    epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, epoch))
     return {
         "samples": len(grid),
         "windows": len(data.nu),
@@ -92,15 +85,6 @@ def on_processor(one: Dived) -> Data:
         "epoch": epoch_s,
         "threads": torch.get_num_threads(),
     }
-
-
-def on_card(one: Dived) -> Data:
-    """The paper's full network on the CUDA card, on the survey's own windows."""
-    grid, data = _learnt(one.dive, one.file, PAPER)
-    ends = torch.tensor(window_ends(grid, PAPER.window))
-    step_s = torch.full((len(grid), 1), 1 / PAPER.rate_hz)
-    series = torch.cat([step_s, torch.tensor(grid.nu, dtype=torch.float32)], dim=1)
-    return card.measured(series, ends, data, one.file.vehicle.configurations[CONFIGURATION], PAPER)
 
 
 def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[AlignedDive, Samples]:
@@ -121,7 +105,7 @@ def _command(log: Path) -> None:
 
 
 def lines_of(timed: Data) -> list[str]:
-    """The page's part on the processor."""
+    """The section."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     epochs, fewest = (most(timed["settled"], timed["loss settled"]) for most in (max, min))
     whole_s = epoch_s * epochs

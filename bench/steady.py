@@ -131,13 +131,13 @@ def _verdict(speeds: Sequence[Held]) -> list[str]:
     """Each axis at its worst speed, by each figure."""
     rows = []
     for axis, unit in UNITS.items():
-        flown = [one for one in speeds if one.axis == axis]
+        flown = [row for row in speeds if row.axis == axis]
         if not flown:
             rows.append((axis, "was not flown", "-", "-", "-"))
             continue
-        mean = max(flown, key=lambda one: abs(float(one.identified.mean())))
-        leg = max(flown, key=lambda one: size(one.identified))
-        apart = max(flown, key=lambda one: one.apart)
+        mean = max(flown, key=lambda row: abs(float(row.identified.mean())))
+        leg = max(flown, key=lambda row: size(row.identified))
+        apart = max(flown, key=lambda row: row.apart)
         rows.append(
             (
                 axis,

@@ -119,9 +119,9 @@ def _table(
     return [*table((configuration, "first, s", *names), rows), ""]
 
 
-def _words(one: Cell, seeds: int) -> str:
-    if one.count == 0:
+def _words(entry: Cell, seeds: int) -> str:
+    if entry.count == 0:
         return "-"
-    interval = f" ±{100 * one.median_half95:.2g}" if np.isfinite(one.median_half95) else ""
-    few = f" /{one.count}" if one.count < seeds else ""
-    return f"{100 * one.rms_error:.2g}{interval}{few}"
+    interval = f" ±{100 * entry.median_half95:.2g}" if np.isfinite(entry.median_half95) else ""
+    few = f" /{entry.count}" if entry.count < seeds else ""
+    return f"{100 * entry.rms_error:.2g}{interval}{few}"

@@ -97,8 +97,8 @@ async def run(
     """Serve until `command` ends for another reason than its link; its exit code."""
     server = await Front(page).serve(port, host)
     where = "every network of this container" if host == EVERYWHERE else f"the network of {host}"
-    for one in server.sockets:
-        number = one.getsockname()[1]
+    for listening in server.sockets:
+        number = listening.getsockname()[1]
         sys.stderr.write(
             f"open: {host} port {number} (TCP): the page, for BlueOS and browsers, reachable from {where}\n"
         )

@@ -15,8 +15,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def pip(words: Sequence[str], flags: Sequence[str] = ()) -> str:
     """Run pip; its last words where it fails."""
-    verb, *rest = words
-    line = [sys.executable, "-m", "pip", "--disable-pip-version-check", verb, "--quiet", *flags, *rest]
+    verb, *options = words
+    line = [sys.executable, "-m", "pip", "--disable-pip-version-check", verb, "--quiet", *flags, *options]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     errors = [text.removeprefix("ERROR: ") for text in done.stderr.splitlines() if text.startswith("ERROR")]
     return "" if done.returncode == 0 else (errors or [f"pip ended with {done.returncode}"])[-1]

@@ -101,24 +101,24 @@ def _fetch(folder: Path, requirements: Sequence[str], target: Target, pip: Pip) 
 
     A folder of its own first: half of what a target needs is of no use to anyone.
     """
-    own = folder.with_name("fetched")
-    shutil.rmtree(own, ignore_errors=True)
-    words = ["download", "--only-binary=:all:", "--dest", str(own), *target.pip]
+    fetched = folder.with_name("fetched")
+    shutil.rmtree(fetched, ignore_errors=True)
+    words = ["download", "--only-binary=:all:", "--dest", str(fetched), *target.pip]
     wanted = list(requirements)
     for _ in range(ROUNDS):
         trouble = pip([*words, *wanted])
         if trouble:
             break
-        missing = lacking([own], wanted, target)
+        missing = lacking([fetched], wanted, target)
         if not missing:
             break
         wanted += missing
     else:
         trouble = f"no wheel for {', '.join(missing)}"
     if not trouble:
-        for wheel in own.glob("*.whl"):
+        for wheel in fetched.glob("*.whl"):
             wheel.replace(folder / wheel.name)
-    shutil.rmtree(own, ignore_errors=True)
+    shutil.rmtree(fetched, ignore_errors=True)
     return trouble
 
 

@@ -36,7 +36,9 @@ def lacking(folders: Iterable[Path], requirements: Iterable[str], target: Target
         for follows in _requirements(wheel):
             extras = requirement.extras or {""}
             environments = [target.environment | {"extra": extra} for extra in extras]
-            if follows.marker is None or any(follows.marker.evaluate(one) for one in environments):
+            if follows.marker is None or any(
+                follows.marker.evaluate(environment) for environment in environments
+            ):
                 follows.marker = None
                 asked.append(follows)
     return sorted(missing)
@@ -53,12 +55,12 @@ def holds_on(requirement: Requirement, target: Target) -> bool:
 
 def _best(requirement: Requirement, wheels: Iterable[Path]) -> Path | None:
     """The newest wheel that meets a requirement."""
-    found = []
+    fitting = []
     for wheel in wheels:
         name, version, _, _ = parse_wheel_filename(wheel.name)
         if name == canonicalize_name(requirement.name) and requirement.specifier.contains(version):
-            found.append((version, wheel))
-    return max(found)[1] if found else None
+            fitting.append((version, wheel))
+    return max(fitting)[1] if fitting else None
 
 
 def _requirements(wheel: Path) -> list[Requirement]:

@@ -58,19 +58,19 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     if name == PLANNED:
         figures = measured_plan(path, runs / name, truth_of(CASES[PLAIN]))
     elif name == PLAIN:
-        figures = identified(told("identify", recording_of(path, runs, name, 1)), truth_of(CASES[name]))
+        figures = identified(answer_of("identify", recording_of(path, runs, name, 1)), truth_of(CASES[name]))
     else:
         first = recording_of(path, runs, name, 1)
         model = first.parents[1] / "accepted.param"
         model.unlink(missing_ok=True)
-        figures = diagnosed(told("diagnose", first, "--accept", str(model)))
+        figures = diagnosed(answer_of("diagnose", first, "--accept", str(model)))
         accepted = ("--accepted", str(model), "--despite-doubts") if model.exists() else ()
-        figures["after"] = diagnosed(told("diagnose", recording_of(path, runs, name, 2), *accepted))
+        figures["after"] = diagnosed(answer_of("diagnose", recording_of(path, runs, name, 2), *accepted))
     kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     return figures
 
 
-def told(verb: str, recording: Path, *options: str) -> dict[str, Any]:
+def answer_of(verb: str, recording: Path, *options: str) -> dict[str, Any]:
     """What `seatrial identify` or `diagnose` answers to a recording, as its JSON."""
     folder = recording.parents[1]
     file, out = vehicle_file(folder), folder / f"{verb}.json"

@@ -81,11 +81,11 @@ def verdict(done: Reproduction) -> str:
     )
 
 
-def errors(one: Campaign, values: dict[str, float], kind: str) -> list[float]:
+def errors(campaign: Campaign, values: dict[str, float], kind: str) -> list[float]:
     """Relative errors of the coefficients of one kind that the paper's method learns."""
     return [
-        values[name] / one.truth[name] - 1
-        for name in one.paper.values()
+        values[name] / campaign.truth[name] - 1
+        for name in campaign.paper.values()
         if BY_NAME[name].kind == kind and name in values
     ]
 
@@ -121,7 +121,7 @@ def about_section(done: Reproduction) -> Section:
     return Section("What this is", "\n\n".join(text))
 
 
-def misfit_section(found: tuple[Point, ...]) -> Section:
+def misfit_section(misfits: tuple[Point, ...]) -> Section:
     """Contradictions in the paper's numbers, one table per point."""
     return Section(
         "Where the numbers do not fit",
@@ -132,7 +132,7 @@ def misfit_section(found: tuple[Point, ...]) -> Section:
                 (f"{number}.", point.title),
                 tuple(zip(LABELS, (point.says, point.follows, point.fits_if), strict=True)),
             )
-            for number, point in enumerate(found, start=1)
+            for number, point in enumerate(misfits, start=1)
         ),
     )
 

@@ -80,7 +80,7 @@ def planned(file: VehicleFile, campaigns: Mapping[str, Campaign]) -> tuple[Trial
     )
 
 
-def flyable(found: Identification) -> dict[str, float]:
+def flyable(identified: Identification) -> dict[str, float]:
     """The coefficients that the feed-forward of surge, sway and yaw uses, as far as they were identified."""
     names = ("M_u", "M_v", "I_r", "D_u", "D_v", "D_r")
-    return {name: value for name, value in found.values().items() if name in names}
+    return {name: value for name, value in identified.values().items() if name in names}

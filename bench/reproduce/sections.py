@@ -31,34 +31,34 @@ ROWS = {"X_udot": "M_u", "Y_vdot": "M_v", "I_r": "I_r", "D_u": "D_u", "D_v": "D_
 """The tables' parameter names, and the coefficient behind each: the paper's X is M_u, its Y M_v, less the dry mass."""
 
 
-def campaign_section(one: Campaign, shape: Configuration) -> Section:
+def campaign_section(campaign: Campaign, shape: Configuration) -> Section:
     """Table 3 or 4, the path, and the training curves."""
-    table, path, curves = PLACES[one.configuration]
-    epochs = len(one.curves.values) - 1
+    table, path, curves = PLACES[campaign.configuration]
+    epochs = len(campaign.curves.values) - 1
     drawn = [
         figures.training(
-            one,
+            campaign,
             f"{curves} training",
             f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg "
             "of them dry; they start there, as the paper's do. The training ends where the loss is least in "
             "closed form.",
         )
     ]
-    if walked := track(one.dive):
+    if walked := track(campaign.dive):
         drawn.insert(0, Figure(f"{path} path", f"As {path}. {walked.caption}", walked.draw))
     words = (
-        f"{count(one.paper.samples)} windows of samples from {seconds(one.dive.duration_s)}. Our values are "
-        f"those of the method {one.ours.method}: {one.ours.outcome.value}."
+        f"{count(campaign.paper.samples)} windows of samples from {seconds(campaign.dive.duration_s)}. Our values are "
+        f"those of the method {campaign.ours.method}: {campaign.ours.outcome.value}."
     )
-    tables = (parameter_table(one, shape, table),)
-    return Section(f"{table}: {one.configuration}", words, tables, tuple(drawn), _unended(one))
+    tables = (parameter_table(campaign, shape, table),)
+    return Section(f"{table}: {campaign.configuration}", words, tables, tuple(drawn), _unended(campaign))
 
 
-def _unended(one: Campaign) -> str:
+def _unended(campaign: Campaign) -> str:
     """Return a warning while the trained values are still far from the minimum of their loss, otherwise ""."""
     apart = {
-        name: abs(value - one.closed[name]) / max(value, one.closed[name])
-        for name, value in one.paper.values().items()
+        name: abs(value - campaign.closed[name]) / max(value, campaign.closed[name])
+        for name, value in campaign.paper.values().items()
     }
     far = [f"{name} by {fixed(100 * share, 0)} %" for name, share in apart.items() if share > TRAINED]
     if not far:
@@ -70,21 +70,21 @@ def _unended(one: Campaign) -> str:
     )
 
 
-def parameter_table(one: Campaign, shape: Configuration, table: str) -> Table:
+def parameter_table(campaign: Campaign, shape: Configuration, table: str) -> Table:
     """Parameters as the paper prints them, as the simulated vehicle has them, and as each method identified them."""
-    published = PARAMETERS[one.configuration]
-    by_paper = one.paper.values()
+    published = PARAMETERS[campaign.configuration]
+    by_paper = campaign.paper.values()
     rows = []
     for name, coefficient in ROWS.items():
         if coefficient not in by_paper:
             continue
         less = shape.dry_mass_kg if name != coefficient else 0.0
-        ours = one.ours[coefficient]
+        ours = campaign.ours[coefficient]
         interval = f"{significant(ours.low95 - less, 4)} to {significant(ours.high95 - less, 4)}"
         values = (
-            one.truth[coefficient] - less,
+            campaign.truth[coefficient] - less,
             by_paper[coefficient] - less,
-            one.closed[coefficient] - less,
+            campaign.closed[coefficient] - less,
             ours.value - less,
         )
         rows.append(

@@ -22,15 +22,15 @@ def _verb(verb: str) -> str:
     parser = cli.verb_parser(verb)
     example = (parser.epilog or "").removeprefix("example:").strip()
     text = f"## {verb}\n\n{parser.description}\n\n    {example}\n\n"
-    rows = [_row(action) for action in _own(parser)]
+    rows = [_row(action) for action in _arguments(parser)]
     text += table(("argument", "what it is"), rows) + "\n" if rows else ""
     for name, sub in _actions(parser):
         text += f"### {verb} {name}\n\n{sub.description or ''}\n\n".replace("\n\n\n", "\n")
-        text += table(("argument", "what it is"), (_row(action) for action in _own(sub))) + "\n"
+        text += table(("argument", "what it is"), (_row(action) for action in _arguments(sub))) + "\n"
     return text
 
 
-def _own(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+def _arguments(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
     for action in parser._actions:
         if not isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
             yield action

@@ -22,7 +22,7 @@ def page() -> str:
     file = load_vehicle(EXAMPLE)
     assert file.configuration is not None
     effects = library(file.vehicle.configurations[file.configuration], file.vehicle.thrust_curve.lag_s)
-    named = {one.name: [other for other in effects if other.name == one.name] for one in effects}
+    named = {effect.name: [other for other in effects if other.name == effect.name] for effect in effects}
     sections = "".join(
         f"## {words[0].upper()}{words[1:]}\n\n" + "".join(map(_effect, _of(named, place)))
         for place, words in PLACES.items()
@@ -87,9 +87,9 @@ def _kind(form: Effect) -> str:
 
 
 def _parameters(form: Effect) -> list[tuple[str, ...]]:
-    told = {name: unit for name, (_, unit) in form.told(form.start()).items() if name != "thruster"}
-    same = list(told) == [parameter.name for parameter in form.parameters]
-    others = ", ".join(f"`{name}` ({unit})" for name, unit in told.items())
+    units = {name: unit for name, (_, unit) in form.told(form.start()).items() if name != "thruster"}
+    same = list(units) == [parameter.name for parameter in form.parameters]
+    others = ", ".join(f"`{name}` ({unit})" for name, unit in units.items())
     return [
         (
             code(p.name),

@@ -25,7 +25,7 @@ def page() -> str:
 
 def _table(actions: Iterable[Action]) -> str:
     rows = (
-        (", ".join(map(code, one.keys.split(","))), code(one.id), f"{one.words}: {one.sentence}")
-        for one in actions
+        (", ".join(map(code, action.keys.split(","))), code(action.id), f"{action.words}: {action.sentence}")
+        for action in actions
     )
     return table(HEAD, rows)

@@ -17,24 +17,24 @@ def page() -> str:
     shape = file.vehicle.configurations[file.configuration]
     nominal = (
         (
-            code(f"FFn_{one.name.upper()}"),
-            one.symbol,
-            one.unit,
-            one.sentence,
-            *map(number, bounds(one, shape)),
+            code(f"FFn_{coefficient.name.upper()}"),
+            coefficient.symbol,
+            coefficient.unit,
+            coefficient.sentence,
+            *map(number, bounds(coefficient, shape)),
         )
-        for one in COEFFICIENTS
+        for coefficient in COEFFICIENTS
     )
     effects = (
         (
-            code(f"FFn_{one.name.upper()}"),
-            one.name,
-            one.unit,
-            one.sentence,
-            number(one.low),
-            number(one.high),
+            code(f"FFn_{coefficient.name.upper()}"),
+            coefficient.name,
+            coefficient.unit,
+            coefficient.sentence,
+            number(coefficient.low),
+            number(coefficient.high),
         )
-        for one in effect_coefficients(shape)
+        for coefficient in effect_coefficients(shape)
     )
     modes = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in Mode)
     own = (

@@ -98,12 +98,12 @@ def words_of(judged: Judged) -> str:
 
 def summary(run: Recorded) -> list[float]:
     """What a forest sees of a run: mean, spread, first and last value of each column."""
-    found: list[float] = []
+    features: list[float] = []
     for signal in run.dive.signals().values():
         for column in signal.value.T:
             known = column[np.isfinite(column)]
-            found += [known.mean(), known.std(), known[0], known[-1]]
-    return found
+            features += [known.mean(), known.std(), known[0], known[-1]]
+    return features
 
 
 def forest_answers(known: Sequence[Recorded], groups: Sequence[Sequence[Recorded]]) -> list[str]:

@@ -30,7 +30,7 @@ def diagnose(job: Job) -> dict[str, Any]:
         )
     before = run.Before() if accepted is None else accepted[configuration]
     diagnosis = run.diagnose(dive, file, configuration, before=before, without=job.against.without).diagnosis
-    found = tuple(
+    causes = tuple(
         EffectSize(
             finding.cause.effect.label,
             candidate_words(finding.cause.effect),
@@ -52,7 +52,7 @@ def diagnose(job: Job) -> dict[str, Any]:
     )
     unix_s, _ = date_of(dive)
     words = verdict_sentence(diagnosis)
-    return Causes(configuration, diagnosis.verdict, words, found, absent, unix_s).to_json()
+    return Causes(configuration, diagnosis.verdict, words, causes, absent, unix_s).to_json()
 
 
 def _size(value: Value) -> Size:

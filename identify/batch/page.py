@@ -154,7 +154,7 @@ def batch_report(
     if conditions:
         sections.append(Section("Conditions of the dives", " ".join(conditions)))
     stories = [f"{name}: {drifts[name].story.value}." for name in groups] or ["No dive gave a parameter."]
-    stories += [drift.sentence for found in effects.values() for drift in found if drift.is_real]
+    stories += [drift.sentence for of_effects in effects.values() for drift in of_effects if drift.is_real]
     counted = f"{len(rows) - len(failed)} of {len(rows)} dives identified by {method}"
     return Report(f"{vehicle}: parameters over dives", counted, " ".join(stories), tuple(sections))
 

@@ -30,7 +30,7 @@ class Twin:
 
 
 @dataclass(frozen=True)
-class Found:
+class Selection:
     """`recordings` to work on, each of a different dive; their `twins`; failed results for the `unreadable`."""
 
     recordings: tuple[Recording, ...]
@@ -40,7 +40,7 @@ class Found:
 
 def find_recordings(
     words: Sequence[str], progress: Callable[[float, str], None] = lambda _done, _what: None
-) -> Found:
+) -> Selection:
     """Find the recordings that DIVES mean. Raises LogError for a word that matches none.
 
     A dive folder is a single recording; every other folder is searched for recordings, recursively. What needs a
@@ -69,7 +69,7 @@ def find_recordings(
         replace(cut[t.counted], path=t.path) if t.counted in cut else t for t in (twins | cut).values()
     )
     complete = [recording for recording in recordings.values() if recording.path not in cut]
-    return Found(distinct_names(complete), all_twins, tuple(unreadable))
+    return Selection(distinct_names(complete), all_twins, tuple(unreadable))
 
 
 def distinct_names(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

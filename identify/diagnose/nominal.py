@@ -112,15 +112,15 @@ def _averaged(signal: Signal | None) -> Signal | None:
 class Nominal:
     """A dive's filters at the maximum likelihood of the nominal model.
 
-    built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
-    with no steady push. log_posterior: at the maximum, with each dropped reading counted as far off as the gate.
-    motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom whose
-    controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
-    already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
-    and lag of the thrust beyond the vehicle file's, as found when the velocity was dated; late_samples_s: delay of slow
-    samples of commands, which the forces include; stamped_s: as in `Dive`. witnesses: further sensors that show effects. accepted: earlier
-    effects, removed from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust;
-    swapped: pairs that follow each other's thrust.
+    built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the
+    maximum, with no steady push. log_posterior: at the maximum, with each dropped reading counted as far off as the
+    gate. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom
+    whose controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter
+    has already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s:
+    delay and lag of the thrust beyond the vehicle file's, as found when the velocity was dated; late_samples_s:
+    delay of slow samples of commands, which the forces include; stamped_s: as in `Dive`. witnesses: further sensors
+    that show effects. accepted: earlier effects, removed from forces, readings and witnesses. mirrored: degrees of
+    freedom that run against their thrust; swapped: pairs that follow each other's thrust.
     """
 
     built: Axes

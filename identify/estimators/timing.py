@@ -318,7 +318,8 @@ def _agreed(
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
-    return _Agreed(*likeliest.tolist(), best)
+    late_s, smoothing_s, delay_s = likeliest.tolist()
+    return _Agreed(late_s, smoothing_s, delay_s, best)
 
 
 def _middle_of(dive: Dive) -> Dive:

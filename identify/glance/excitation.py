@@ -135,8 +135,8 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
     timing = np.linalg.norm(timing_of(doubts), axis=0)
     std = np.full(len(OF_HULL), np.inf)
     # For a loosely known value the likelihood falls more slowly on one side, by about that standard error itself.
-    own_std = np.sqrt(np.diag(covariance)[at])
-    std[rows] = np.sqrt((own_std * (1.0 + own_std)) ** 2 + shift[at] ** 2 + timing[rows] ** 2)
+    std_of_value = np.sqrt(np.diag(covariance)[at])
+    std[rows] = np.sqrt((std_of_value * (1.0 + std_of_value)) ** 2 + shift[at] ** 2 + timing[rows] ** 2)
     return np.asarray(np.where(np.isnan(std), np.inf, std))
 
 

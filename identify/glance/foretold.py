@@ -108,9 +108,9 @@ def is_next(dive: Dive, of: Foretelling) -> bool:
     return not (begun and of.dived) or begun > of.dived
 
 
-def is_alike(one: float, other: float) -> bool:
+def is_alike(speed: float, other: float) -> bool:
     """Whether two speeds differ by a third at most, or are both next to nothing."""
-    low, high = sorted((one, other))
+    low, high = sorted((speed, other))
     return high < 1e-3 or low * THIRD >= high
 
 
@@ -187,20 +187,20 @@ def made_up(gains: Array | None, credits: Sequence[Credit]) -> tuple[MadeUp, ...
 
 def verdict_of(held: Sequence[Held]) -> str:
     """One sentence on a dive: whether it came as foretold."""
-    comparable = [one for one in held if one.comparable]
+    comparable = [each for each in held if each.comparable]
     if not comparable:
         return (
             ""
             if not held
             else "Another mission than the one that was diagnosed: not held against what was foretold."
         )
-    worse = [one for one in comparable if one.kept is False]
-    clause = "; ".join(f"{one.foretold.axis} {one.figures}" for one in comparable)
+    worse = [each for each in comparable if each.kept is False]
+    clause = "; ".join(f"{each.foretold.axis} {each.figures}" for each in comparable)
     head = (
         "Not as foretold"
         if worse
         else "As foretold"
-        if all(one.kept for one in comparable)
+        if all(each.kept for each in comparable)
         else "Nearly as foretold"
     )
     return f"{head}: {clause}."

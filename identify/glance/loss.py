@@ -130,14 +130,14 @@ def _unwrapped(
     """
     usual_s = float(np.ptp(arrival_s)) / max(len(step), 1)
     least_s = min(max(LEAST_PAUSE_S, MAY_GO_ROUND * usual_s), LEAST_S)
-    pauses_found = pauses(arrival_s, boot_s, number, least_s)
+    all_pauses = pauses(arrival_s, boot_s, number, least_s)
     steps_s = np.maximum(np.diff(arrival_s), 0.0)
     quick = steps_s <= LEAST_S
     short_s = steps_s[quick]
-    long = [pause for pause in pauses_found if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
+    long = [pause for pause in all_pauses if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
     silent = unheard(long, Spacing(float(short_s.sum()), float(np.square(short_s).sum())))
     rows, silent_rows = [pause.row for pause in long], {pause.row for pause in silent}
-    known = [p for p in pauses_found if p.row in silent_rows or (p.by_clock and p.row not in rows)]
+    known = [p for p in all_pauses if p.row in silent_rows or (p.by_clock and p.row not in rows)]
     at_s, sent = np.maximum.accumulate(arrival_s), np.concatenate(([0], np.cumsum(step)))
     out = step.copy()
     for pause in known:

@@ -307,8 +307,8 @@ def go_no_go(
     dvl = file.vehicle.sensors.dvl
     whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
     unasked = _unasked([error for error in whole if np.isfinite(error.unasked)])
-    foretold = [Criterion(one.what, one.kept, f"foretold {one.figures}", LOOK_CLOSER) for one in held]
-    credited = [Criterion(one.what, one.once, one.words, one.mend) for one in made_up]
+    foretold = [Criterion(each.what, each.kept, f"foretold {each.figures}", LOOK_CLOSER) for each in held]
+    credited = [Criterion(each.what, each.once, each.words, each.mend) for each in made_up]
     thrust = _thrust(dive, mode, thrusters)
     return Raising(mode, Mode.BOTH, (*changed, *criteria, *unasked, *foretold, *credited, thrust))
 

@@ -211,6 +211,6 @@ def _parameters(sizes: Sequence[Cause], nats: Array) -> dict[str, Value]:
     )
     ends = effect.told(low), effect.told(high)
     return {
-        name: Value(told, unit, ends[0][name][0], ends[1][name][0])
-        for name, (told, unit) in effect.told(middle).items()
+        name: Value(size, unit, ends[0][name][0], ends[1][name][0])
+        for name, (size, unit) in effect.told(middle).items()
     }

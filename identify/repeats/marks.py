@@ -86,10 +86,10 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
     euler = np.column_stack(euler_angles(dive.attitude.value))
     euler[:, 2] = np.unwrap(euler[:, 2])
     at_s = dive.attitude.time_s
-    rest, settled = at_s < began_s, at_s > began_s + SETTLED_S
+    at_rest, settled = at_s < began_s, at_s > began_s + SETTLED_S
     still = depth.time_s < began_s
     later = depth.between(began_s + SETTLED_S, end_s)
-    if not (rest.any() and settled.any() and still.any() and len(later) > 2):
+    if not (at_rest.any() and settled.any() and still.any() and len(later) > 2):
         raise FitError("depth and attitude have to be read at rest and during the push", of=dive.name)
     return Run(
         dive.name,
@@ -98,10 +98,10 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
         thrust_n,
         np.nan if voltage is None else float(np.median(voltage.between(began_s + SETTLED_S, end_s).value)),
         allocation_matrix(shape) @ thrust_n,
-        np.median(euler[settled, :2], axis=0) - np.median(euler[rest, :2], axis=0),
+        np.median(euler[settled, :2], axis=0) - np.median(euler[at_rest, :2], axis=0),
         _moment(
             at_s - began_s,
-            euler[:, 2] - euler[rest, 2][-1],
+            euler[:, 2] - euler[at_rest, 2][-1],
             shape.model.get("I_r", shape.inertia_kgm2[2]),
             shape.model.get("D_r", 0.0),
         ),

@@ -134,24 +134,24 @@ def _by_numbers(name: str) -> list[tuple[int, str]]:
 
 
 def _refuse_twice(dives: Sequence[Dive]) -> None:
-    for one, other in combinations(dives, 2):
-        if one.sha256 == other.sha256 or (one.opening and one.opening == other.opening):
+    for first, second in combinations(dives, 2):
+        if first.sha256 == second.sha256 or (first.opening and first.opening == second.opening):
             raise LogError(
-                f"{one.source} and {other.source} hold the same recording, and would count twice; give it once"
+                f"{first.source} and {second.source} hold the same recording, and would count twice; give it once"
             )
-        if _at_the_same_time(one, other):
+        if _at_the_same_time(first, second):
             raise LogError(
-                f"{one.source} and {other.source} were recorded at the same time, and would count twice; give one of "
-                "them, or put them together with `seatrial merge`"
+                f"{first.source} and {second.source} were recorded at the same time, and would count twice; give one "
+                "of them, or put them together with `seatrial merge`"
             )
 
 
-def _at_the_same_time(one: Dive, other: Dive) -> bool:
-    if one.unix_at_boot_s is None or other.unix_at_boot_s is None:
+def _at_the_same_time(first: Dive, second: Dive) -> bool:
+    if first.unix_at_boot_s is None or second.unix_at_boot_s is None:
         return False
     (start_s, end_s), (began_s, ended_s) = (
         tuple(boot_s + dive.unix_at_boot_s for boot_s in dive.span_s if dive.unix_at_boot_s is not None)
-        for dive in (one, other)
+        for dive in (first, second)
     )
     return min(end_s, ended_s) - max(start_s, began_s) > OVERLAP_S
 
@@ -176,11 +176,11 @@ def _refuse_others(readings: Sequence[Reading]) -> str:
 def _refuse_other_commands(dives: Sequence[Dive]) -> None:
     first = dives[0]
     for dive in dives[1:]:
-        one, other = _commands(first), _commands(dive)
-        if one != other:
+        expected, present = _commands(first), _commands(dive)
+        if expected != present:
             raise LogError(
-                f"{dive.source}: has {other}, {first.source} has {one}, so they are not runs of one vehicle; leave one "
-                "out"
+                f"{dive.source}: has {present}, {first.source} has {expected}, so they are not runs of one vehicle; "
+                "leave one out"
             )
         if dive.velocity is not None and dive.velocity_is_filtered != first.velocity_is_filtered:
             raise LogError(

@@ -1,18 +1,14 @@
-"""Sections of the benchmark by themselves: the ladder, flying, the gap monitor, bags, a CUDA card."""
+"""Sections of the benchmark by themselves: the ladder, flying, the gap monitor, bags."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
-from torch import nn
 
-from bench import card, ladder
+from bench import ladder
 from bench.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
 from bench.flying import lines
 from bench.gap_monitor import ONSETS, _lines, onset_dive
-from bench.reproduce.paper import SMALL, PaperNetwork, Samples
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from identify.ingest.open import read_dive
@@ -109,51 +105,3 @@ def test_the_slowest_form_is_judged_by_the_goal() -> None:
     assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in lines
     assert "Goal of 3 times bare: 2.5 at most, met." in lines
     assert "Goal of 3 times bare: 4 at most, **missed**." in lines_of({".db3": measured(1.0, 4.0)})
-
-
-SHAPE = load_vehicle("ruvifist:survey").vehicle.configurations["survey"]
-OPTIONS = replace(SMALL, window=5, dropout=0.0)
-
-
-def _trainer(dtype: torch.dtype) -> card.Trainer:
-    rng = np.random.default_rng(0)
-    nu = 0.1 * rng.standard_normal((60, 6))
-    data = Samples(nu[4:], np.zeros((56, 6)), 40.0 * nu[4:], np.zeros((56, 6)), (0, 5))
-    series = torch.tensor(np.column_stack([np.full(60, 0.1), nu]), dtype=torch.float32)
-    return card.trainer(series, torch.arange(4, 60), data, SHAPE, OPTIONS, dtype)
-
-
-@pytest.mark.soak
-def test_bfloat16_with_master_weights_trains_as_float32_does() -> None:
-    batches = list(torch.split(torch.arange(56), 14)) * 5
-    plain = card.losses(_trainer(torch.float32).step, batches)
-    ours = card.losses(_trainer(torch.bfloat16).step, batches)
-    assert card.furthest_apart(plain, ours) < card.ALIKE
-    assert plain[-1] < 0.9 * plain[0]
-
-
-@pytest.mark.parametrize("kind", [kind for kind in card.KINDS if kind.ready is card.eager])
-def test_what_is_compared_without_a_graph_takes_a_step(kind: card.Kind) -> None:
-    one = _trainer(kind.dtype)
-    assert type(one.optimiser) is kind.adam
-    first, second = (float(kind.ready(one, 14)(torch.arange(14))) for _ in range(2))
-    assert second < first
-
-
-def test_small_updates_are_kept_in_the_masters() -> None:
-    one = _trainer(torch.bfloat16)
-    before = [master.clone() for master in one.masters]
-    one.step(torch.arange(14))
-    assert all(weight.dtype == torch.bfloat16 for weight in one.network.parameters())
-    for master, was, weight in zip(one.masters, before, one.network.parameters(), strict=True):
-        assert not torch.equal(master, was)
-        assert torch.equal(weight, master.bfloat16())
-
-
-def test_operations_are_two_a_weight_forward_and_four_backward() -> None:
-    network = PaperNetwork(16, 2, 0.0)
-    lstm = sum(p.numel() for p in network.lstm.parameters())
-    head = sum(
-        p.numel() for layer in network.head if isinstance(layer, nn.Linear) for p in layer.parameters()
-    )
-    assert card.flops_a_sample(network, 20) == 6 * (20 * lstm + head)

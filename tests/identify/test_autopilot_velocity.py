@@ -105,7 +105,8 @@ def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) 
 
 def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path: Path) -> None:
     dive, file, name = recorded(calm(11, 4, 0.08, 0.15), tmp_path)
-    assert dive.gyro is not None and dive.attitude is not None
+    assert dive.gyro is not None
+    assert dive.attitude is not None
     turned = {
         name: Signal(signal.time_s + 0.5, signal.value)
         for name, signal in (("gyro", dive.gyro), ("attitude", dive.attitude))

@@ -16,7 +16,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, EffectDrift, chance_words, drift_of, effect_drifts
 from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Result, job_for
 from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
-from identify.batch.recordings import Found, find_recordings
+from identify.batch.recordings import Selection, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
 from identify.estimators.table import METHODS
@@ -156,7 +156,7 @@ def duration(seconds: float) -> str:
 def finish(
     arguments: argparse.Namespace,
     file: VehicleFile,
-    recordings: Found,
+    recordings: Selection,
     rows: Sequence[Row],
     remarks: Sequence[str],
 ) -> int:
@@ -212,7 +212,7 @@ def effects_of(rows: Sequence[Row]) -> dict[str, tuple[EffectDrift, ...]]:
 
 def tell(
     arguments: argparse.Namespace,
-    recordings: Found,
+    recordings: Selection,
     rows: Sequence[Row],
     drifts: Mapping[str, Drift],
     effects: Mapping[str, Sequence[EffectDrift]],

@@ -1,1 +1,0 @@
-"""Two runs of a vehicle in Fossen's PythonVehicleSimulator: find the effect that is in only one of them."""
