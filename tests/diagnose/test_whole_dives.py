@@ -47,6 +47,14 @@ def test_a_dive_that_hides_nothing_has_no_gap(seconds):
     assert found.check.after == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.parametrize("seed", rest_in_soak([310_024, 310_001, 310_023, 310_026]))
+def test_a_quiet_gyro_that_sees_a_whole_dive_turn_makes_no_unknown_force(seed):
+    """Its readings, dated an eighth of a millisecond off, did."""
+    case = draw_case(seed, kind="none")
+    found = diagnose(dive_of(case), case.file, case.configuration, progress=quiet)
+    assert (found.verdict, found.findings) == ("no_gap", ())
+
+
 @short_or_whole
 def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(seconds):
     found = told("open_2", seconds)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import closed_loop
 import numpy as np
@@ -24,6 +25,7 @@ from bridge.vehicle.config import (
 )
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Array, Dive, Signal
+from identify.estimators import axes
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion
 from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, places_of
@@ -377,3 +379,13 @@ def test_replaying_the_commands_of_the_real_firmware_gives_its_motion() -> None:
     quickening = np.gradient(measured[:, 2], step_s)
     late_s = np.sum((measured[:, 2] - np.array(replayed)[:, 2]) * quickening) / np.sum(quickening**2)
     assert abs(late_s) < 2e-3
+
+
+def test_times_are_coarse_only_where_many_steps_differ():
+    """A quarter of a millisecond was a force to a quiet gyro; two clocks among each other have thousands of steps."""
+    even_s, drifting_s = 0.008 * np.arange(9000) + 1.3e-4, 0.05003 * np.arange(1400)
+    alone, both = (
+        [SimpleNamespace(time_s=time_s) for time_s in clocks] for clocks in ([even_s], [even_s, drifting_s])
+    )
+    assert axes._in_ticks(even_s, axes._tick_s(alone)) == pytest.approx(even_s, abs=1e-9)
+    assert axes._tick_s(both) > 1e-4
