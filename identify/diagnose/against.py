@@ -107,20 +107,24 @@ def against(
     real: Dive,
     sim: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     *,
     effects: Sequence[Effect] | None = None,
     progress: Progress,
 ) -> Against:
     """Diagnose a real dive against a simulator's recording of the same vehicle. Raises FitError as `diagnose` does."""
     of_simulator = diagnose(
-        sim, file, configuration, effects=effects, progress=lambda share, words: progress(0.5 * share, words)
+        sim,
+        file,
+        configuration_name,
+        effects=effects,
+        progress=lambda share, words: progress(0.5 * share, words),
     )
     simulator = simulator_of(of_simulator)
     of_vehicle = diagnose(
         real,
         file,
-        configuration,
+        configuration_name,
         effects=effects,
         simulator=simulator,
         accepted=priors_of(simulator),

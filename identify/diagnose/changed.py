@@ -18,8 +18,8 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import Nominal, places_of_hull, refitted
-from identify.diagnose.regression import mean_places
+from identify.diagnose.nominal import Nominal, hull_indices, refitted
+from identify.diagnose.regression import mean_indices
 from identify.diagnose.result import Diagnosis, Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
@@ -242,14 +242,14 @@ class Shift:
 def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of masses and dampings known both from the dive and from acceptance."""
     weighing, now = explanation.weighing, explanation.now
-    covariance, places = _nominal_covariance(weighing, explanation.fit)
+    covariance, indices = _nominal_covariance(weighing, explanation.fit)
     names, at, prior = [], [], []
-    for name, place in _coefficient_places(now):
+    for name, index in _coefficient_indices(now):
         if name in accepted:
             names.append(name)
-            at.append(places.index(place))
+            at.append(indices.index(index))
             prior.append(accepted[name])
-    theta = now.theta[[places[k] for k in at]]
+    theta = now.theta[[indices[k] for k in at]]
     fitted = np.exp(theta)
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
     covariance_both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
@@ -325,25 +325,25 @@ def _likeness(shift: Shift, number: int, other: int) -> float:
 
 
 def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
-    """Covariance of the nominal parameters, with the causes' parameters fitted too, and their places in theta.
+    """Covariance of the nominal parameters, with the causes' parameters fitted too, and their indices in theta.
 
     The thrust is held to its curve, without a scale.
     """
     joint = weighing.now.joint
-    places = sorted({*joint.mass_places, *mean_places(joint)})
+    indices = sorted({*joint.mass_indices, *mean_indices(joint)})
     nominal = weighing.rows.nuisance
     square = nominal.beside(nominal.blocks_of(fit.slopes)).square()
     square[weighing.rows.scales, :] = square[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
-    return inverse(square + np.diag(known))[: len(places), : len(places)], places
+    return inverse(square + np.diag(known))[: len(indices), : len(indices)], indices
 
 
-def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
-    """Name and place in theta of each mass and drag; a mass as in its own axis' equation."""
+def _coefficient_indices(now: Nominal) -> list[tuple[str, int]]:
+    """Name and index in theta of each mass and drag; a mass as in its own axis' equation."""
     return [
-        (name, place.start + k)
-        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-        for name, k in places_of_hull(problem).items()
+        (name, of_axis.start + k)
+        for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True)
+        for name, k in hull_indices(problem).items()
     ]
 
 
@@ -410,12 +410,12 @@ class Simulator:
         """
         joint = nominal.joint
         theta = nominal.theta.copy()
-        for problem, place in zip(joint.problems, joint.places, strict=True):
-            for k, log in self._logs(problem, nominal.theta[place]).items():
-                theta[place.start + k] = log
+        for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+            for k, log in self._logs(problem, nominal.theta[of_axis]).items():
+                theta[of_axis.start + k] = log
         held = tuple(
-            self._held(problem, nominal.theta[place])
-            for problem, place in zip(joint.problems, joint.places, strict=True)
+            self._held(problem, nominal.theta[of_axis])
+            for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
         )
         locked = replace(joint, problems=held, apart_prior=self._apart(nominal))
         acts = [cause.act(nominal.course) for cause in self.causes]
@@ -436,12 +436,14 @@ class Simulator:
         return prior
 
     def _logs(self, problem: AxisLikelihood, theta: Array) -> dict[int, float]:
-        """Logarithms of an axis's mass and drags by their places in its theta; empty if the simulator lacks the mass
+        """Logarithms of an axis's mass and drags by their indices in its theta; empty if the simulator lacks the mass
         or the drag, of two drags the linear."""
-        places = places_of_hull(problem)
-        if not {*list(places)[:2]} <= self.values.keys():
+        indices = hull_indices(problem)
+        if not {*list(indices)[:2]} <= self.values.keys():
             return {}
-        return {k: _nearest(self.values[name], theta[k]) for name, k in places.items() if name in self.values}
+        return {
+            k: _nearest(self.values[name], theta[k]) for name, k in indices.items() if name in self.values
+        }
 
 
 def priors_of(simulator: Simulator) -> dict[str, Prior]:

@@ -21,7 +21,7 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.gap import disturbance_of, drowned
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.regression import mean_places
+from identify.diagnose.regression import mean_indices
 from identify.diagnose.search import (
     LEAST_SHARE,
     LOOKED_AT,
@@ -157,8 +157,8 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     table, shares, less = nuisance, [np.zeros(0)], [np.zeros((k, 0))]
     for index, cause in enumerate(fit.causes):
         own_act, others = cause.act(course), list(other_forms(course, cause))
-        places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == index]
-        slopes = [cause.slope(course, fit.at[i][1]) for i in places]
+        indices = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == index]
+        slopes = [cause.slope(course, fit.at[i][1]) for i in indices]
         by_own, by_others = (
             np.column_stack([_along(course, act, own_act) for act in acts])
             for acts in ([*slopes, *_nominal_acts(course)], others)
@@ -170,7 +170,7 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
         new = np.flatnonzero(share > NOTHING_NEW)
         table = table.beside(rows.blocks([others[i] for i in new], course))
         by_slopes = np.zeros((k, len(new)))
-        by_slopes[places] = taken[: len(places), new]
+        by_slopes[indices] = taken[: len(indices), new]
         less.append(by_slopes)
         shares.append(share[new])
     beyond_slopes = np.eye(table.width)
@@ -264,15 +264,15 @@ def _by_part(slopes: Array, left: Array, parts: Parts) -> ByPart:
 def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
     """The nominal columns, with the causes' dependence on mass and damping included."""
     course, joint = weighing.now.course, weighing.now.joint
-    kept = sorted({*joint.mass_places, *mean_places(joint)})
+    kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     acts: list[Act] = []
     at: list[int] = []
-    for problem, place, of_mass in zip(joint.problems, joint.places, joint.mass_places, strict=True):
+    for problem, of_axis, of_mass in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
         dof = problem.axis.dof
         factors = np.where(np.arange(6) == dof, 1.0 + NEAR, 1.0)
         for moved, of in (
             (replace(course, mass=course.mass * factors), of_mass),
-            (replace(course, damping=course.damping * factors), place.start + DAMPING),
+            (replace(course, damping=course.damping * factors), of_axis.start + DAMPING),
         ):
             for cause in causes:
                 change = cause.act(moved).less(cause.act(course)).times(1.0 / NEAR)
@@ -336,12 +336,12 @@ def _covariances(explanation: Explanation) -> tuple[Array, Array]:
 def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
     """Confidence that a cause of a fit is present, by Wald's test of all its parameters."""
     cause = fit.causes[k]
-    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+    indices = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
     distance = np.array(
-        [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
+        [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in indices)]
     )
     return chi_squared(
-        len(places), float(distance @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ distance)
+        len(indices), float(distance @ np.linalg.pinv(covariance[np.ix_(indices, indices)]) @ distance)
     )
 
 

@@ -157,18 +157,18 @@ def _levels(noise: Nominal) -> tuple[Array, Array]:
     """Standard deviations (6,) of the disturbance, N and N m, and of rate readings, m/s and rad/s; infinite for an
     axis that is not fitted."""
     force, sensor = np.full(6, np.inf), np.full(6, np.inf)
-    for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
-        theta_axis = noise.theta[place]
+    for problem, of_axis in zip(noise.joint.problems, noise.joint.slices, strict=True):
+        theta_axis = noise.theta[of_axis]
         force[problem.axis.dof] = np.exp(theta_axis[DISTURBANCE])
-        sensor[problem.axis.dof] = np.exp(theta_axis[problem.noise_place])
+        sensor[problem.axis.dof] = np.exp(theta_axis[problem.noise_index])
     return force, sensor
 
 
 def _time_constants_s(noise: Nominal) -> dict[int, float]:
     """Time constants of the disturbance by degree of freedom, s."""
     return {
-        problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
-        for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True)
+        problem.axis.dof: float(np.exp(noise.theta[of_axis][TIME_CONSTANT]))
+        for problem, of_axis in zip(noise.joint.problems, noise.joint.slices, strict=True)
     }
 
 
@@ -241,10 +241,10 @@ def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
 
 def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> list[Slice]:
     """Slices between the edges (k + 1,)."""
-    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     out = []
     for dof in np.flatnonzero(total > LEAST_SHARE * total.sum()).tolist():
-        inside = np.bincount(place, power[:, dof], len(edges) - 1) / total[dof]
+        inside = np.bincount(index, power[:, dof], len(edges) - 1) / total[dof]
         out += [
             Slice(DOFS[dof], name, float(low), float(high), float(share))
             for low, high, share in zip(edges[:-1], edges[1:], inside, strict=True)

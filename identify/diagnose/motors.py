@@ -32,7 +32,7 @@ FEWEST = 50
 
 @dataclass(frozen=True)
 class Miswired:
-    """`motors`: places in the vehicle file, from 1, of one reversed thruster or of two that are swapped; `follows` the
+    """`motors`: numbers in the vehicle file, from 1, of one reversed thruster or of two that are swapped; `follows` the
     mean correlation of the motion with the thrust so, `followed` without it."""
 
     motors: tuple[int, ...]
@@ -60,15 +60,17 @@ class _Driven:
         return best
 
 
-def miswired(dive: Dive, file: VehicleFile, configuration: str, axes: tuple[Axis, ...]) -> Miswired | None:
+def miswired(
+    dive: Dive, file: VehicleFile, configuration_name: str, axes: tuple[Axis, ...]
+) -> Miswired | None:
     """The one motor reversed, or the pair swapped, that the motion of a dive shows; None for none."""
-    thrust = asked_thrusts(dive, file, configuration)
+    thrust = asked_thrusts(dive, file, configuration_name)
     driven = [
         each for axis in axes if axis.dof in PUSHED and (each := _driven(axis, thrust.time_s, thrust.value))
     ]
     if not driven:
         return None
-    matrix = allocation_matrix(file.vehicle.configurations[configuration])
+    matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
     count = matrix.shape[1]
 
     def mean(signs: Array, order: Order) -> float:

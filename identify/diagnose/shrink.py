@@ -19,7 +19,7 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Baseline, baseline_of, floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, coefficients, refitted
-from identify.diagnose.regression import Regression, mean_places, pieces_of, regression_of
+from identify.diagnose.regression import Regression, mean_indices, pieces_of, regression_of
 from identify.diagnose.result import Prediction
 from identify.diagnose.search import Explanation
 from identify.diagnose.shrunk import AxisShrink, Shrink
@@ -183,7 +183,7 @@ def held_out_shrink(
     weighing, fit = explanation.weighing, explanation.fit
     course, nu, causes = explanation.now.course, explanation.now.motion.nu, explanation.causes
     fitted_after = HeldOutFit(weighing.rows, explanation.now, fit.slopes, fit.value)
-    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.unheard)
+    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.feedback_maybe_unrecorded)
     fitted_before = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
     slope, wrench_before, wrong = (
         slope_of(causes, course),
@@ -296,7 +296,7 @@ class HeldOutFit:
         the parameter; SCARCE holds it in place.
         """
         joint, theta = self.model.joint, self.model.theta
-        kept = sorted({*joint.mass_places, *mean_places(joint)})
+        kept = sorted({*joint.mass_indices, *mean_indices(joint)})
         taught = self._products.sum(axis=0) - self._products[fold]
         scarce = SCARCE * np.diag(self._products.sum(axis=0))[:-1]
         precision = scarce + np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
@@ -307,13 +307,13 @@ class HeldOutFit:
         return theta, step[self.rows.nuisance.width :]
 
 
-def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Array) -> Array:
+def _moved(theta: Array, joint: JointLikelihood, indices: Sequence[int], step: Array) -> Array:
     """Move theta by a step.
 
     Forces are linear in masses and dampings, not in their logarithms, so the step is linear in these.
     """
     out = theta.copy()
-    for at, by in zip(places, step.tolist(), strict=True):
+    for at, by in zip(indices, step.tolist(), strict=True):
         out[at] += np.log(max(1.0 + by, LEAST_LEFT)) if at in logarithms(joint) else by
     return out
 
@@ -380,13 +380,13 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
     """A fit's theta with the masses and dampings of another fit, and the best trims for these."""
     joint, theta = model.joint, model.theta.copy()
     mass, damping = coefficients(of.joint, of.theta)
-    for problem, place, at in zip(joint.problems, joint.places, joint.mass_places, strict=True):
+    for problem, of_axis, at in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
         dof = problem.axis.dof
         if damping[dof] > 0:
-            theta[[place.start + MASS, at]] = np.log(mass[dof])
-            theta[place.start + DAMPING] = np.log(damping[dof])
-    rows = regression_of(joint, theta, model.unheard)
-    kept = sorted({*joint.mass_places, *mean_places(joint)})
+            theta[[of_axis.start + MASS, at]] = np.log(mass[dof])
+            theta[of_axis.start + DAMPING] = np.log(damping[dof])
+    rows = regression_of(joint, theta, model.feedback_maybe_unrecorded)
+    kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]
     columns = -rows.nuisance.some([kept.index(at) for at in trims])
     known = joint.prior_precision[trims]

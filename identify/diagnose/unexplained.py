@@ -182,7 +182,8 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     axes = [
         _axis_beside(weighing, fit.value, known, k, at_sea)
         for k, innovations in enumerate(weighing.rows.axes)
-        if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
+        if innovations.problem.axis.dof
+        not in (*weighing.now.feedback_unrecorded, *weighing.now.force_undetermined)
     ]
     # An autopilot's filter corrects itself now and then, which looks like a burst.
     unfiltered = [axis for axis in axes if axis.dof not in weighing.now.filtered]
@@ -255,7 +256,7 @@ def _axis_beside(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea
     seems to predict it.
     """
     rows, innovations = weighing.rows, weighing.rows.axes[k]
-    mine, nominal = known.places[k], known.parts[k].values
+    mine, nominal = known.slices[k], known.parts[k].values
     if at_sea:
         nominal = np.hstack([nominal, innovations.prewhitened(delayed_thrust(innovations))])
     return _Axis(innovations, value[mine], nominal, _precision(rows, known, k, nominal), rows.piece[mine])
@@ -325,7 +326,7 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Blocks) -> Iterator[_
         (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
     )
     for block, weighed in enumerate(rows.witnesses, len(rows.axes)):
-        mine, nominal = known.places[block], known.parts[block].values
+        mine, nominal = known.slices[block], known.parts[block].values
         if weighed.witness.kind == "shaft":
             continue
         columns = weighed.whitened(np.column_stack([weighed.witness.bins.along(unit) for unit, _ in units]))

@@ -340,9 +340,9 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
 
     The integral of its spectrum for a braked body (a = braking over mass) and a disturbance of second order.
     """
-    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+    for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True):
         if problem.axis.dof == dof and braking > 0:
-            theta_axis = now.theta[place]
+            theta_axis = now.theta[of_axis]
             a = braking / float(now.course.mass[dof])
             memory_s, rise_s = float(np.exp(theta_axis[TIME_CONSTANT])), problem.rise_s(theta_axis)
             driven = (
@@ -387,7 +387,7 @@ def findings_of(
                 feedforward_gain(cause, _others(explanation, k), missing, explanation.now, braking),
             )
         )
-    if FEEDBACK_DOFS & set(explanation.now.doubted):
+    if FEEDBACK_DOFS & set(explanation.now.feedback_unrecorded):
         out.append(Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, WRONG_LOG_PROBABILITY, {}, 0.0))
     return strongest_first(out)
 
@@ -396,10 +396,10 @@ def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
     """Likely causes before possible causes, then by probability in whole per cent, then by nats: some causes rest on
     another test and save none."""
 
-    def place(finding: Finding) -> tuple[bool, int, float]:
+    def rank(finding: Finding) -> tuple[bool, int, float]:
         return finding.probability < LIKELY, -round(100 * finding.probability), -finding.gain_nats
 
-    return tuple(sorted(causes, key=place))
+    return tuple(sorted(causes, key=rank))
 
 
 def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
@@ -472,9 +472,9 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
     """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined
     parameters are left out."""
     cause = fit.causes[k]
-    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
-    moved = [fit.at[i][1] for i in places]
-    covariance = fit.covariance[np.ix_(places, places)]
+    indices = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+    moved = [fit.at[i][1] for i in indices]
+    covariance = fit.covariance[np.ix_(indices, indices)]
     mute = {
         parameter.name
         for p, parameter in enumerate(cause.effect.parameters)

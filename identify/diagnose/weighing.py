@@ -375,7 +375,7 @@ class Weighing:
         sizes of the nominal columns without and with the fit."""
         nominal, square = self.moving
         steady, by_nominal, free = self._steady
-        end = nominal.places[-1].stop
+        end = nominal.slices[-1].stop
         moved = np.column_stack([self.rows.value[:end], fit.value[:end]])
         left = (moved**2).sum(axis=0) - 2.0 * (lean * nominal.crossed(moved)).sum(axis=0)
         left += (lean * (square @ lean)).sum(axis=0)
@@ -400,7 +400,7 @@ def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
 
 def rows_of(now: Nominal) -> Regression:
     """The regression of the filters of `now`, before any effect was removed."""
-    rows = regression_of(now.joint, now.theta, now.unheard).with_thrust_scale()
+    rows = regression_of(now.joint, now.theta, now.feedback_maybe_unrecorded).with_thrust_scale()
     if now.filtered:
         rows = rows.with_drift_moments(now.course)
     rows = rows.with_witnesses(now.witnesses, now.acts, now.course)

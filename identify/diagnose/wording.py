@@ -561,7 +561,7 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     shrink, where = drifts
     within = f", {NO_MORE}" if shrink.before <= 1.0 + CHANCE else ""
     drift = f"the model's {DRIFT_S:g} s drift"
-    if all(cause.cause.effect.place == "log" for cause in diagnosis.findings):
+    if all(cause.cause.effect.acts_on == "log" for cause in diagnosis.findings):
         return (
             f"it shows in what is recorded, not in the motion: with {causes} or without, {drift} is "
             f"{level(shrink.by_axis, before=False)}{where}{within}"

@@ -52,11 +52,11 @@ class Filters:
 
     def velocity(self, time_s: Array) -> Array:
         """The filters' velocities at the start, (N, n) at `time_s` (N,)."""
-        pairs = zip(self.joint.at(self.theta), self.joint.places, strict=True)
+        pairs = zip(self.joint.at(self.theta), self.joint.slices, strict=True)
         return np.column_stack(
             [
-                np.interp(time_s, problem.axis.time_s, problem.speed(self.theta[place]))
-                for problem, place in pairs
+                np.interp(time_s, problem.axis.time_s, problem.speed(self.theta[of_axis]))
+                for problem, of_axis in pairs
             ]
         )
 
@@ -66,7 +66,7 @@ class Filters:
         theta = self._theta(at)
         joint = self.joint.with_better_forces(self.built.motion, theta)
         _, information = joint.score(theta)
-        kept = self._places()
+        kept = self._indices()
         others = np.setdiff1d(np.arange(len(theta)), kept)
         nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
         cross = information[np.ix_(kept, others)]
@@ -76,7 +76,7 @@ class Filters:
         """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay the
         filters' own, because their readings are not the network's."""
         theta = self.theta.copy()
-        coefficients = self._places()[: 3 * len(self.joint.problems)]
+        coefficients = self._indices()[: 3 * len(self.joint.problems)]
         theta[coefficients] = self._theta(at)[coefficients]
         return replace(self, joint=self.joint.with_better_forces(self.built.motion, theta), theta=theta)
 
@@ -102,20 +102,20 @@ class Filters:
         row = at.row()
         logarithm = np.ones(len(row), np.bool_)
         logarithm[2 * n : 3 * n] = False
-        theta[self._places()] = np.where(logarithm, np.log(np.where(logarithm, row, 1.0)), row)
+        theta[self._indices()] = np.where(logarithm, np.log(np.where(logarithm, row, 1.0)), row)
         return theta
 
-    def _places(self) -> NDArray[np.intp]:
+    def _indices(self) -> NDArray[np.intp]:
         """Index of each value of `Levels.row` in the filters' theta."""
-        first = [place.start for place in self.joint.places]
+        first = [of_axis.start for of_axis in self.joint.slices]
         coefficients = [
             [start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)
         ]
         sensors = [
-            range(place.start + problem.noise_place, place.start + problem.white_place)
-            for problem, place in zip(self.joint.problems, self.joint.places, strict=True)
+            range(of_axis.start + problem.noise_index, of_axis.start + problem.white_index)
+            for problem, of_axis in zip(self.joint.problems, self.joint.slices, strict=True)
         ]
-        return np.array([place for group in (*coefficients, *sensors) for place in group])
+        return np.array([index for group in (*coefficients, *sensors) for index in group])
 
 
 def filters_of(built: Axes, configuration: Configuration) -> Filters:
@@ -129,12 +129,12 @@ def filters_of(built: Axes, configuration: Configuration) -> Filters:
 
 def _levels(joint: JointLikelihood, theta: Array) -> Levels:
     """The coefficients and noise levels in theta."""
-    thetas = [theta[place] for place in joint.places]
+    thetas = [theta[of_axis] for of_axis in joint.slices]
     mass, damping, disturbance, time_s = (
         np.array([np.exp(part[at]) for part in thetas]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
     )
     sensor = [
-        np.exp(part[problem.noise_place : problem.white_place])
+        np.exp(part[problem.noise_index : problem.white_index])
         for part, problem in zip(thetas, joint.problems, strict=True)
     ]
     trim = np.array([part[FORCES] for part in thetas])

@@ -85,7 +85,7 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
             # The measured speed contains the readings that it is to explain, so the drag made of it comes out too
             # small.
             problem = problem.slowed(theta)
-            theta[problem.quadratic_place] = problem.prior_mean[problem.quadratic_place]
+            theta[problem.quadratic_index] = problem.prior_mean[problem.quadratic_index]
             theta = climb(problem, theta, ROUGHLY, alone).theta
         return problem, theta
 
@@ -155,18 +155,20 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
 
 def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> JointFit:
     fits = axis_fits(joint, maximum)
-    rows, places = coefficients(joint)
+    rows, indices = coefficients(joint)
     known = told(joint, maximum)
     shift, widening = integrated(joint, maximum.theta)
     shift[list(known.stretch)] = 0.0
     log_value, covariance = np.full(ROWS, np.nan), np.full((ROWS, ROWS), np.nan)
-    log_value[rows] = (known.middle + shift)[places]
-    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[np.ix_(places, places)]
+    log_value[rows] = (known.middle + shift)[indices]
+    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[
+        np.ix_(indices, indices)
+    ]
     stretch = np.ones((ROWS, 2))
     starts = {
-        problem.axis.dof: place.start for problem, place in zip(joint.problems, joint.places, strict=True)
+        problem.axis.dof: of_axis.start for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
     }
-    for row, at in zip(rows, places, strict=True):
+    for row, at in zip(rows, indices, strict=True):
         dof = row % 6
         if at in known.stretch:
             stretch[row] = known.stretch[at]
@@ -182,15 +184,15 @@ def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
     """The fit of each axis by degree of freedom, with the other axes' information on its mass."""
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     fits = {}
-    for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
+    for problem, of_axis in zip(joint.at(maximum.theta), joint.slices, strict=True):
         axis_maximum = replace(
             maximum,
-            theta=maximum.theta[place],
-            information=maximum.information[place, place],
-            precision=maximum.precision[place, place],
+            theta=maximum.theta[of_axis],
+            information=maximum.information[of_axis, of_axis],
+            precision=maximum.precision[of_axis, of_axis],
         )
         fits[problem.axis.dof] = AxisFit(
-            _with_others_word(problem, axis_maximum), axis_maximum, whole[place, place]
+            _with_others_word(problem, axis_maximum), axis_maximum, whole[of_axis, of_axis]
         )
     return fits
 
@@ -211,8 +213,8 @@ def _projected(joint: JointLikelihood, information: Array) -> Array:
     kept = np.array(
         [
             at
-            for place, mass in zip(joint.places, joint.mass_places, strict=True)
-            for at in (mass, place.start + DAMPING, place.start + FORCES)
+            for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
+            for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
         ]
     )
     others = np.setdiff1d(np.arange(len(information)), kept)
@@ -280,7 +282,7 @@ def regressed(problem: AxisLikelihood, rigid: float) -> Array:
     theta[MASS] = _within(fitted[0], MASS_REACH, rigid)
     theta[DAMPING] = _within(fitted[1], DAMPING_REACH, rigid)
     if quadratic:
-        theta[problem.quadratic_place] = _within(fitted[2], QUADRATIC_REACH, rigid)
+        theta[problem.quadratic_index] = _within(fitted[2], QUADRATIC_REACH, rigid)
     theta[DISTURBANCE] = np.log(max(left, LEAST_DISTURBANCE * rigid))
     return theta
 
@@ -293,8 +295,8 @@ def _within(value: float, reach: tuple[float, float], rigid: float) -> float:
 def _of_file(problem: AxisLikelihood, start: Array, model: Mapping[str, float]) -> Array:
     """The start with the vehicle file's own model of the axis."""
     theta = start.copy()
-    for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS)):
+    for index, group in ((MASS, MASSES), (DAMPING, DAMPINGS)):
         value = model.get(group[problem.axis.dof].name, 0.0)
         if value > 0:
-            theta[place] = np.log(value)
+            theta[index] = np.log(value)
     return theta

@@ -333,7 +333,7 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
         left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     # The last of an axis, how even its two poles are, hardly matters where they are one.
-    ends = [place.stop - 1 for place in nominal.joint.places]
+    ends = [of_axis.stop - 1 for of_axis in nominal.joint.slices]
     np.testing.assert_allclose(
         np.delete(left.now.theta, ends), np.delete(nominal.theta, ends), rtol=0.02, atol=0.05
     )

@@ -117,7 +117,7 @@ def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
     said = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
     *unread, unseen = said.provisos
     assert [one.split(" was")[0] for one in unread] == ["Surge", "Sway", "Heave"]
-    assert "depth alone says too little of it" in unread[2]
+    assert "depth alone does not determine it" in unread[2]
     assert all("no velocity" in one and "record the DVL" in one for one in unread)
     assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
     assert "I_r" in said.numbers

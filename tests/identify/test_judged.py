@@ -45,8 +45,8 @@ def moved(dof: int, changes_s: np.ndarray, force: np.ndarray) -> tuple[np.ndarra
     speed = np.zeros(len(time_s))
     for k in range(1, len(time_s)):
         speed[k] = keep * speed[k - 1] + (1.0 - keep) * push[k - 1] / DAMPING[dof]
-    place = np.concatenate([[0.0], np.cumsum(0.5 * FINE_S * (speed[1:] + speed[:-1]))])
-    return time_s, speed, place
+    index = np.concatenate([[0.0], np.cumsum(0.5 * FINE_S * (speed[1:] + speed[:-1]))])
+    return time_s, speed, index
 
 
 def steps(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -68,8 +68,8 @@ def one_axis(dof: int, every: int = 10, noise: float = 1e-4, rate: bool = False)
     """A dive of one axis: depth alone, heading alone, or rate of turn alone, and the wrench as it changed."""
     rng = np.random.default_rng(4)
     changes_s, force = steps(rng)
-    time_s, speed, place = (part[::every] for part in moved(dof, changes_s, force))
-    read = (speed if rate else place) + noise * rng.normal(size=len(time_s))
+    time_s, speed, index = (part[::every] for part in moved(dof, changes_s, force))
+    read = (speed if rate else index) + noise * rng.normal(size=len(time_s))
     dive = Dive("one axis", Path("one.csv"), "1" * 64, tau_cmd=commanded(dof, changes_s, force))
     if dof == HEAVE:
         return replace(dive, depth=Signal(time_s, read[:, None]))
@@ -103,7 +103,7 @@ def test_a_depth_that_hardly_stands_out_of_its_noise_says_nothing_of_heave():
     built = build_axes(with_spread_commands(one_axis(HEAVE, noise=0.5)), FILE, "only")
     assert built.axes == ()
     assert built.missing[HEAVE] == (
-        "no velocity in heave was recorded, and depth alone says too little of it; record the DVL"
+        "no velocity in heave was recorded, and depth alone does not determine it; record the DVL"
     )
 
 

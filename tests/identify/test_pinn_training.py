@@ -187,13 +187,13 @@ def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differenc
     middle = point.where()
     one_error = trainer.curvature_at(point).diagonal().clamp_min(0).sqrt()
     assert len(task.layout.dofs) == 6
-    for place in range(0, len(middle), each):
+    for index in range(0, len(middle), each):
         row = torch.zeros_like(middle)
-        row[place] = MOVE
+        row[index] = MOVE
         above, below = (network_tasks.at_row(trainer, point, middle + sign * row) for sign in (1, -1))
         said = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
-        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[place]) + 1e-4
-        assert float(point.slope[place]) == pytest.approx(said, abs=allowed), place
+        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[index]) + 1e-4
+        assert float(point.slope[index]) == pytest.approx(said, abs=allowed), index
 
 
 SHAPE = Configuration(

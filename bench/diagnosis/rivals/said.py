@@ -56,8 +56,8 @@ def missing(nominal: Nominal) -> Missing:
     slow = low_pass(along.lacking, rate_hz, SMOOTH_HZ)
     grid = np.arange(0, len(slow), max(round(rate_hz / RATE_HZ), 1))
     std = np.ones(6)
-    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
-        std[problem.axis.dof] = float(np.exp(nominal.theta[place][DISTURBANCE]))
+    for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
+        std[problem.axis.dof] = float(np.exp(nominal.theta[of_axis][DISTURBANCE]))
     at = np.searchsorted(course.time_s, along.time_s[grid] - 1e-9)
     return Missing(slow[grid] / std, std, at, along.dofs)
 

@@ -182,10 +182,10 @@ def _straight(data: Data, kept: Tensor, width: int) -> tuple[Tensor, Tensor]:
     placed, x = list(known.placed), len(known.placed)
     before = torch.zeros(len(kept), n + x + data.value.shape[1], width, dtype=kept.dtype, device=kept.device)
     after = torch.zeros_like(before)
-    each, place = torch.arange(n, device=kept.device), torch.arange(x, device=kept.device)
+    each, integral = torch.arange(n, device=kept.device), torch.arange(x, device=kept.device)
     before[:, each, n + each], after[:, each, n + each] = -kept, torch.ones_like(kept)
-    before[:, n + place, 2 * n + place], after[:, n + place, 2 * n + place] = -1.0, 1.0
-    before[:, n + place, placed] = after[:, n + place, placed] = -0.5 * known.step_s[:, None]
+    before[:, n + integral, 2 * n + integral], after[:, n + integral, 2 * n + integral] = -1.0, 1.0
+    before[:, n + integral, placed] = after[:, n + integral, placed] = -0.5 * known.step_s[:, None]
     before[:, n + x :], after[:, n + x :] = data.before, data.after
     return before, after
 

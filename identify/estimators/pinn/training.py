@@ -227,7 +227,7 @@ class Guide:
         by_filters = self.filters.curvature(self._levels(like, noise))
         # In the network's order the sensors come before the disturbances.
         sensors = len(noise.sensor)
-        place = [
+        index = [
             *self.dofs,
             *range(6, count),
             *range(count + sensors, count + sensors + 2 * n),
@@ -235,11 +235,11 @@ class Guide:
         ]
         # A sensor's noise shows in the means of intervals, which are fewer than the readings of a filter.
         ones = torch.ones(2 * n, dtype=like.dtype, device=like.device)
-        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[place]
+        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[index]
         out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
         others = [dof for dof in range(6) if dof not in self.dofs]
         out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
-        out[np.ix_(place, place)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
+        out[np.ix_(index, index)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
         return out
 
     def near(self, raw: Tensor, noise: Noise) -> Filters:
@@ -275,12 +275,12 @@ class Fit:
     settled: bool
     reason: str
 
-    def information_of(self, places: list[int]) -> Array:
+    def information_of(self, indices: list[int]) -> Array:
         """Information of these values with all other parameters projected out."""
-        others = [i for i in range(len(self.information)) if i not in places]
-        cross = self.information[np.ix_(places, others)]
+        others = [i for i in range(len(self.information)) if i not in indices]
+        cross = self.information[np.ix_(indices, others)]
         return np.asarray(
-            self.information[np.ix_(places, places)]
+            self.information[np.ix_(indices, indices)]
             - cross @ np.linalg.pinv(self.information[np.ix_(others, others)], hermitian=True) @ cross.T
         )
 
@@ -296,15 +296,20 @@ class Task:
 
 
 def task_of(
-    dive: Dive, file: VehicleFile, configuration: str, built: Axes, device: torch.device, progress: Progress
+    dive: Dive,
+    file: VehicleFile,
+    configuration_name: str,
+    built: Axes,
+    device: torch.device,
+    progress: Progress,
 ) -> Task:
     """Return the task for a dive; there is at least one axis."""
-    shape = file.vehicle.configurations[configuration]
-    layout = lay_out(dive, file, configuration, built, _step_s(dive))
-    map_ = raw_of(shape, layout.dofs, device)
+    configuration = file.vehicle.configurations[configuration_name]
+    layout = lay_out(dive, file, configuration_name, built, _step_s(dive))
+    map_ = raw_of(configuration, layout.dofs, device)
     share = torch.as_tensor(layout.channel_share, device=device)
-    guide = Guide(layout.dofs, map_, filters_of(built, shape), share)
-    prior = _prior(shape, layout, device)
+    guide = Guide(layout.dofs, map_, filters_of(built, configuration), share)
+    prior = _prior(configuration, layout, device)
     watch = _telling(map_, layout.dofs, progress)
     trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
     raw, noise = guide.start()
@@ -313,7 +318,9 @@ def task_of(
     return Task(layout, trainer, trainer.at(raw, noise, state), guide)
 
 
-def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
+def fit_network(
+    dive: Dive, file: VehicleFile, configuration_name: str, built: Axes, progress: Progress
+) -> Fit:
     """Train a network on the readings of a dive's axes; there is at least one axis. Runs on CUDA if there is a card.
 
     Raises FitError if the readings leave its equations without a solution.
@@ -321,7 +328,7 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     try:
         with _one_thread():
-            task = task_of(dive, file, configuration, built, device, progress)
+            task = task_of(dive, file, configuration_name, built, device, progress)
             trainer, trained = _trained(task)
             progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
             return _fit(task, trainer, trained)
@@ -412,8 +419,8 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
     return watch
 
 
-def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
-    rigid = np.array([rigid_mass(shape, dof) for dof in layout.dofs])
+def _prior(configuration: Configuration, layout: Layout, device: torch.device) -> Prior:
+    rigid = np.array([rigid_mass(configuration, dof) for dof in layout.dofs])
     parts = (
         layout.channel_noise,
         DISTURBANCE_SHARE * rigid,
