@@ -28,8 +28,8 @@ from bench.stamp import LEARNT, MISSIONS, stamp
 from bench.words import paragraph, table
 from bridge.vehicle.coefficients import MASSES
 from bridge.vehicle.dynamics import coriolis, restoring
+from identify.align import aligned
 from identify.estimators.table import estimator
-from identify.filters import aligned
 
 Array = NDArray[np.float64]
 

@@ -94,7 +94,8 @@ class Known:
 
 @dataclass(frozen=True)
 class Misfit:
-    """doubts: on masses and dampings. off (18,): systematic errors of the logarithms of `OF_HULL`."""
+    """Evidence against a fit with causes: doubts on masses and dampings, and `off` (18,), systematic errors of the
+    logarithms of `OF_HULL`."""
 
     doubts: tuple[Doubt, ...]
     off: Array

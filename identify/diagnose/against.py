@@ -61,8 +61,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class Against:
-    """vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: the diagnosis of its own recording.
+    """Comparison of a simulator with the vehicle, each diagnosed by a recording of its own.
 
+    vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: that of the simulator's recording.
     lacks: effects to add. has: effects in both, with the lower of both probabilities. spare: the simulator's own
     effects that the real dive does not show. differences: numbers to change, strongest evidence first. stories: causes
     that would explain differences of masses and dampings. untold: degrees of freedom with undetermined numbers in

@@ -217,8 +217,11 @@ def _coloured_motion(
 
 @dataclass(frozen=True)
 class Baseline:
-    """terms (6, TERMS): acceleration by asked force (1/kg, 1/(kg m2)), speed, speed times its magnitude, sine of the
-    angle and trim. delay_s (6,): delay of the asked thrust."""
+    """The plain model that a diagnosis has to beat: each axis alone, its terms fitted by least squares.
+
+    terms (6, TERMS): acceleration by asked force (1/kg, 1/(kg m2)), speed, speed times its magnitude, sine of the
+    angle and trim. delay_s (6,): delay of the asked thrust.
+    """
 
     terms: Array
     delay_s: Array

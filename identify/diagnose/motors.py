@@ -32,8 +32,11 @@ FEWEST = 50
 
 @dataclass(frozen=True)
 class Miswired:
-    """`motors`: numbers in the vehicle file, from 1, of one reversed thruster or of two that are swapped; `follows` the
-    mean correlation of the motion with the thrust so, `followed` without it."""
+    """A wiring that the motion follows better than the vehicle file's: a thruster reversed, or two swapped.
+
+    motors: their numbers in the vehicle file, from 1. follows: mean correlation of the motion with the thrust of this
+    wiring; followed: with that of the vehicle file's.
+    """
 
     motors: tuple[int, ...]
     follows: float

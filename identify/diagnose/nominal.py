@@ -26,7 +26,6 @@ from identify.dive import STAMPED_S, Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.axes import Axes, Axis, build_axes
-from identify.estimators.filters import Filters, filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
@@ -34,6 +33,7 @@ from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
+from identify.estimators.start import StartFit, start_of
 from identify.estimators.timing import dated, dated_back
 from identify.ingest.commands import SELDOM_HZ
 from identify.ingest.rotation import euler_angles
@@ -214,7 +214,7 @@ def nominal_of(
     configuration = file.vehicle.configurations[configuration_name]
     runs_against, crossed = mirrored(built.axes), swapped(built.axes)
     start, unrecorded_axes = both(
-        lambda: filters_of(built, configuration), lambda: unrecorded(dive, file.vehicle.water)
+        lambda: start_of(built, configuration), lambda: unrecorded(dive, file.vehicle.water)
     )
     late_s = late_samples_s(start)
     if _is_delayed(late_s, dive, start):
@@ -222,9 +222,9 @@ def nominal_of(
     if late_s:
         dive = with_later_commands(dive, late_s)
         built = _axes_of(dive, file, configuration_name)
-        start = filters_of(built, configuration)
+        start = start_of(built, configuration)
     if (slow := _without_quick(start, built, dive, configuration)) is not built:
-        start, built = filters_of(slow, configuration), slow
+        start, built = start_of(slow, configuration), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
         replace(each, reading=each.axis.reading) if each.axis.dof in filtered else each
@@ -261,7 +261,7 @@ def nominal_of(
     )
 
 
-def late_samples_s(filters: Filters) -> float:
+def late_samples_s(start: StartFit) -> float:
     """Delay with which slow samples of the commands act, s; 0 for commands that are known all the time.
 
     Estimated from all axes that hold information on it, under one prior. A command that holds until the next sample
@@ -269,22 +269,22 @@ def late_samples_s(filters: Filters) -> float:
     """
     axes = [
         (problem, of_axis.start + problem.noise_index - len(problem.axis.timing))
-        for problem, of_axis in zip(filters.joint.problems, filters.joint.slices, strict=True)
+        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
         if problem.axis.sampled_s and problem.axis.timing and not problem.axis.is_coloured
     ]
     if not axes:
         return 0.0
-    prior = float(filters.joint.prior_precision[axes[0][1]])
-    _, information = filters.joint.score(filters.theta)
-    variance = np.diag(np.linalg.inv(information + np.diag(filters.joint.prior_precision)))
+    prior = float(start.joint.prior_precision[axes[0][1]])
+    _, information = start.joint.score(start.theta)
+    variance = np.diag(np.linalg.inv(information + np.diag(start.joint.prior_precision)))
     precision = np.array([1.0 / variance[at] for _, at in axes])
-    weighted = precision @ np.array([filters.theta[at] for _, at in axes])
+    weighted = precision @ np.array([start.theta[at] for _, at in axes])
     return float(weighted / (np.sum(precision - prior) + prior))
 
 
-def _is_delayed(late_s: float, dive: Dive, filters: Filters) -> bool:
+def _is_delayed(late_s: float, dive: Dive, start: StartFit) -> bool:
     """Whether the thrust is later than sampling can explain, in a recording from which a delay can be known at all."""
-    sampled_s = max(problem.axis.sampled_s for problem in filters.joint.problems)
+    sampled_s = max(problem.axis.sampled_s for problem in start.joint.problems)
     return dive.reckoned is None and MOST_LATE * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
 
 
@@ -308,7 +308,7 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
     return replace(problem, prior_mean=mean, prior_precision=precision)
 
 
-def _without_quick(start: Filters, built: Axes, dive: Dive, configuration: Configuration) -> Axes:
+def _without_quick(start: StartFit, built: Axes, dive: Dive, configuration: Configuration) -> Axes:
     """The axes without degrees of freedom that settle within a few commands, or swing or may be levelled within a slow
     sample: the recording misses the thrust in between."""
     quick = {

@@ -41,7 +41,8 @@ APART_S = 1e-4
 
 @dataclass(frozen=True)
 class Predicted:
-    """nu, nu_dot (n, 6) at uniform times (n,), from earlier readings."""
+    """Velocities and accelerations that the filters predict from earlier readings: nu, nu_dot (n, 6) at uniform times
+    (n,)."""
 
     time_s: Array
     nu: Array

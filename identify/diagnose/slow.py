@@ -3,9 +3,8 @@
 A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
 white as without the force. But one sea moves all axes, with one memory. So each axis's filter is compared with a
 filter whose disturbance forgets as it does in the other axes, as evenly by its two poles, with all else fitted again.
-A sea that is smoother than
-a first-order one is likelier with a longer correlation time, too; only a disturbance that is still correlated with
-itself long after that time counts as slow.
+A sea that is smoother than a first-order one is likelier with a longer correlation time, too; only a disturbance that
+is still correlated with itself long after that time counts as slow.
 """
 
 from collections.abc import Sequence

@@ -306,11 +306,14 @@ def build_axes(
         else:
             smoothing_s, timing = 0.0, ()
             force = _force(events, forces, motion, held)
+        coriolis, speed, before_filter = _coupling(events, motion, smoothing_s)
         axis = Axis(
             **{part.name: getattr(events, part.name) for part in fields(Events)},
-            **_coupling(events, motion, smoothing_s),
             force=force,
+            coriolis=coriolis,
             stiffness=stiffness,
+            speed=speed,
+            before_filter=before_filter,
             white_force=float(forces.hidden[dof]),
             timing=timing,
             smoothing_s=smoothing_s,
@@ -539,11 +542,12 @@ def axis_with_delay(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float)
 def coupled(axis: Axis, motion: Motion) -> Axis:
     """Return the axis with the Coriolis forces and its own speed from a motion: means over each step, filtered like
     its readings."""
-    return replace(axis, **_coupling(axis, motion, axis.smoothing_s))
+    coriolis, speed, before_filter = _coupling(axis, motion, axis.smoothing_s)
+    return replace(axis, coriolis=coriolis, speed=speed, before_filter=before_filter)
 
 
-def _coupling(events: Events, motion: Motion, smoothing_s: float) -> dict[str, Array]:
-    """The fields of an axis that come from a motion: Coriolis forces and speeds."""
+def _coupling(events: Events, motion: Motion, smoothing_s: float) -> tuple[Array, Array, Array]:
+    """Coriolis forces (n, 6), own speed (n,) and the speed before an autopilot's smoothing (n,), by a motion."""
     before = events.before_s
 
     def shown(values: Array) -> Array:
@@ -555,11 +559,7 @@ def _coupling(events: Events, motion: Motion, smoothing_s: float) -> dict[str, A
         -shown(force) if force.any() else np.zeros(len(before)) for force in motion.coriolis[events.dof]
     ]
     nu = motion.nu[:, events.dof]
-    return {
-        "coriolis": np.column_stack(columns),
-        "speed": shown(nu),
-        "before_filter": motion.mean_between(nu, before, events.time_s),
-    }
+    return np.column_stack(columns), shown(nu), motion.mean_between(nu, before, events.time_s)
 
 
 def _initial(time_s: Array, value: Array, scale: Array, state: NDArray[np.int64]) -> Array:

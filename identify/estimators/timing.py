@@ -323,14 +323,14 @@ def _rough_delay(dive: Dive, file: VehicleFile, configuration_name: str) -> tupl
 
 def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, configuration_name: str) -> float:
     """The extra lag of the thrusters that fits yaw best; 0 if a delay does as well."""
-    axis_with_delay = _settled_on(dive, file, max(LAGS_S))
-    fits = _fitted(axis_with_delay, delay_s, file, configuration_name, (YAW,), ())
+    later = _settled_on(dive, file, max(LAGS_S))
+    fits = _fitted(later, delay_s, file, configuration_name, (YAW,), ())
     if not fits:
         return 0.0
     by_delay = fits[0].log_posterior
     tried: list[tuple[float, float]] = []
     for lag_s in LAGS_S:
-        fits = _fitted(axis_with_delay, 0.0, _with_lag(file, lag_s), configuration_name, (YAW,), fits)
+        fits = _fitted(later, 0.0, _with_lag(file, lag_s), configuration_name, (YAW,), fits)
         if fits:
             tried.append((lag_s, fits[0].log_posterior))
         if _is_past([value for _, value in tried]):

@@ -25,9 +25,9 @@ HOLDER: Final = "SYSID_MYGCS"
 
 @dataclass(frozen=True)
 class Guess:
-    """`file` fits the wiring; `base` names the bundled file that it comes from.
+    """A vehicle file proposed for a recording by the autopilot's parameters in it.
 
-    `findings` are sentences on what the motion contradicts; `judged` the degrees of freedom that were compared, and
+    `file` fits the wiring; `base` names the bundled file that it comes from. `findings` are sentences on what the motion contradicts; `judged` the degrees of freedom that were compared, and
     `unjudged` why none was, if none; `hints` are sentences on parameters that would trouble a companion.
     """
 

@@ -23,11 +23,11 @@ from bridge.vehicle.config import (
     load_vehicle,
 )
 from bridge.vehicle.dynamics import coriolis
+from identify.align import aligned, low_pass
 from identify.dive import Array, Dive, Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion
 from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, poses_of
-from identify.filters import aligned, low_pass
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler

@@ -15,9 +15,9 @@ from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
-from identify.estimators.filters import filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
+from identify.estimators.start import start_of
 from identify.forces import wrench
 from identify.ingest.commands import (
     logged_at_changes,
@@ -191,7 +191,7 @@ def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
     at_s, speed, _ = (part[::10] for part in moved(YAW, time_s, force))
     gyro = Signal(at_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
     dive = Dive("slow", Path("slow.csv"), "1" * 64, tau_cmd=commanded(YAW, time_s, force), gyro=gyro)
-    late_s = late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE))
+    late_s = late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE))
     assert late_s == pytest.approx(0.25, abs=0.06)
     assert with_later_commands(dive, late_s).tau_cmd.time_s[0] == late_s
     model = nominal_of(dive, FILE, "only")
@@ -217,11 +217,11 @@ def test_thrust_of_a_fast_loop_that_was_sampled_slowly_is_late_by_its_delay_alon
 def test_a_delay_beyond_what_sampling_makes_is_left_for_the_causes():
     time_s = 0.05 * np.arange(1580)
     dive = five_a_second(4.0 * np.sin(0.4 * time_s + 0.008 * time_s**2), 0.3)
-    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) > 0.15
+    assert late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE)) > 0.15
     (recorded,), (fitted,) = build_axes(dive, FILE, "only").axes, nominal_of(dive, FILE, "only").built.axes
     np.testing.assert_array_equal(fitted.force, recorded.force)
 
 
 def test_quick_commands_are_as_late_as_they_were():
     dive = with_spread_commands(one_axis(YAW, rate=True))
-    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) == 0.0
+    assert late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE)) == 0.0

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.align import low_pass
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.shrink import flight_of
@@ -13,7 +14,6 @@ from identify.diagnose.simulation import Simulation, simulation_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.estimators.likelihood_axis import DISTURBANCE
-from identify.filters import low_pass
 
 Array = NDArray[np.float64]
 

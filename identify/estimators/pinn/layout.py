@@ -110,7 +110,7 @@ NEAREST = 0.75
 
 @dataclass(frozen=True)
 class Layout:
-    """n axes, N intervals between N + 1 instants, C channels of readings.
+    """A dive as the network takes it: n axes, N intervals between N + 1 instants, C channels of readings.
 
     A node's state is (nu (n), d (n), x (placed)): velocity, disturbance, and, if a sensor reads a position, the
     integral of velocity; s values in all. In interval k, with nu0, d0 and nu1, d1 at its ends and s = t / h,
@@ -276,7 +276,7 @@ def coriolis_forms() -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """mass (6,), of all degrees of freedom; damping and trim (n,) of the fitted axes; SI units."""
+    """Coefficients in SI units: mass (6,) of all degrees of freedom, damping and trim (n,) of the fitted axes."""
 
     mass: Tensor
     damping: Tensor

@@ -97,7 +97,8 @@ DISTURBANCE_SPREAD, TIME_SPREAD = 3.0, 1.0
 
 @dataclass(frozen=True)
 class Noise:
-    """sensor (C,): standard deviations; disturbance (n,): N or N m, and its time_constant_s (n,)."""
+    """Noise levels: of each channel, sensor (C,), and of each axis, disturbance (n,), N or N m, with its
+    time_constant_s (n,); all but the last are standard deviations."""
 
     sensor: Tensor
     disturbance: Tensor

@@ -20,13 +20,13 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes
-from identify.estimators.filters import Filters, Levels, filters_of
 from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import Data, data_of, wild, without
 from identify.estimators.pinn.parameters import Noise, Prior, Raw, of_logarithm, raw_of, slope
 from identify.estimators.refusals import no_solution
+from identify.estimators.start import StartFit, StartValues, start_of
 from identify.progress import Progress
 from identify.statistics import Z95
 
@@ -204,12 +204,12 @@ class Guide:
 
     dofs: tuple[int, ...]
     map_: Raw
-    filters: Filters
+    filters: StartFit
     share: Tensor
 
     def start(self) -> tuple[Tensor, Noise]:
         """Raw parameters and noise levels at which the filters start the network."""
-        begin, middle = self.filters.start, self.map_.middle
+        begin, middle = self.filters.values, self.map_.middle
 
         def tensor(values: object) -> Tensor:
             return torch.as_tensor(values, dtype=middle.dtype, device=middle.device)
@@ -224,7 +224,7 @@ class Guide:
         """Curvature of half the loss without priors, ordered as `Point.where`: from the filters, and from the
         network's own equations for masses that are not fitted."""
         like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
-        by_filters = self.filters.curvature(self._levels(like, noise))
+        by_filters = self.filters.curvature(self._values(like, noise))
         # In the network's order the sensors come before the disturbances.
         sensors = len(noise.sensor)
         index = [
@@ -242,15 +242,15 @@ class Guide:
         out[np.ix_(index, index)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
         return out
 
-    def near(self, raw: Tensor, noise: Noise) -> Filters:
-        """See `Filters.near`."""
-        return self.filters.near(self._levels(raw, noise))
+    def near(self, raw: Tensor, noise: Noise) -> StartFit:
+        """See `StartFit.near`."""
+        return self.filters.near(self._values(raw, noise))
 
-    def _levels(self, raw: Tensor, noise: Noise) -> Levels:
+    def _values(self, raw: Tensor, noise: Noise) -> StartValues:
         values, n = self.map_.values(raw), len(self.dofs)
         parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
         levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
-        return Levels(*(part.cpu().numpy() for part in (*parts, *levels)))
+        return StartValues(*(part.cpu().numpy() for part in (*parts, *levels)))
 
 
 @dataclass(frozen=True)
@@ -268,7 +268,7 @@ class Fit:
     covariance: Array
     stretch: Array
     information: Array
-    filters: Filters
+    filters: StartFit
     sensor: Array
     disturbance: Array
     time_constant_s: Array
@@ -308,7 +308,7 @@ def task_of(
     layout = lay_out(dive, file, configuration_name, built, _step_s(dive))
     map_ = raw_of(configuration, layout.dofs, device)
     share = torch.as_tensor(layout.channel_share, device=device)
-    guide = Guide(layout.dofs, map_, filters_of(built, configuration), share)
+    guide = Guide(layout.dofs, map_, start_of(built, configuration), share)
     prior = _prior(configuration, layout, device)
     watch = _telling(map_, layout.dofs, progress)
     trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
