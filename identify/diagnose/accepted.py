@@ -34,7 +34,7 @@ from identify.diagnose.regression import mean_indices, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.wording import effect_words, name_of, percent_sure, words
+from identify.diagnose.wording import effect_words, name_of, percent_bounded, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.likelihood_axis import MASS
@@ -153,27 +153,25 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
     misfit = misfit_of(now, quadratic)
     values, sentences = _of_hull(known, configuration, misfit, quadratic)
     of_effects: dict[str, Value] = {}
-    for found_cause in findings:
-        coefficients = _coefficients(found_cause, now.course)
+    for finding in findings:
+        coefficients = _coefficients(finding, now.course)
         if not coefficients:
-            sentences.append(_uncompensated_note(found_cause))
+            sentences.append(_uncompensated_note(finding))
         of_effects |= coefficients
-        sentences += _remarks(found_cause)
-    fit = {found_cause.name: found_cause for found_cause in effect_coefficients(configuration)}
+        sentences += _remarks(finding)
+    fit = {finding.name: finding for finding in effect_coefficients(configuration)}
     for name, value in of_effects.items():
         fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
         if fault:
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
         elif not _includes(value, _absent(name)):
             values[name] = value
-    effects = tuple(_effect(found_cause) for found_cause in findings)
-    doubts = tuple(
-        found_cause for found_cause in misfit.doubts if not values.keys().isdisjoint(found_cause.about)
-    )
+    effects = tuple(_effect(finding) for finding in findings)
+    doubts = tuple(finding for finding in misfit.doubts if not values.keys().isdisjoint(finding.about))
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
 
-def beside_all(known: Known, configuration: Configuration) -> dict[str, Value]:
+def hull_with_all_causes(known: Known, configuration: Configuration) -> dict[str, Value]:
     """The hull's coefficients fitted together with all causes, accepted or not, of which `known` is."""
     return _of_hull(known, configuration)[0]
 
@@ -272,7 +270,7 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
     )
 
 
-def known_beside(causes: Sequence[Cause], now: Nominal) -> Known:
+def known_with_causes(causes: Sequence[Cause], now: Nominal) -> Known:
     """How well the filters of `now` tell the hull's coefficients, with the causes fitted too."""
     rows = regression_of(now.joint, now.theta, now.feedback_maybe_unrecorded)
     slopes = [
@@ -281,7 +279,7 @@ def known_beside(causes: Sequence[Cause], now: Nominal) -> Known:
         if not cause.effect.refit_absorbs
         for p in np.flatnonzero(cause.present).tolist()
     ]
-    columns = rows.nuisance.beside(rows.blocks(slopes, now.course))
+    columns = rows.nuisance.with_columns(rows.blocks(slopes, now.course))
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
     kept = sorted({*now.joint.mass_indices, *mean_indices(now.joint)})
     covariance = inverse(columns.square() + np.diag(precision))
@@ -358,10 +356,10 @@ def likely_accepted(
             [cause for cause in explanation.causes if cause.key in kept], nominal, library, explanation.now
         ).now
     if now is not explanation.now or holds:
-        known = known_beside([item.cause for item in whole], now)
+        known = known_with_causes([item.cause for item in whole], now)
     made = accepted_of(whole, known, configuration)
     left = tuple(
-        f"{capital(name_of(cause))} was not accepted: it is {percent_sure(cause.probability)} probable, likelier "
+        f"{capital(name_of(cause))} was not accepted: it is {percent_bounded(cause.probability)} probable, likelier "
         "absent than present."
         for cause in causes
         if cause.probability < LIKELY
@@ -374,6 +372,6 @@ def none_accepted(causes: Sequence[Finding]) -> str:
     if not causes:
         return "no cause was found that could be accepted"
     listed_causes = listed(
-        [f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in causes]
+        [f"{name_of(cause)} ({percent_bounded(cause.probability)} probable)" for cause in causes]
     )
     return f"what was found is likelier absent than present, and so not accepted: {listed_causes}"

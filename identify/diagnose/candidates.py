@@ -47,7 +47,7 @@ DRIFTS = (1, 2, 3)
 """Powers of time for each parameter of the water: a current turns as it comes and goes, and a narrow band drifts in
 phase against one period."""
 
-BESIDE, MOST_BESIDE = 0.2, 8
+BAND, MOST_IN_BAND = 0.2, 8
 """Width of a sea's band, relative to the strongest line's rate, and the most lines looked at on either side. A dive
 resolves more lines the longer it is."""
 
@@ -270,7 +270,7 @@ def _band(course: Course, cause: Cause) -> Iterator[Act]:
     if "period" not in parameters:
         return
     duration_s = float(course.since_s[-1])
-    neighbours = min(int(np.ceil(BESIDE * duration_s / parameters["period"][0])), MOST_BESIDE)
+    neighbours = min(int(np.ceil(BAND * duration_s / parameters["period"][0])), MOST_IN_BAND)
     each = len({parameter.name for parameter in cause.effect.parameters})
     strongest = int(np.argmax(np.linalg.norm(cause.values.reshape(-1, each), axis=1)))
     for p in range(strongest * each, (strongest + 1) * each):

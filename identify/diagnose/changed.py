@@ -164,13 +164,9 @@ def _change(cause: Cause) -> Effect:
 
 def all_accepted(findings: Sequence[Finding], causes: Sequence[Cause]) -> tuple[Finding, ...]:
     """The effects of a model with causes accepted in addition to its earlier effects, each with its change included."""
-    changes = {
-        cause_found.cause.key: cause_found
-        for cause_found in findings
-        if cause_found.cause.effect.variant == SINCE
-    }
+    changes = {finding.cause.key: finding for finding in findings if finding.cause.effect.variant == SINCE}
     changed = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
-    return (*changed, *(cause_found for cause_found in findings if cause_found.cause.effect.variant != SINCE))
+    return (*changed, *(finding for finding in findings if finding.cause.effect.variant != SINCE))
 
 
 def _with_change(cause: Cause, change: Finding | None) -> Finding:
@@ -226,7 +222,7 @@ class Shift:
         free = max(len(self.size) - len(chosen), 1)
         return max(1.0, float(left @ self.precision @ left) / free)
 
-    def best_beside(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
+    def best_further(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
         """Nats and index of each further effect, best first; other forms of a chosen effect are left out."""
         taken, base = {self.effects[k].name for k in chosen}, self.nats(chosen)
         return sorted(
@@ -271,7 +267,7 @@ def changes_of(
     chosen: list[int] = []
     also: dict[int, dict[str, float]] = {}
     while len(chosen) < MOST:
-        ranked = shift.best_beside(chosen)
+        ranked = shift.best_further(chosen)
         if not ranked or ranked[0][0] < LEAST_GAIN:
             break
         best, k = ranked[0]
@@ -283,14 +279,14 @@ def changes_of(
             and (alike := _likeness(shift, k, other)) >= LEAST_LIKENESS
         }
         chosen.append(k)
-    causes = tuple(_found(shift, chosen, i, also[k], explanation, missing) for i, k in enumerate(chosen))
-    remaining = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
+    causes = tuple(_finding(shift, chosen, i, also[k], explanation, missing) for i, k in enumerate(chosen))
+    remaining = [(gain, k, False) for gain, k in shift.best_further(chosen)]
     of_causes = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
     tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*of_causes, *remaining))
     return causes, tuple(tried)
 
 
-def _found(
+def _finding(
     shift: Shift,
     chosen: Sequence[int],
     i: int,
@@ -303,7 +299,7 @@ def _found(
     _, sizes, covariance = shift.without(chosen)
     cause = Cause(effect, np.clip(effect.none() + sizes[i], parameter.low, parameter.high))
     half = Z95 * float(np.sqrt(covariance[i, i]))
-    values_told = {
+    values = {
         name: Value(value, unit, value - half, value + half)
         for name, (value, unit) in effect.told(cause.values).items()
     }
@@ -316,7 +312,7 @@ def _found(
         if effect.feedforward
         else None
     )
-    return Finding(cause, tuple(also), also, probability(nats), values_told, nats, gain)
+    return Finding(cause, tuple(also), also, probability(nats), values, nats, gain)
 
 
 def _likeness(shift: Shift, number: int, other: int) -> float:
@@ -332,7 +328,7 @@ def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[in
     joint = weighing.now.joint
     indices = sorted({*joint.mass_indices, *mean_indices(joint)})
     nominal = weighing.rows.nuisance
-    square = nominal.beside(nominal.blocks_of(fit.slopes)).square()
+    square = nominal.with_columns(nominal.blocks_of(fit.slopes)).square()
     square[weighing.rows.scales, :] = square[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
     return inverse(square + np.diag(known))[: len(indices), : len(indices)], indices
@@ -401,7 +397,7 @@ class Simulator:
     values: Mapping[str, Value]
     causes: tuple[Cause, ...]
 
-    def beside(self, nominal: Nominal) -> Nominal:
+    def filters_of(self, nominal: Nominal) -> Nominal:
         """A dive's filters with the simulator's parameters and effects alone; trims and noise levels are the dive's
         own.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
-from identify.diagnose.accepted import beside_all, known_beside, likely_accepted
+from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.changed import (
     Simulator,
     accepted_causes,
@@ -172,8 +172,8 @@ def diagnose(
         reference_model,
         causes=tuple(item for item in reference_model.causes if not lacks & {*item.effect.needs}),
     )
-    plain = reference_model.beside(nominal) if simulator or accepted else nominal
-    models = beside(explanation, plain)
+    plain = reference_model.filters_of(nominal) if simulator or accepted else nominal
+    models = both_simulations(explanation, plain)
     wrong, felt = (
         of(explanation.causes, explanation.now.course)[::EACH]
         for of in (velocity_error_of, specific_force_of)
@@ -200,7 +200,7 @@ def diagnose(
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     gap, (trials, known) = both(
         lambda: _gap(explanation, missing, left, drift_before, drift_after, causes),
-        lambda: (trials_of(explanation, causes), known_beside(explanation.causes, explanation.now)),
+        lambda: (trials_of(explanation, causes), known_with_causes(explanation.causes, explanation.now)),
     )
     if accepted:
         shift = shift_of(explanation, accepted, tried)
@@ -250,7 +250,7 @@ def diagnose(
         seconds=time.perf_counter() - began_s,
         prediction=prediction,
         accepted=likely_accepted(causes, explanation, known, nominal, tried, holds, configuration),
-        numbers=beside_all(known, configuration),
+        numbers=hull_with_all_causes(known, configuration),
         provisos=(
             *unjudged_notes(nominal),
             *unjudged_causes(lacks - {OWN_VELOCITY}),
@@ -287,7 +287,7 @@ def _able(
     )
 
 
-def beside(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
+def both_simulations(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
     """Simulations of the nominal model and of the model with the causes, along one recorded motion.
 
     The first runs against the readings as recorded, the second against readings corrected for the causes.

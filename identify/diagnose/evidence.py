@@ -222,7 +222,7 @@ class Block:
         seen = np.flatnonzero(columns.any(axis=0))
         return cls(seen, columns if len(seen) == columns.shape[1] else columns[:, seen])
 
-    def beside(self, other: "Block", width: int) -> "Block":
+    def with_columns(self, other: "Block", width: int) -> "Block":
         """The block with the columns of another, which come after `width` columns."""
         of = np.concatenate([self.of, width + other.of])
         if not (len(self.of) and len(other.of)):
@@ -253,9 +253,11 @@ class Blocks:
         """Other columns (rows, k) in blocks of the same rows."""
         return Blocks(tuple(Block.of_columns(columns[slice_]) for slice_ in self.slices), columns.shape[1])
 
-    def beside(self, others: "Blocks") -> "Blocks":
+    def with_columns(self, others: "Blocks") -> "Blocks":
         """These columns, followed by others of the same rows."""
-        parts = [left.beside(right, self.width) for left, right in zip(self.parts, others.parts, strict=True)]
+        parts = [
+            left.with_columns(right, self.width) for left, right in zip(self.parts, others.parts, strict=True)
+        ]
         return Blocks(tuple(parts), self.width + others.width)
 
     def dense(self) -> Array:

@@ -46,7 +46,7 @@ ENOUGH_CHECK_S = 60.0
 MOST_STILL = 0.5
 """Share of a dive with a frozen velocity from which the remaining velocity is not used either."""
 
-BESIDE = 2
+NEIGHBOURS = 2
 """Neighbours on either side of a reading."""
 
 FAR = 8.0
@@ -309,17 +309,17 @@ def spikes_sentence(spikeses: Sequence[Spikes], name: str = "") -> str:
 def _spikes(value: Array) -> NDArray[np.bool_]:
     """Whether each reading (n,) of a velocity is a spike; no reading at either end is."""
     out = np.zeros(len(value), dtype=np.bool_)
-    width = 2 * BESIDE + 1
+    width = 2 * NEIGHBOURS + 1
     if len(value) < 2 * width:
         return out
     windows = sliding_window_view(value, width)
-    neighbours = np.delete(windows, BESIDE, axis=1)
-    off = np.abs(windows[:, BESIDE] - np.median(neighbours, axis=1))
+    neighbours = np.delete(windows, NEIGHBOURS, axis=1)
+    off = np.abs(windows[:, NEIGHBOURS] - np.median(neighbours, axis=1))
     least = max(FAR * float(np.median(off)) / NORMAL, LEAST_SPIKE_M_S)
     # One neighbour may be a spike, too: the span of the others is the vehicle's motion.
     inner = np.sort(neighbours, axis=1)
     span = np.minimum(inner[:, -2] - inner[:, 0], inner[:, -1] - inner[:, 1])
-    out[BESIDE:-BESIDE] = (off > least) & (span < AGREE * off)
+    out[NEIGHBOURS:-NEIGHBOURS] = (off > least) & (span < AGREE * off)
     return out
 
 

@@ -131,7 +131,7 @@ class Regression:
     def _with_nuisances(self, columns: Blocks, spread: float) -> "Regression":
         return replace(
             self,
-            nuisance=self.nuisance.beside(columns),
+            nuisance=self.nuisance.with_columns(columns),
             nominal_precision=np.append(self.nominal_precision, np.full(columns.width, spread**-2.0)),
         )
 
@@ -194,7 +194,7 @@ def regression_of(joint: JointLikelihood, theta: Array, feedback_unrecorded: Seq
     for k, axis in enumerate(axes):
         if axis.problem.axis.dof in feedback_unrecorded:
             # Its thrust at each delay.
-            nuisance = nuisance.beside(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
+            nuisance = nuisance.with_columns(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
     read_s = np.concatenate([axis.problem.axis.time_s[axis.read] for axis in axes])
     return Regression(
         tuple(axes),

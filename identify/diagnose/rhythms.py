@@ -52,10 +52,10 @@ LIKELY_NATS = 10.0
 
 MOST = 3
 
-BESIDE, MOST_BESIDE = 12, 6
+SIDEBAND, MOST_SIDEBANDS = 12, 6
 """A line that starts and ends has sidebands: MOST_BESIDE at most, within BESIDE resolved rates."""
 
-PRICE_NATS, BESIDE_NATS = 3.9, 3.2
+PRICE_NATS, SIDEBAND_NATS = 3.9, 3.2
 """Nats that a line must save beyond other forces.
 
 Some 6000 rates of all axes are tried, held-out pieces included, at one false alarm in a thousand dives: ln(6e6), less
@@ -104,7 +104,7 @@ class Cluster:
 
     @property
     def price_nats(self) -> float:
-        return PRICE_NATS + BESIDE_NATS * (len(self.rates) - 1)
+        return PRICE_NATS + SIDEBAND_NATS * (len(self.rates) - 1)
 
     def forces(self) -> Array:
         """Forces (2 k, n): in phase with the clock, and a quarter of a period off."""
@@ -143,8 +143,10 @@ def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[t
     for i in peaks[:MOST].tolist():
         if nats[i] < LIKELY_NATS:
             return
-        near = [j for j in peaks.tolist() if 0 < abs(i - j) <= FINER * BESIDE and nats[j] > BESIDE_NATS + 2.0]
-        groups = [(i,)] if not near else [(i,), (i, *near[:MOST_BESIDE])]
+        near = [
+            j for j in peaks.tolist() if 0 < abs(i - j) <= FINER * SIDEBAND and nats[j] > SIDEBAND_NATS + 2.0
+        ]
+        groups = [(i,)] if not near else [(i,), (i, *near[:MOST_SIDEBANDS])]
         yield tuple(Cluster(clock, tuple(rate[list(k)].tolist()), float(nats[i])) for k in groups)
 
 

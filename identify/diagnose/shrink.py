@@ -51,7 +51,7 @@ PASSES = 3
 LEAST_LEFT = 0.2
 """Least factor by which a step may change a mass or a damping."""
 
-RESAMPLED, SURE = 400, 0.9
+RESAMPLED, CONFIDENCE = 400, 0.9
 LEAST_GAP = 0.1
 """Drift above the floor that leaves a gap to shrink; and the least change of drift in a degree of freedom that counts
 as closing one."""
@@ -98,7 +98,7 @@ class Windows:
         drawn = np.array([value for axes in again if np.isfinite(value := closed(*_totals(axes, closes)))])
         before, after, floor = _totals(all_axes, closes)
         value = closed(before, after, floor)
-        if np.isnan(value) or len(drawn) < SURE * RESAMPLED:
+        if np.isnan(value) or len(drawn) < CONFIDENCE * RESAMPLED:
             return Shrink(before, after, np.nan, np.nan, np.nan, floor)
         if _overstated(after, floor):
             return Shrink(before, after, value, np.nan, np.nan, floor)
@@ -283,7 +283,7 @@ class HeldOutFit:
         A rise of a nominal parameter adds its column to the innovations; a missing force subtracts its own.
         """
         nominal = self.rows.nuisance
-        columns = nominal.beside(nominal.blocks_of(np.column_stack([self.slopes, self.value])))
+        columns = nominal.with_columns(nominal.blocks_of(np.column_stack([self.slopes, self.value])))
         products = columns.products(self.rows.piece)
         sign = np.where(np.arange(columns.width) < nominal.width, -1.0, 1.0)
         by_fold = np.array([products[k::FOLDS].sum(axis=0) for k in range(FOLDS)])
@@ -470,7 +470,7 @@ def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> st
     """Clause for a verdict that a check dive contradicts; "" otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ""
-    return f", but the check dive does not bear that out ({_shrinks_beside(foretold, measured)})"
+    return f", but the check dive does not bear that out ({_both_shrinks(foretold, measured)})"
 
 
 def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tuple[str, ...]:
@@ -478,13 +478,13 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ()
     return (
-        f"The check dive does not bear the causes out: {_shrinks_beside(foretold, measured)}. "
+        f"The check dive does not bear the causes out: {_both_shrinks(foretold, measured)}. "
         "Look whether it was dived with the same vehicle and configuration and nothing was changed in between; if so, "
         "take the causes for no more than a guess, send nothing of them to the vehicle, and dive again.",
     )
 
 
-def _shrinks_beside(foretold: Shrink, measured: Shrink) -> str:
+def _both_shrinks(foretold: Shrink, measured: Shrink) -> str:
     if not math.isfinite(measured.value):
         return (
             f"with the causes its 5 s drift is {significant(measured.after / measured.floor, 2)} times what noise "

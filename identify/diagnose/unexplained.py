@@ -138,7 +138,7 @@ def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
     course, rows = weighing.now.course, weighing.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
     acts += _accompanying(weighing, fit)
-    columns = rows.nuisance.beside(rows.blocks(acts, course))
+    columns = rows.nuisance.with_columns(rows.blocks(acts, course))
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
     size = inverse(columns.square() + np.diag(precision)) @ columns.crossed(fit.value[:, None])[:, 0]
     removed = [
@@ -166,7 +166,7 @@ def _known(weighing: Weighing, fit: Fitted) -> Blocks:
     """The nominal columns, the slopes of a fit's causes, and their possible forms and companions."""
     rows = weighing.rows
     forms = rows.blocks(_accompanying(weighing, fit), weighing.now.course)
-    return rows.nuisance.beside(rows.nuisance.blocks_of(fit.slopes)).beside(forms)
+    return rows.nuisance.with_columns(rows.nuisance.blocks_of(fit.slopes)).with_columns(forms)
 
 
 def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
@@ -180,7 +180,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
     at_sea = _at_sea(fit)
     axes = [
-        _axis_beside(weighing, fit.value, known, k, at_sea)
+        _axis_with_causes(weighing, fit.value, known, k, at_sea)
         for k, innovations in enumerate(weighing.rows.axes)
         if innovations.problem.axis.dof
         not in (*weighing.now.feedback_unrecorded, *weighing.now.force_undetermined)
@@ -249,7 +249,7 @@ class _Axis:
         return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
 
-def _axis_beside(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea: bool) -> _Axis:
+def _axis_with_causes(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea: bool) -> _Axis:
     """The rows of the k-th axis, with the nuisance columns of the causes.
 
     At sea, delayed thrust is a nuisance too: the controller answers the remainder of the sea's form, and thrust then

@@ -368,7 +368,7 @@ def findings_of(
     fit = replace(explanation.fit, covariance=covariance)
     out, braking = [], braking_of(explanation.causes, explanation.now)
     # Made before the causes are looked at side by side, so that all take their columns from the same place.
-    explanation.weighing.candidates_beside(explanation.fit)
+    explanation.weighing.candidates_with_fit(explanation.fit)
     groups = side_by_side(lambda k: ambiguity_of(explanation, k), range(len(explanation.causes)))
     for k, (cause, group) in enumerate(zip(explanation.causes, groups, strict=True)):
         others = explanation.weighing.fitted(_others(explanation, k))
@@ -417,17 +417,17 @@ def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tr
         for effect in weighing.library
         if effect.label not in labels and (effect.name, effect.number) not in taken
     ]
-    sizes = _sizes_beside(explanation)
+    sizes = _sizes_with_causes(explanation)
     absent = [replace(item, sizes=sizes.get(item.label, {})) for item in (*rejected, *mute)]
     return tuple(sorted((*accepted, *absent), key=lambda each: -each.gain_nats))
 
 
-def _sizes_beside(explanation: Explanation) -> dict[str, dict[str, Value]]:
+def _sizes_with_causes(explanation: Explanation) -> dict[str, dict[str, Value]]:
     """The parameters of each linear effect that is no cause, fitted beside the causes, by label.
 
     Parameters on which the dive holds nothing are left out, and effects that are told by other parameters.
     """
-    candidates = explanation.weighing.candidates_beside(explanation.fit)
+    candidates = explanation.weighing.candidates_with_fit(explanation.fit)
     taken = {cause.key for cause in explanation.fit.causes}
     out: dict[str, dict[str, Value]] = {}
     for setting in candidates.settings:

@@ -30,13 +30,13 @@ def kinds_of_runs(problem: AxisLikelihood, theta: Array) -> Kinds | None:
     if len(problem.axis.runs) < FEWEST_RUNS:
         return None
     shifts, precisions = np.array([
-        _own_word(rows.tolist(), gradient, information)
+        _word_of_run(rows.tolist(), gradient, information)
         for rows, gradient, information in problem.score_by_run(theta)
     ]).T  # fmt: skip
     return _split(shifts, precisions)
 
 
-def _own_word(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
+def _word_of_run(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
     """Step of the log mass by a run's own readings, with a damping and a trim of its own, and its precision."""
     prior = np.array([VAGUE**-2 if row in (MASS, DAMPING) else 0.0 for row in rows])
     covariance = np.linalg.pinv(information + np.diag(prior), hermitian=True)

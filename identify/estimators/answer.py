@@ -179,10 +179,10 @@ def _estimate(
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in {problem.axis.dof for problem in fitted.joint.problems}:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
-    value, own_std = float(fitted.value[row]), float(np.sqrt(fitted.covariance[row, row]))
+    value, fitted_std = float(fitted.value[row]), float(np.sqrt(fitted.covariance[row, row]))
     if not np.isfinite(value):
         return as_estimate(name, nan, nan, nan, nan, NO_LINEAR)
-    std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, fitted.stretch[row])
+    std, (below, above) = let_in.std(row, fitted_std), let_in.reach(row, fitted_std, fitted.stretch[row])
     reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
         text = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)

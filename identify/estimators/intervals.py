@@ -183,7 +183,7 @@ def _searched(problem: Problem, maximum: Array, step: Array, index: int, top: fl
 
 
 @dataclass(frozen=True)
-class Told:
+class JointKnowledge:
     """Knowledge of a fit's theta: its `middle` (p,) and `covariance` (p, p). For the drags at the indices in
     `stretch` these are the logarithm of the mean and the relative covariance; `stretch` holds factors on the lower
     and the upper half of their intervals."""
@@ -193,11 +193,11 @@ class Told:
     stretch: dict[int, tuple[float, float]]
 
 
-def told(joint: JointLikelihood, maximum: Maximum) -> Told:
+def knowledge_of(joint: JointLikelihood, maximum: Maximum) -> JointKnowledge:
     """Return the knowledge of all axes; drags that are known loosely are treated as numbers."""
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     loose = _loose(joint, np.sqrt(np.diag(whole)))
-    return _as_numbers(joint, maximum.theta, loose) if loose else Told(maximum.theta, whole, {})
+    return _as_numbers(joint, maximum.theta, loose) if loose else JointKnowledge(maximum.theta, whole, {})
 
 
 def _loose(joint: JointLikelihood, std: Array) -> list[int]:
@@ -210,7 +210,7 @@ def _loose(joint: JointLikelihood, std: Array) -> list[int]:
     return indices
 
 
-def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
+def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> JointKnowledge:
     gradient, information = joint.score(theta)
     prior_mean, precision = joint.prior_mean.copy(), joint.prior_precision.copy()
     value, unit = theta.copy(), np.ones(len(theta))
@@ -235,7 +235,7 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
         )
         for index, (low, high) in ends.items()
     }
-    return Told(middle, relative, stretch)
+    return JointKnowledge(middle, relative, stretch)
 
 
 def _interval(middle: float, std: float) -> tuple[float, float]:

@@ -185,11 +185,11 @@ class AxisLikelihood:
             rows, at = (tables, step[run]) if len(axis.runs) == 1 else _used(tables, step[run])
             # Of one layout in memory each: the compiler makes the kernel anew for every other.
             rows = np.ascontiguousarray(rows)
-            own = np.ascontiguousarray(
+            columns = np.ascontiguousarray(
                 np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
             )
             yield gradient_and_information(
-                rows, at, force[run], own, self.reading[run], axis.state_read[run], noise, axis.channel[run],
+                rows, at, force[run], columns, self.reading[run], axis.state_read[run], noise, axis.channel[run],
                 axis.scale[run], disturbance, fourth, axis.is_coloured, axis.initial[k],
             )  # fmt: skip
 

@@ -14,7 +14,7 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import POSITION
-from identify.estimators.intervals import integrated, stretches, told
+from identify.estimators.intervals import integrated, knowledge_of, stretches
 from identify.estimators.likelihood_axis import (
     DAMPING,
     DISTURBANCE,
@@ -156,7 +156,7 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
 def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> JointFit:
     fits = axis_fits(joint, maximum)
     rows, indices = coefficients(joint)
-    known = told(joint, maximum)
+    known = knowledge_of(joint, maximum)
     shift, widening = integrated(joint, maximum.theta)
     shift[list(known.stretch)] = 0.0
     log_value, covariance = np.full(ROWS, np.nan), np.full((ROWS, ROWS), np.nan)

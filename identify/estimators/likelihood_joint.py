@@ -113,9 +113,9 @@ class JointLikelihood:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
         parts = side_by_side(lambda i: self.score_of(i, theta), range(len(self.problems)), self._readings)
-        for indices, own_gradient, own_information in parts:
-            gradient[indices] += own_gradient
-            information[np.ix_(indices, indices)] += own_information
+        for indices, part_gradient, part_information in parts:
+            gradient[indices] += part_gradient
+            information[np.ix_(indices, indices)] += part_information
         return gradient, information
 
     def _readings(self, i: int) -> float:

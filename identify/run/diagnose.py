@@ -18,7 +18,7 @@ from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import of_one_dive, recording_files
 from identify.progress import Step, Steps, unheard
-from identify.run.identify import runs_told
+from identify.run.identify import runs_as_json
 from identify.statistics import Z95
 from identify.words import listed, significant, unit, with_interval
 
@@ -64,13 +64,13 @@ def published(configuration: Configuration, hull: Damping) -> Before:
     for pair in zip(DAMPINGS, QUADRATICS, strict=True):
         if any(values.get(c.name) for c in pair):
             values |= {c.name: 0.0 for c in pair if c.name not in values}
-    own = {c.name for c in OF_HULL.values() if c not in lacking}
+    of_hull = {c.name for c in OF_HULL.values() if c not in lacking}
     priors = {
         name: Prior(
             max(value, LEAST_DRAG), max(value, LEAST_DRAG) * configuration.model_std, "published", "thrust"
         )
         for name, value in values.items()
-        if name in own and (value > 0 or OF_HULL[name].kind != "mass")
+        if name in of_hull and (value > 0 or OF_HULL[name].kind != "mass")
     }
     return Before(priors, by_number=True)
 
@@ -105,7 +105,7 @@ class Diagnosed:
     def to_json(self) -> dict[str, Any]:
         """The answer, followed by the texts and values shown on a page."""
         words = with_words(self.diagnosis, "" if self.check is None else self.check.name)
-        return words | runs_told(self.dive)
+        return words | runs_as_json(self.dive)
 
 
 def diagnose(
@@ -212,6 +212,6 @@ def _cause(finding: Finding) -> dict[str, Any]:
         "sentence": wording.cause_sentence(finding),
         "alike": wording.alike_sentence(finding) if finding.also else "",
         "values": [
-            wording.value_words(name, value) for name, value in wording.told_parameters(finding).items()
+            wording.value_words(name, value) for name, value in wording.shown_parameters(finding).items()
         ],
     }

@@ -27,8 +27,9 @@ HOLDER: Final = "SYSID_MYGCS"
 class Guess:
     """A vehicle file proposed for a recording by the autopilot's parameters in it.
 
-    `file` fits the wiring; `base` names the bundled file that it comes from. `findings` are sentences on what the motion contradicts; `judged` the degrees of freedom that were compared, and
-    `unjudged` why none was, if none; `hints` are sentences on parameters that would trouble a companion.
+    `file` fits the wiring; `base` names the bundled file that it comes from. `findings` are sentences on what the
+    motion contradicts; `judged` the degrees of freedom that were compared, and `unjudged` why none was, if none;
+    `hints` are sentences on parameters that would trouble a companion.
     """
 
     base: str

@@ -42,7 +42,7 @@ class Identified:
     def to_json(self) -> dict[str, Any]:
         """The answer as plain data, with its comparison, if there is one."""
         compared = {"comparison": self.comparisons[0].to_json()} if self.comparisons else {}
-        return self.answer.to_json() | runs_told(self.dive) | compared
+        return self.answer.to_json() | runs_as_json(self.dive) | compared
 
 
 def identify(
@@ -68,7 +68,7 @@ def identify(
     return Identified(dive, file, doubted(comparisons[0]) if comparisons else first, comparisons)
 
 
-def runs_told(dive: Dive) -> dict[str, Any]:
+def runs_as_json(dive: Dive) -> dict[str, Any]:
     """The runs of a dive made of several, and why others were left out, as plain data; nothing for a single one."""
     if not dive.runs:
         return {}

@@ -134,24 +134,24 @@ def _by_numbers(name: str) -> list[tuple[int, str]]:
 
 
 def _refuse_twice(dives: Sequence[Dive]) -> None:
-    for one, other in combinations(dives, 2):
-        if one.sha256 == other.sha256 or (one.opening and one.opening == other.opening):
+    for first, other in combinations(dives, 2):
+        if first.sha256 == other.sha256 or (first.opening and first.opening == other.opening):
             raise LogError(
-                f"{one.source} and {other.source} hold the same recording, and would count twice; give it once"
+                f"{first.source} and {other.source} hold the same recording, and would count twice; give it once"
             )
-        if _at_the_same_time(one, other):
+        if _at_the_same_time(first, other):
             raise LogError(
-                f"{one.source} and {other.source} were recorded at the same time, and would count twice; give one of "
+                f"{first.source} and {other.source} were recorded at the same time, and would count twice; give one of "
                 "them, or put them together with `seatrial merge`"
             )
 
 
-def _at_the_same_time(one: Dive, other: Dive) -> bool:
-    if one.unix_at_boot_s is None or other.unix_at_boot_s is None:
+def _at_the_same_time(first: Dive, other: Dive) -> bool:
+    if first.unix_at_boot_s is None or other.unix_at_boot_s is None:
         return False
     (start_s, end_s), (began_s, ended_s) = (
         tuple(boot_s + dive.unix_at_boot_s for boot_s in dive.span_s if dive.unix_at_boot_s is not None)
-        for dive in (one, other)
+        for dive in (first, other)
     )
     return min(end_s, ended_s) - max(start_s, began_s) > OVERLAP_S
 
@@ -176,10 +176,10 @@ def _refuse_others(readings: Sequence[Reading]) -> str:
 def _refuse_other_commands(dives: Sequence[Dive]) -> None:
     first = dives[0]
     for dive in dives[1:]:
-        one, other = _commands(first), _commands(dive)
-        if one != other:
+        its, other = _commands(first), _commands(dive)
+        if its != other:
             raise LogError(
-                f"{dive.source}: has {other}, {first.source} has {one}, so they are not runs of one vehicle; leave one "
+                f"{dive.source}: has {other}, {first.source} has {its}, so they are not runs of one vehicle; leave one "
                 "out"
             )
         if dive.velocity is not None and dive.velocity_is_filtered != first.velocity_is_filtered:

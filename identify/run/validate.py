@@ -78,11 +78,11 @@ class Validation:
         ]
 
 
-def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None = None) -> Validation:
+def validate(dives: Sequence[Dive], file: VehicleFile, foretelling: Foretelling | None = None) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
-    `told`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared with
-    it.
+    `foretelling`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared
+    with it.
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
@@ -95,7 +95,7 @@ def validate(dives: Sequence[Dive], file: VehicleFile, told: Foretelling | None 
         _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True
     ):
         run = Run(label, part.dive, tracking_errors(part.dive, lever_m), None, mode)
-        runs.append(_judged(run, whole, part.mode, file, told) if run.compared else run)
+        runs.append(_judged(run, whole, part.mode, file, foretelling) if run.compared else run)
     return Validation(file, tuple(runs), lever_m)
 
 
@@ -112,7 +112,9 @@ def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 
 
-def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, told: Foretelling | None) -> Run:
+def _judged(
+    run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretelling: Foretelling | None
+) -> Run:
     """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
     vehicle file can't decide that."""
     try:
@@ -121,16 +123,19 @@ def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, told: F
         return run
     held: tuple[Held, ...] = ()
     gains: tuple[MadeUp, ...] = ()
-    is_of_it = told is not None and (file.vehicle.name, configuration) == (told.vehicle, told.configuration)
+    is_of_it = foretelling is not None and (foretelling.vehicle, foretelling.configuration) == (
+        file.vehicle.name,
+        configuration,
+    )
     if (
-        told is not None
+        foretelling is not None
         and is_of_it
         and mode is not None
         and mode.applies_feedforward
-        and is_next(whole, told)
+        and is_next(whole, foretelling)
     ):
-        gains = made_up(allocated_gains(run.dive, file, configuration), told.credits)
+        gains = made_up(allocated_gains(run.dive, file, configuration), foretelling.credits)
         # A dive in which the accepted values were not in force is not the one that was foretold.
         in_force = not any(gain.unmended for gain in gains)
-        held = held_against(run.errors.whole, told.rows, mode) if in_force else ()
+        held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
     return replace(run, held=held, raising=go_no_go(whole, file, configuration, held, gains))

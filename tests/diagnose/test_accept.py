@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, A
 from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
-from identify.diagnose.accepted import known_beside
+from identify.diagnose.accepted import known_with_causes
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import (
     Shift,
@@ -50,7 +50,7 @@ def found(effect, *values, width=0.01, also=()):
 
 def accepted_of(causes, now, shape):
     """The result of accepting causes whose fit is `now`."""
-    return diagnose_accepted.accepted_of(causes, known_beside([one.cause for one in causes], now), shape)
+    return diagnose_accepted.accepted_of(causes, known_with_causes([one.cause for one in causes], now), shape)
 
 
 def of_effects(accepted):
@@ -492,5 +492,5 @@ def test_a_second_change_counts_by_what_is_left_unexplained(elsewhere, nats):
     """Published numbers that are off everywhere leave a shift that no effect has, and any effect takes some of it."""
     effects, patterns = (ADDED_PAYLOAD, FOULING), np.eye(4)[:2]
     shift = Shift(np.array([0.5, 0.1, elsewhere, elsewhere]), 1e4 * np.eye(4), effects, patterns)
-    assert shift.best_beside([]) == [(pytest.approx(1250.0), 0), (pytest.approx(50.0), 1)]
-    assert shift.best_beside([0]) == [(pytest.approx(nats), 1)]
+    assert shift.best_further([]) == [(pytest.approx(1250.0), 0), (pytest.approx(50.0), 1)]
+    assert shift.best_further([0]) == [(pytest.approx(nats), 1)]

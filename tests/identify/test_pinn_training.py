@@ -57,7 +57,7 @@ def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
     assert len(passes) == found.passes == 2
     assert "10 % of its standard error" in found.reason
     of_priors = torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
-    torch.testing.assert_close((found.curvature - found.told).diagonal(), of_priors)
+    torch.testing.assert_close((found.curvature - found.curvature_by_data).diagonal(), of_priors)
 
 
 def test_a_curvature_that_is_taken_for_ten_times_too_large_makes_training_creep_for_one_step_alone():

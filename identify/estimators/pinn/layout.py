@@ -229,8 +229,8 @@ def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
     """Every few of the ends, about `step_s` apart; ends next to a gap are all kept."""
     kept = [0]
     for i in range(1, len(ends)):
-        beside_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
-        if beside_gap or ends[i] - ends[kept[-1]] >= NEAREST * step_s:
+        next_to_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
+        if next_to_gap or ends[i] - ends[kept[-1]] >= NEAREST * step_s:
             kept.append(i)
     chosen: Array = ends[kept]
     return np.asarray(chosen[np.concatenate([[True], np.diff(chosen) > 1e-6])])

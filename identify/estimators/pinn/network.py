@@ -213,7 +213,7 @@ def expected_squares(pulled: Pull, on: Tensor, adjacent: Tensor) -> tuple[Tensor
     return pulled.residual**2 + spread, by_before, by_after
 
 
-def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
+def shortfall(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
     """Shortfall of the expected `squares`: `sensor` and `wander` of `noise.Moments`."""
     short = (pulled.known - squares) * (pulled.known > 0)
     thrown, read = (short * pulled.wander).sum(dim=0), (short * (1 - pulled.wander)).sum(dim=0)
@@ -404,7 +404,7 @@ def _doubled(step: _Round, on: Tensor, adjacent: Tensor) -> tuple[Tensor, Tensor
     """Blocks of the inverse including the nodes that a round eliminated, from the blocks without them."""
     count = len(step.inverse)
     new_on = on.new_empty(len(on) + count, *on.shape[1:])
-    new_beside = on.new_empty(len(on) + count - 1, *on.shape[1:])
+    new_adjacent = on.new_empty(len(on) + count - 1, *on.shape[1:])
     new_on[0::2] = on
 
     def put_back(some: Stretch) -> None:
@@ -415,12 +415,12 @@ def _doubled(step: _Round, on: Tensor, adjacent: Tensor) -> tuple[Tensor, Tensor
         from_first = -(to_before @ first + to_after @ between.mT)
         from_second = -(to_before @ between + to_after @ second)
         new_on[1::2][cut] = step.inverse[cut] - from_first @ to_before.mT - from_second @ to_after.mT
-        new_beside[0::2][cut] = from_first.mT
-        to_second = new_beside[1::2][cut]
+        new_adjacent[0::2][cut] = from_first.mT
+        to_second = new_adjacent[1::2][cut]
         to_second[:] = from_second[: len(to_second)]
 
     worked(put_back, stretches(count, on.device))
-    return new_on, new_beside
+    return new_on, new_adjacent
 
 
 def _padded(blocks: Tensor, count: int) -> Tensor:

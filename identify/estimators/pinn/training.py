@@ -99,14 +99,14 @@ class Trained:
     """End of training, and the reason for it.
 
     point: the last that was evaluated. raw (p,): the raw parameters after a last small step from there. curvature,
-    told (p + C + 2 n,) squared: curvature of half the loss there, in raw parameters and logarithms of noise levels,
+    curvature_by_data (p + C + 2 n,) squared: of half the loss there, in raw parameters and logarithms of noise levels,
     with the priors and without.
     """
 
     point: Point
     raw: Tensor
     curvature: Tensor
-    told: Tensor
+    curvature_by_data: Tensor
     passes: int
     settled: bool
     reason: str
@@ -392,7 +392,7 @@ def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
         _array(map_.values(trained.raw)),
         _array(covariance),
         filters.stretch(std.cpu().numpy()),
-        _array(trained.told * torch.outer(per_unit, per_unit)),
+        _array(trained.curvature_by_data * torch.outer(per_unit, per_unit)),
         filters,
         _array(noise.sensor),
         _array(noise.disturbance),
