@@ -87,6 +87,12 @@ def test_a_simulator_that_is_known_by_a_dive_holds_also_a_cause_that_is_not_acce
     assert unsure.numbers["D_u"].value < unsure.accepted.values["D_u"].value
 
 
+def test_without_any_effect_to_try_no_cause_is_named_and_the_gap_is_unknown(case):
+    bare = diagnose(dive_of(case), case.file, case.configuration, effects=(), progress=quiet)
+    assert (bare.findings, bare.tried) == ((), ())
+    assert bare.verdict == "unknown"
+
+
 def test_against_a_model_accepted_before_the_feed_forward_gains_by_masses_and_dampings_too(case, found):
     accepted = {name: Prior(1.5 * one.value, 0.01 * one.value) for name, one in found.numbers.items()}
     later = diagnosed(case, *SMALL, accepted=accepted)
