@@ -399,10 +399,10 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
 class Flight:
     """Models of a dive, simulated along a further dive.
 
-    before: over ground; after: through the water, by the fit `own` of the further dive less the causes.
+    before: over ground; after: through the water, by `fit`, that of the further dive less the causes.
     """
 
-    own: Nominal
+    fit: Nominal
     course: Course
     before: Simulation
     after: Simulation
@@ -435,7 +435,7 @@ def predict(
     """
     flight = flight_of(explanation.now, without_seas(explanation.causes), nominal, check)
     before, after = flight.before, flight.after
-    floor = floors_of(flight.own, after, rng)[1]
+    floor = floors_of(flight.fit, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
     starts = np.concatenate([np.arange(run.start, run.stop - length - 1, length) for run in after.runs])
     if len(starts) < 2:

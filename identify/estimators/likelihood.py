@@ -65,7 +65,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
         progress(1.0, "looking for the delay of the thrust")
         forces = wrench(dive, file, configuration_name)
-        refit = partial(fit_axes, configuration=configuration, progress=progress, doubted=spoilt)
+        refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=spoilt)
         try:
             late_fit = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
         except np.linalg.LinAlgError:

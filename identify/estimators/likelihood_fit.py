@@ -72,13 +72,13 @@ class Begun:
     maximum: Maximum
 
 
-def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) -> Begun:
+def _begin(built: Axes, configuration: Configuration, feedback_unrecorded: tuple[int, ...]) -> Begun:
     """Fit each axis alone, then all roughly together; there is at least one axis."""
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
 
     def begun(axis: Axis) -> tuple[AxisLikelihood, Array]:
-        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
+        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in feedback_unrecorded else unmeasured
         problem = likelihood_of(axis, configuration, masses, loose, configuration.damping)
         theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
         if configuration.damping != "linear":
@@ -90,24 +90,25 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
         return problem, theta
 
     problems, thetas = zip(*side_by_side(begun, built.axes, lambda axis: len(axis.reading)), strict=True)
-    joint = _joined(problems, doubted)
+    joint = _joined(problems, feedback_unrecorded)
     return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
 
 
 rough_fit = shared(_begin)
-"""`Begun` for axes, configuration and doubted degrees of freedom, shared by all methods that hold it."""
+"""`Begun` for axes, configuration and the degrees of freedom with unrecorded feedback, shared by all methods that hold
+it."""
 
 
 def fit_axes(
     built: Axes,
     configuration: Configuration,
     progress: Callable[[float, str], None],
-    doubted: Collection[int] = (),
+    feedback_unrecorded: Collection[int] = (),
 ) -> JointFit:
     """Return the joint fit of all axes. Every pass leaves out the readings that the pass before found wild.
 
-    The equation of a `doubted` degree of freedom determines no mass, neither its own nor those of others that act in
-    it.
+    The equation of a degree of freedom whose controller used an unrecorded reading (`feedback_unrecorded`) determines
+    no mass, neither its own nor those of others that act in it.
     """
     if not built.axes:
         nothing, none = np.full(ROWS, np.nan), np.zeros(0)
@@ -116,7 +117,7 @@ def fit_axes(
             {}, nothing, unknown, np.ones((ROWS, 2)), np.zeros((0, 0)), "", JointLikelihood(()), none
         )
     progress(0.0, "fitting each axis, then all together roughly")
-    begun = rough_fit(built, configuration, tuple(sorted(doubted)))
+    begun = rough_fit(built, configuration, tuple(sorted(feedback_unrecorded)))
     joint, maximum = begun.value.joint, begun.value.maximum
     settled = False
     for turn in range(PASSES):
@@ -143,10 +144,10 @@ def stopped_at(maximum: Maximum, settled: bool) -> str:
     return f"{MOST_STEPS} steps" if maximum.steps == MOST_STEPS else "a smallest step"
 
 
-def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> JointLikelihood:
-    """Return the axes together. The mass of a doubted axis is a separate parameter, with the same prior as in its own
-    equation."""
-    apart = [problem for problem in problems if problem.axis.dof in doubted]
+def _joined(problems: Sequence[AxisLikelihood], feedback_unrecorded: Collection[int]) -> JointLikelihood:
+    """Return the axes together. The mass of an axis with unrecorded feedback is a parameter of its own, with the prior
+    of its own equation."""
+    apart = [problem for problem in problems if problem.axis.dof in feedback_unrecorded]
     prior = np.array(
         [(doubtful.prior_mean[MASS], doubtful.prior_precision[MASS]) for doubtful in apart]
     ).reshape(-1, 2)

@@ -49,10 +49,10 @@ def together(readings: Sequence[Reading]) -> Reading:
     _refuse_twice([reading.dive for reading in readings])
     readings = _in_order(readings)
     first = readings[0]
-    configuration = _refuse_others(readings)
+    configuration_name = _refuse_others(readings)
     used, left_out = [], {}
     for reading in readings:
-        if reason := _useless(reading, configuration):
+        if reason := _useless(reading, configuration_name):
             left_out[reading.dive.name] = reason
         else:
             used.append(reading.dive)

@@ -155,9 +155,9 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
     )
     tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, QUADRATIC_DRAG)
     shape = case.file.vehicle.configurations[case.configuration]
-    assert {*tried} - {*module._judged(tried, lacks, shape)} == {*unjudged}
+    assert {*tried} - {*module._able(tried, lacks, shape)} == {*unjudged}
     # A hull that has the drag itself can't lack it.
-    left = {*tried} - {*module._judged(tried, lacks, replace(shape, damping="both"))}
+    left = {*tried} - {*module._able(tried, lacks, replace(shape, damping="both"))}
     assert left == {*unjudged, QUADRATIC_DRAG}
     for sentence, told in zip(unjudged_causes(lacks), words, strict=True):
         assert told in sentence

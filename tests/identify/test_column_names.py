@@ -76,11 +76,11 @@ KNOWN = [
 
 @pytest.mark.parametrize(("topic", "field", "signal", "place", "unit"), KNOWN)
 def test_a_usual_name_is_known_with_its_axis_and_unit(
-    topic: str, field: str, signal: str, index: int, unit: str | None
+    topic: str, field: str, signal: str, place: int, unit: str | None
 ) -> None:
     name = named(topic, field)
     assert name is not None
-    assert (name.signal, name.place, name.unit) == (signal, index, unit)
+    assert (name.signal, name.place, name.unit) == (signal, place, unit)
 
 
 @pytest.mark.parametrize(
