@@ -21,9 +21,9 @@ def heartbeat(kind: int = mav.MAV_TYPE_SUBMARINE, autopilot: int = 0, armed: boo
 
 def odometry(boot_s: float, velocity: tuple[float, float, float], quality: int = 90) -> Any:
     cov = [NAN] * 21
-    us, index, turn = int(boot_s * 1e6), [NAN] * 3, [NAN] * 3
+    us, place, turn = int(boot_s * 1e6), [NAN] * 3, [NAN] * 3
     return mav.MAVLink_odometry_message(
-        us, 20, 12, *index, [1.0, 0, 0, 0], *velocity, *turn, cov, cov, 0, 0, quality
+        us, 20, 12, *place, [1.0, 0, 0, 0], *velocity, *turn, cov, cov, 0, 0, quality
     )
 
 

@@ -264,8 +264,8 @@ def assert_alike(path: Path) -> None:
         assert getattr(found, name).tolist() == [getattr(frame, name) for _, frame in careful]
     assert found.message.tolist() == [frame.message_id for _, frame in careful]
     content = found.data.tobytes()
-    indices = zip(found.message, found.start, found.length, strict=True)
-    payloads = [keyless(number, content[a : a + n]) for number, a, n in indices]
+    places = zip(found.message, found.start, found.length, strict=True)
+    payloads = [keyless(number, content[a : a + n]) for number, a, n in places]
     assert payloads == [frame.payload for _, frame in careful]
 
 
@@ -276,8 +276,8 @@ def test_a_file_cut_and_spliced_anywhere_is_read_alike(
 ) -> None:
     path = tmp_path_factory.mktemp("cut") / "a.tlog"
     data = records(seed, 30)
-    index = int(cut * len(data))
-    for damaged in (old_record() + data[:index], old_record() + data[:index] + data[index + drop :]):
+    place = int(cut * len(data))
+    for damaged in (old_record() + data[:place], old_record() + data[:place] + data[place + drop :]):
         path.write_bytes(damaged)
         assert_alike(path)
 
@@ -333,8 +333,8 @@ def test_every_byte_of_a_frame_is_under_its_checksum(tmp_path: Path) -> None:
     path = tmp_path / "a.tlog"
     for length in (1, 7, 8, 9, 15, 16, 17):
         frame = encoder.frame(31, bytes(range(200, 200 + length)))
-        for index in range(len(frame)):
-            damaged = frame[:index] + bytes((frame[index] ^ 0x10,)) + frame[index + 1 :]
+        for place in range(len(frame)):
+            damaged = frame[:place] + bytes((frame[place] ^ 0x10,)) + frame[place + 1 :]
             path.write_bytes((stamp + old_frame()) * 2 + stamp + damaged + (stamp + old_frame()) * 2)
             assert set(locate(path).message) == {0}
 

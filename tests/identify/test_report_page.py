@@ -74,8 +74,8 @@ def test_a_page_stands_alone_and_runs_nothing():
     assert "http" not in render_report(report()).replace("http-equiv", "")
     assert "http" not in render_report(report(Section("Part", figures=(FIGURE,)))).replace("http-equiv", "")
     assert all(
-        index.startswith("#part-1")
-        for index in re.findall(r"url\(([^)]*)", render_report(report(Section("Part", figures=(FIGURE,)))))
+        place.startswith("#part-1")
+        for place in re.findall(r"url\(([^)]*)", render_report(report(Section("Part", figures=(FIGURE,)))))
     )
     policy = [attrs["content"] for tag, attrs in page.elements if attrs.get("http-equiv")]
     assert policy == ["default-src 'none'; style-src 'unsafe-inline'"]

@@ -138,8 +138,8 @@ def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path: Path, ba
 
 def test_more_bad_lines_than_one_in_a_thousand_refuse_the_file_with_the_first(tmp_path: Path) -> None:
     lines = [f"{k},1" for k in range(2000)]
-    for index in (900, 700, 800):
-        lines[index] = "1,2,3"
+    for place in (900, 700, 800):
+        lines[place] = "1,2,3"
     with pytest.raises(
         LogError, match="row 702 has 3 cells, the first line names 2; and 2 more rows are bad"
     ):
