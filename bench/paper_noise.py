@@ -15,8 +15,8 @@ import numpy as np
 from bench.reproduce.paper import Samples, closed_form
 from bench.words import table
 from bridge.vehicle.references import DoubleS
+from identify.align import low_pass
 from identify.dive import Array
-from identify.filters import low_pass
 from identify.report.page import Figure, Report, Section, write_report
 from identify.report.plot import Line, lines_panel, stack
 
@@ -33,7 +33,7 @@ SOURCES = (
     "identify/dive.py",
     "bench/paper_noise.py",
     "bench/reproduce/paper.py",
-    "identify/filters.py",
+    "identify/align.py",
 )
 SEED = 1
 DRAWN_HZ = (5.0, 1.0, 0.5, 0.2)

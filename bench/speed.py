@@ -33,8 +33,8 @@ from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph, table
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
+from identify.align import AlignedDive, aligned
 from identify.estimators.table import METHODS, estimator
-from identify.filters import AlignedDive, aligned
 from identify.ingest.open import read_dive
 
 SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/campaigns.py", "bench/speed.py")

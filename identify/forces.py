@@ -195,11 +195,11 @@ def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
     return 0 < len(configuration.thrusters) <= outputs
 
 
-def asked_thrusts(dive: Dive, file: VehicleFile, name: str) -> Signal:
+def asked_thrusts(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     """The thrust (n, k) in N that each thruster of a configuration is asked for; none where its command is unknown."""
     commands = dive.thruster_commands
     assert commands is not None
-    value = commands.value[:, : len(file.vehicle.configurations[name].thrusters)]
+    value = commands.value[:, : len(file.vehicle.configurations[configuration_name].thrusters)]
     return Signal(commands.time_s, _thrust_n(dive, value, file.vehicle, file.path.parent))
 
 
@@ -261,29 +261,29 @@ def _sampled(
     return replace(history, hidden=hidden, sampled_s=step_s)
 
 
-def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, name: str) -> Signal:
+def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     """Return each thruster's commanded thrust (n, k), corrected by the smallest change that gives the most likely
     wrench behind the rounded wrench (`unrounded`)."""
-    variance = _hidden(dive, file.vehicle, file.path.parent, name)
-    allocation = allocation_matrix(file.vehicle.configurations[name])
+    variance = _hidden(dive, file.vehicle, file.path.parent, configuration_name)
+    allocation = allocation_matrix(file.vehicle.configurations[configuration_name])
     rounded = Signal(asked.time_s, asked.value @ allocation.T)
     change = _unrounded(rounded, variance, dive.breaks_s) - rounded.value
     return Signal(asked.time_s, asked.value + change @ np.linalg.pinv(allocation).T)
 
 
-def _hidden(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
+def _hidden(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
     """Variance (n, 6) of the part of each command's wrench that rounding to whole microseconds hides. Zero if the
     commanded wrench is recorded too, because the readings that it responds to are then recorded as well."""
     commands = dive.thruster_commands
     if dive.pwm is None or (dive.tau_cmd is not None and len(dive.tau_cmd)):
         return np.zeros((0 if commands is None else len(commands), 6))
-    return _rounding(dive.pwm, vehicle, directory, name)
+    return _rounding(dive.pwm, vehicle, directory, configuration_name)
 
 
-def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Array:
+def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
     """Variance (n, 6) of the part of each command's wrench that rounding hides: a uniform error of one microsecond
     through the slope of the thrust curve. Zero if pulses are not rounded."""
-    configuration = vehicle.configurations[name]
+    configuration = vehicle.configurations[configuration_name]
     pulses = pwm.value[:, : len(configuration.thrusters)]
     known = np.isfinite(pulses)
     if len(pwm) < 2 or not np.array_equal(pulses[known], np.round(pulses[known])):
@@ -292,7 +292,7 @@ def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Arra
     return np.asarray(slope**2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
 
 
-def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
+def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
     """Power (6,) per 1/s of the force that reckoned pulses miss between their samples; 0 of recorded ones.
 
     A sample missed from both neighbours by a variance v lies amid two steps of a walk of variance 2 v a step, and one
@@ -300,7 +300,7 @@ def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array
     """
     if dive.reckoned is None or dive.pwm is None:
         return np.zeros(6)
-    configuration = vehicle.configurations[name]
+    configuration = vehicle.configurations[configuration_name]
     count = len(configuration.thrusters)
     slope = _slope(dive.pwm.value[:, :count], vehicle, directory)
     variance = (slope * np.array(dive.reckoned.error_us[:count])) ** 2 @ (
@@ -346,7 +346,7 @@ def unrounded(asked: Array, variance: Array) -> Array:
 
 
 def _asked_by_pwm(
-    dive: Dive, vehicle: Vehicle, directory: Path, name: str, commanded: Signal | None
+    dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str, commanded: Signal | None
 ) -> tuple[Signal | None, tuple[str, ...]]:
     """Return the wrench that the outputs command, and notes about it; no wrench if the outputs don't fit the vehicle
     file.
@@ -355,13 +355,13 @@ def _asked_by_pwm(
     command holds, the wrench is TAU_CMD, if recorded. Raises FitError if a command is unknown throughout the dive and
     no TAU_CMD is recorded.
     """
-    configuration = vehicle.configurations[name]
+    configuration = vehicle.configurations[configuration_name]
     thrusters = len(configuration.thrusters)
     commands = dive.thruster_commands
     if commands is None or len(commands) == 0:
         return None, ("No thruster commands are recorded.",)
     if thrusters == 0:
-        return None, (f"The vehicle file names no thrusters for '{name}'.",)
+        return None, (f"The vehicle file names no thrusters for '{configuration_name}'.",)
     outputs = commands.value.shape[1]
     if outputs < thrusters:
         return None, (f"{outputs} thruster outputs are recorded, the vehicle file names {thrusters}.",)

@@ -5,7 +5,7 @@ reference rests is in no phase. Velocity is the DVL's at its time of validity (y
 interpolated to these times.
 
 A sensor's noise is not a tracking error. So measured less reference velocity goes through the zero-phase low-pass of
-`identify.filters`, the same in every mode. The white noise that passes below the cut-off is reported, but its power
+`identify.align`, the same in every mode. The white noise that passes below the cut-off is reported, but its power
 is not subtracted: a PID that follows its sensor turns noise into true error of the opposite sign, so the two are not
 independent. How the source paper treated its noise is not known.
 
@@ -24,8 +24,8 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
+from identify.align import ORDER, low_pass
 from identify.dive import Array, Dive, Signal
-from identify.filters import ORDER, low_pass
 from identify.statistics import bulk_std
 
 AXES = (0, 1, 5)

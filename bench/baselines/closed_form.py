@@ -21,9 +21,9 @@ from bench.reproduce.paper import (
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile
+from identify.align import aligned
 from identify.dive import Dive
 from identify.estimators.table import Progress
-from identify.filters import aligned
 from identify.identification import Identification, Outcome
 from identify.identification import estimate as one_estimate
 

@@ -13,8 +13,8 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import restoring
+from identify.align import AlignedDive, aligned
 from identify.dive import Dive
-from identify.filters import AlignedDive, aligned
 from identify.identification import Estimate, Identification, Outcome
 from identify.identification import estimate as one_estimate
 from identify.statistics import Z95

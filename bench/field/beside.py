@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from bench.baselines.regression import PRODUCTS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.dynamics import restoring
+from identify.align import AlignedDive, aligned
 from identify.dive import Dive
-from identify.filters import AlignedDive, aligned
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at

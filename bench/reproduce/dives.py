@@ -29,9 +29,9 @@ from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, bounds
 from gcs_plugin import simulated
+from identify.align import AlignedDive, aligned
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
-from identify.filters import AlignedDive, aligned
 from identify.identification import Identification
 from identify.ingest.open import read_dive
 

@@ -13,8 +13,8 @@ import numpy as np
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+from identify.align import AlignedDive
 from identify.dive import Array, Dive, Signal
-from identify.filters import AlignedDive
 from identify.validate import phases
 
 HEADING_COLUMN = 12

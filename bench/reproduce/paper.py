@@ -23,9 +23,9 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.dynamics import coriolis, restoring
+from identify.align import AlignedDive, aligned
 from identify.dive import Array, Dive
 from identify.estimators.refusals import refuse_unpushed
-from identify.filters import AlignedDive, aligned
 from identify.identification import Estimate, Identification, Outcome, added_mass
 from identify.identification import estimate as one_estimate
 from identify.progress import Progress

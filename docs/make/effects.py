@@ -6,7 +6,7 @@ from identify.effects.effect import Effect
 from identify.effects.library import library
 
 EXAMPLE = "ruvifist:hovering"
-PLACES = {
+ACTED_ON = {
     "force": "forces on the hull",
     "thruster": "what the thrusters give",
     "reading": "what the sensors say",
@@ -24,8 +24,8 @@ def page() -> str:
     effects = library(file.vehicle.configurations[file.configuration], file.vehicle.thrust_curve.lag_s)
     named = {effect.name: [other for other in effects if other.name == effect.name] for effect in effects}
     sections = "".join(
-        f"## {words[0].upper()}{words[1:]}\n\n" + "".join(map(_effect, _of(named, place)))
-        for place, words in PLACES.items()
+        f"## {words[0].upper()}{words[1:]}\n\n" + "".join(map(_effect, _of(named, acts_on)))
+        for acts_on, words in ACTED_ON.items()
     )
     return (
         f"# Effects\n\n{MADE} What `seatrial diagnose` tries one by one, here for `{EXAMPLE}`: {len(named)} effects in "
@@ -34,8 +34,8 @@ def page() -> str:
     ).rstrip("\n") + "\n"
 
 
-def _of(named: dict[str, list[Effect]], place: str) -> list[list[Effect]]:
-    return [forms for forms in named.values() if forms[0].place == place]
+def _of(named: dict[str, list[Effect]], acts_on: str) -> list[list[Effect]]:
+    return [forms for forms in named.values() if forms[0].acts_on == acts_on]
 
 
 def _effect(forms: list[Effect]) -> str:

@@ -9,7 +9,7 @@ from identify.batch.jobs import Job
 from identify.batch.work import read_job
 from identify.diagnose.result import Value
 from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.wording import candidate_words, told_parameters, verdict_sentence
+from identify.diagnose.wording import candidate_words, shown_parameters, verdict_sentence
 from identify.ingest.open import date_of
 from identify.run import diagnose as run
 from identify.words import listed
@@ -34,7 +34,7 @@ def diagnose(job: Job) -> dict[str, Any]:
         EffectSize(
             finding.cause.effect.label,
             candidate_words(finding.cause.effect),
-            {name: _size(value) for name, value in told_parameters(finding).items()},
+            {name: _size(value) for name, value in shown_parameters(finding).items()},
             finding.probability,
             finding.probability >= LIKELY,
             finding.also,

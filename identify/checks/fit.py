@@ -127,8 +127,8 @@ def loud(joint: JointLikelihood, theta: Array, pushed: Collection[int]) -> tuple
     `pushed`."""
     every = (
         entry
-        for problem, place in zip(joint.problems, joint.places, strict=True)
-        for entry in _of_axis(problem, theta[place], problem.axis.dof in pushed)
+        for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
+        for entry in _of_axis(problem, theta[of_axis], problem.axis.dof in pushed)
     )
     return tuple(entry for entry in every if entry.inflated or entry.pushed)
 
@@ -155,7 +155,7 @@ def loud_note(noisy: Sequence[Loud]) -> tuple[str, ...]:
 
 def _of_axis(problem: AxisLikelihood, theta: Array, pushed: bool) -> list[Loud]:
     axis = problem.axis
-    fitted = np.exp(theta[problem.noise_place : problem.white_place])
+    fitted = np.exp(theta[problem.noise_index : problem.white_index])
     sensors = []
     for i, channel in enumerate(axis.channels):
         signal, read = _signal(channel), float(fitted[i])
@@ -178,11 +178,11 @@ def _signal(channel: Channel) -> float:
     return float(np.std(read[known])) if np.count_nonzero(known) >= FEWEST else np.inf
 
 
-def _unit(dof: int, place: bool) -> tuple[float, str]:
+def _unit(dof: int, of_pose: bool) -> tuple[float, str]:
     """A conversion factor, and the unit that results."""
     if dof < 3:
-        return 1e3, "mm" if place else "mm/s"
-    return float(np.degrees(1.0)), "deg" if place else "deg/s"
+        return 1e3, "mm" if of_pose else "mm/s"
+    return float(np.degrees(1.0)), "deg" if of_pose else "deg/s"
 
 
 LONGEST_GAP_S = 5.0

@@ -29,12 +29,12 @@ from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
-from identify.diagnose.nominal import Nominal, places_of_hull
-from identify.diagnose.regression import mean_places, regression_of
+from identify.diagnose.nominal import Nominal, hull_indices
+from identify.diagnose.regression import mean_indices, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.wording import effect_words, name_of, percent_sure, words
+from identify.diagnose.wording import effect_words, name_of, percent_bounded, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.likelihood_axis import MASS
@@ -61,27 +61,27 @@ HELD_BY_PID = QUADRATIC[2:5]
 @dataclass(frozen=True)
 class Known:
     """How well a fit with causes tells the hull's coefficients: covariance of the logarithms of the nominal parameters,
-    and the row `at` of each place in theta."""
+    and the row `at` of each index in theta."""
 
     now: Nominal
     covariance: Array
     at: Mapping[int, int]
 
     def stds(self) -> list[dict[int, float]]:
-        """Standard errors of the logarithms of each axis's mass and drags, by their places in its part of theta."""
+        """Standard errors of the logarithms of each axis's mass and drags, by their indices in its part of theta."""
         std = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         joint = self.now.joint
         return [
-            {k: float(std[self.at[place.start + k]]) for k in places_of_hull(problem).values()}
-            for problem, place in zip(joint.problems, joint.places, strict=True)
+            {k: float(std[self.at[of_axis.start + k]]) for k in hull_indices(problem).values()}
+            for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
         ]
 
     def correlations(self) -> dict[frozenset[str], float]:
         """Correlations of the logarithms of the hull's coefficients, by pairs of names."""
         of = {
-            name: self.at[place.start + k]
-            for problem, place in zip(self.now.joint.problems, self.now.joint.places, strict=True)
-            for name, k in places_of_hull(problem).items()
+            name: self.at[of_axis.start + k]
+            for problem, of_axis in zip(self.now.joint.problems, self.now.joint.slices, strict=True)
+            for name, k in hull_indices(problem).items()
         }
         std = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
         return {
@@ -94,7 +94,8 @@ class Known:
 
 @dataclass(frozen=True)
 class Misfit:
-    """doubts: on masses and dampings. off (18,): systematic errors of the logarithms of `OF_HULL`."""
+    """Evidence against a fit with causes: doubts on masses and dampings, and `off` (18,), systematic errors of the
+    logarithms of `OF_HULL`."""
 
     doubts: tuple[Doubt, ...]
     off: Array
@@ -109,7 +110,11 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
     A dive that asks for other quadratic drag than accepted can't separate it from linear damping. Doubted degrees of
     freedom are left out: their thrust only seems late.
     """
-    tests = {dof: test for dof, test in doubts_of(now.joint, now.theta).items() if dof not in now.doubted}
+    tests = {
+        dof: test
+        for dof, test in doubts_of(now.joint, now.theta).items()
+        if dof not in now.feedback_unrecorded
+    }
     late = {dof: test.late for dof, test in tests.items() if test.is_late}
     drag = {dof: test.drag for dof, test in tests.items() if test.lacks_drag}
     held_together = {dof: test for dof, test in drag.items() if dof in quadratic}
@@ -139,38 +144,36 @@ def _not_apart(dof: int, tested: Multiplier) -> Doubt:
     )
 
 
-def accepted_of(findings: Sequence[Finding], known: Known, shape: Configuration) -> Accepted:
+def accepted_of(findings: Sequence[Finding], known: Known, configuration: Configuration) -> Accepted:
     """The result of accepting these causes.
 
     `known` is of the nominal model fitted together with them, which includes causes absorbed by a refit.
     """
     quadratic, now = _quadratic_dofs(findings), known.now
     misfit = misfit_of(now, quadratic)
-    values, sentences = _of_hull(known, shape, misfit, quadratic)
+    values, sentences = _of_hull(known, configuration, misfit, quadratic)
     of_effects: dict[str, Value] = {}
-    for found_cause in findings:
-        coefficients = _coefficients(found_cause, now.course)
+    for finding in findings:
+        coefficients = _coefficients(finding, now.course)
         if not coefficients:
-            sentences.append(_uncompensated_note(found_cause))
+            sentences.append(_uncompensated_note(finding))
         of_effects |= coefficients
-        sentences += _remarks(found_cause)
-    fit = {found_cause.name: found_cause for found_cause in effect_coefficients(shape)}
+        sentences += _remarks(finding)
+    fit = {finding.name: finding for finding in effect_coefficients(configuration)}
     for name, value in of_effects.items():
         fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
         if fault:
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
         elif not _includes(value, _absent(name)):
             values[name] = value
-    effects = tuple(_effect(found_cause) for found_cause in findings)
-    doubts = tuple(
-        found_cause for found_cause in misfit.doubts if not values.keys().isdisjoint(found_cause.about)
-    )
+    effects = tuple(_effect(finding) for finding in findings)
+    doubts = tuple(finding for finding in misfit.doubts if not values.keys().isdisjoint(finding.about))
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
 
-def beside_all(known: Known, shape: Configuration) -> dict[str, Value]:
+def hull_with_all_causes(known: Known, configuration: Configuration) -> dict[str, Value]:
     """The hull's coefficients fitted together with all causes, accepted or not, of which `known` is."""
-    return _of_hull(known, shape)[0]
+    return _of_hull(known, configuration)[0]
 
 
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
@@ -205,7 +208,7 @@ def _effect(finding: Finding) -> AcceptedEffect:
 
 def _of_hull(
     known: Known,
-    shape: Configuration,
+    configuration: Configuration,
     misfit: Misfit = NO_MISFIT,
     quadratic: Collection[int] = (),
 ) -> tuple[dict[str, Value], list[str]]:
@@ -216,24 +219,26 @@ def _of_hull(
     """
     values, sentences, now = {}, [], known.now
     mass = now.course.mass
-    kept = {c.name: bounds(c, shape) for c in OF_HULL.values()}
-    unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
-    if unheard:
-        sentences.append(_unrecorded_note(unheard))
-    axes = zip(now.joint.problems, now.joint.places, known.stds(), strict=True)
-    for problem, place, stds in axes:
+    kept = {c.name: bounds(c, configuration) for c in OF_HULL.values()}
+    unrecorded = [
+        problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.feedback_unrecorded
+    ]
+    if unrecorded:
+        sentences.append(_unrecorded_note(unrecorded))
+    axes = zip(now.joint.problems, now.joint.slices, known.stds(), strict=True)
+    for problem, of_axis, stds in axes:
         dof = problem.axis.dof
-        theta = now.theta[place]
+        theta = now.theta[of_axis]
         fitted = {
-            OF_HULL[name]: (float(np.exp(theta[k])), stds[k]) for name, k in places_of_hull(problem).items()
+            OF_HULL[name]: (float(np.exp(theta[k])), stds[k]) for name, k in hull_indices(problem).items()
         }
         axis = fitted | {MASSES[dof]: (float(mass[dof]), stds[MASS])}
-        if dof in now.doubted:
+        if dof in now.feedback_unrecorded:
             continue
         outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
         far = float(np.exp(Z95 * np.hypot(stds[MASS], misfit.off[dof])))
-        if is_too_light(MASSES[dof], mass[dof] * far, shape) or is_too_heavy(
-            MASSES[dof], mass[dof] / far, shape
+        if is_too_light(MASSES[dof], mass[dof] * far, configuration) or is_too_heavy(
+            MASSES[dof], mass[dof] / far, configuration
         ):
             outside.append(MASSES[dof].name)
         if not stds[MASS] < LEAST_KNOWN or outside:
@@ -265,20 +270,20 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
     )
 
 
-def known_beside(causes: Sequence[Cause], now: Nominal) -> Known:
+def known_with_causes(causes: Sequence[Cause], now: Nominal) -> Known:
     """How well the filters of `now` tell the hull's coefficients, with the causes fitted too."""
-    rows = regression_of(now.joint, now.theta, now.unheard)
+    rows = regression_of(now.joint, now.theta, now.feedback_maybe_unrecorded)
     slopes = [
         cause.slope(now.course, p)
         for cause in causes
         if not cause.effect.refit_absorbs
         for p in np.flatnonzero(cause.present).tolist()
     ]
-    columns = rows.nuisance.beside(rows.blocks(slopes, now.course))
+    columns = rows.nuisance.with_columns(rows.blocks(slopes, now.course))
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
-    kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
+    kept = sorted({*now.joint.mass_indices, *mean_indices(now.joint)})
     covariance = inverse(columns.square() + np.diag(precision))
-    return Known(now, covariance, {place: row for row, place in enumerate(kept)})
+    return Known(now, covariance, {index: row for row, index in enumerate(kept)})
 
 
 def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:
@@ -302,11 +307,11 @@ def _uncompensated_note(finding: Finding) -> str:
     cause_name = capital(name_of(finding))
     if finding.cause.effect.feedforward and finding.cause.effect.refit_absorbs:
         return f"{cause_name} is in the masses and dampings of this dive, which are sent."
-    if finding.cause.effect.place in ("reading", "log"):
+    if finding.cause.effect.acts_on in ("reading", "log"):
         return (
             f"{cause_name} lies in what is read, not in how the vehicle moves: correct it where it is read."
         )
-    if finding.cause.effect.place == "water":
+    if finding.cause.effect.acts_on == "water":
         return f"{cause_name} is the water's, of another day: the feed-forward can't make up for it."
     return f"{cause_name} is in the model, but the feed-forward can't make up for it."
 
@@ -336,7 +341,7 @@ def likely_accepted(
     nominal: Nominal,
     library: Sequence[Effect],
     holds: Sequence[Cause],
-    shape: Configuration,
+    configuration: Configuration,
 ) -> Accepted:
     """The result of accepting the likely causes, in addition to the effects that the model `holds` already.
 
@@ -351,10 +356,10 @@ def likely_accepted(
             [cause for cause in explanation.causes if cause.key in kept], nominal, library, explanation.now
         ).now
     if now is not explanation.now or holds:
-        known = known_beside([item.cause for item in whole], now)
-    made = accepted_of(whole, known, shape)
+        known = known_with_causes([item.cause for item in whole], now)
+    made = accepted_of(whole, known, configuration)
     left = tuple(
-        f"{capital(name_of(cause))} was not accepted: it is {percent_sure(cause.probability)} probable, likelier "
+        f"{capital(name_of(cause))} was not accepted: it is {percent_bounded(cause.probability)} probable, likelier "
         "absent than present."
         for cause in causes
         if cause.probability < LIKELY
@@ -367,6 +372,6 @@ def none_accepted(causes: Sequence[Finding]) -> str:
     if not causes:
         return "no cause was found that could be accepted"
     listed_causes = listed(
-        [f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in causes]
+        [f"{name_of(cause)} ({percent_bounded(cause.probability)} probable)" for cause in causes]
     )
     return f"what was found is likelier absent than present, and so not accepted: {listed_causes}"

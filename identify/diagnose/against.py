@@ -61,8 +61,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class Against:
-    """vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: the diagnosis of its own recording.
+    """Comparison of a simulator with the vehicle, each diagnosed by a recording of its own.
 
+    vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: that of the simulator's recording.
     lacks: effects to add. has: effects in both, with the lower of both probabilities. spare: the simulator's own
     effects that the real dive does not show. differences: numbers to change, strongest evidence first. stories: causes
     that would explain differences of masses and dampings. untold: degrees of freedom with undetermined numbers in
@@ -83,8 +84,8 @@ class Against:
     @property
     def causes(self) -> tuple[Finding, ...]:
         """Causes of the simulator's gap, strongest first, without effects that it already has."""
-        own_causes = {id(item) for item in (*self.lacks, *self.stories)}
-        return tuple(finding for finding in self.vehicle.findings if id(finding) in own_causes)
+        of_gap = {id(item) for item in (*self.lacks, *self.stories)}
+        return tuple(finding for finding in self.vehicle.findings if id(finding) in of_gap)
 
     @property
     def off(self) -> tuple[Difference, ...]:
@@ -107,20 +108,24 @@ def against(
     real: Dive,
     sim: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     *,
     effects: Sequence[Effect] | None = None,
     progress: Progress,
 ) -> Against:
     """Diagnose a real dive against a simulator's recording of the same vehicle. Raises FitError as `diagnose` does."""
     of_simulator = diagnose(
-        sim, file, configuration, effects=effects, progress=lambda share, words: progress(0.5 * share, words)
+        sim,
+        file,
+        configuration_name,
+        effects=effects,
+        progress=lambda share, words: progress(0.5 * share, words),
     )
     simulator = simulator_of(of_simulator)
     of_vehicle = diagnose(
         real,
         file,
-        configuration,
+        configuration_name,
         effects=effects,
         simulator=simulator,
         accepted=priors_of(simulator),
@@ -391,11 +396,11 @@ def _weighed_causes(comparison: Against) -> list[tuple[float, str]]:
         )
         for finding, line in pairs
         if not finding.cause.effect.refit_absorbs
-        or (id(finding) in stories and not _is_thrust_told(comparison, finding))
+        or (id(finding) in stories and not _is_of_thrust(comparison, finding))
     ]
 
 
-def _is_thrust_told(comparison: Against, finding: Finding) -> bool:
+def _is_of_thrust(comparison: Against, finding: Finding) -> bool:
     return finding.name == THRUST and comparison.thrust.differs
 
 
@@ -408,7 +413,7 @@ def _already(probability: float | None) -> str:
     if probability is None:
         return ""
     if probability < LIKELY:
-        return f"Your simulator may have it already ({wording.percent_sure(probability)} probable): "
+        return f"Your simulator may have it already ({wording.percent_bounded(probability)} probable): "
     return "Your simulator has it already: "
 
 
@@ -427,8 +432,8 @@ def further_lines(comparison: Against) -> tuple[str, ...]:
         if comparison.untold
         else []
     )
-    told_of = [finding for finding in comparison.stories if not _is_thrust_told(comparison, finding)]
-    return (*map(_story_sentence, told_of), *map(_spare_sentence, comparison.spare), *untold)
+    stories = [finding for finding in comparison.stories if not _is_of_thrust(comparison, finding)]
+    return (*map(_story_sentence, stories), *map(_spare_sentence, comparison.spare), *untold)
 
 
 def _story_sentence(finding: Finding) -> str:
@@ -438,7 +443,7 @@ def _story_sentence(finding: Finding) -> str:
         else f"{_with_probability(finding)} may make"
     )
     values = ", ".join(
-        wording.value_words(name, value) for name, value in wording.told_parameters(finding).items()
+        wording.value_words(name, value) for name, value in wording.shown_parameters(finding).items()
     )
     return f"{capital(clause)} masses and dampings differ so: {finding.cause.effect.sentence} ({values})."
 
@@ -453,7 +458,7 @@ def _spare_sentence(finding: Finding) -> str:
 
 
 def _with_probability(finding: Finding) -> str:
-    return f"{wording.name_of(finding)} ({wording.percent_sure(finding.probability)} probable)"
+    return f"{wording.name_of(finding)} ({wording.percent_bounded(finding.probability)} probable)"
 
 
 def difference_sentence(difference: Difference) -> str:
@@ -475,7 +480,7 @@ def _error_words(difference: Difference) -> str:
     off = f"{wording.percent(abs(difference.share))} too {'large' if difference.share > 0 else 'small'}"
     if difference.probability >= LIKELY:
         return f"{whose} is {off}"
-    probable = f"{wording.words(difference.of)} is {wording.percent_sure(difference.probability)} probable"
+    probable = f"{wording.words(difference.of)} is {wording.percent_bounded(difference.probability)} probable"
     return f"{whose} may be {off} ({probable})"
 
 

@@ -47,7 +47,7 @@ DRIFTS = (1, 2, 3)
 """Powers of time for each parameter of the water: a current turns as it comes and goes, and a narrow band drifts in
 phase against one period."""
 
-BESIDE, MOST_BESIDE = 0.2, 8
+BAND, MOST_IN_BAND = 0.2, 8
 """Width of a sea's band, relative to the strongest line's rate, and the most lines looked at on either side. A dive
 resolves more lines the longer it is."""
 
@@ -176,7 +176,7 @@ def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
     act = cause.act(course)
     yield from _possible(course, cause)
     yield from _by_thrust(course, cause, act)
-    if cause.effect.place == "water":
+    if cause.effect.acts_on == "water":
         pushed = act.wrench if act.water is None else course.pushed_by(act.water)
         if pushed is not None:
             yield from _moments(course, pushed[:, :3])
@@ -195,7 +195,7 @@ def other_variants(course: Course, cause: Cause, library: Sequence[Effect]) -> I
     for effect in library:
         variant = Cause(effect, cause.values)
         same = variant.key == cause.key and [parameter.name for parameter in effect.parameters] == names
-        if same and effect.label != cause.effect.label and effect.place != "water":
+        if same and effect.label != cause.effect.label and effect.acts_on != "water":
             act = variant.act(course)
             yield act
             yield from _by_thrust(course, variant, act)
@@ -204,7 +204,7 @@ def other_variants(course: Course, cause: Cause, library: Sequence[Effect]) -> I
 def possible_forms(course: Course, cause: Cause) -> Iterator[Act]:
     """Forms that a cause may truly have: a reading error by geometry is instantaneous and proportional, never bent or
     late."""
-    return _possible(course, cause) if cause.effect.place == "reading" else other_forms(course, cause)
+    return _possible(course, cause) if cause.effect.acts_on == "reading" else other_forms(course, cause)
 
 
 def _possible(course: Course, cause: Cause) -> Iterator[Act]:
@@ -248,13 +248,13 @@ def _bent(part: Array, power: float) -> Array:
 def companions(course: Course, cause: Cause) -> Iterator[Act]:
     """Acts of a cause's companions, of any size."""
     act = cause.act(course)
-    if cause.effect.place != "reading":
+    if cause.effect.acts_on != "reading":
         for lag_s in SLOWER_S:
             yield act.each(partial(lagged, step_s=course.step_s, lag_s=lag_s))
     middle = (2.0 * course.since_s / course.since_s[-1] - 1.0)[:, None]
     for power in TURNS:
         yield act.each(partial(np.multiply, middle**power))
-    if cause.effect.place == "water":
+    if cause.effect.acts_on == "water":
         for p in np.flatnonzero(cause.present).tolist():
             part = cause.slope(course, p)
             for power in DRIFTS:
@@ -270,7 +270,7 @@ def _band(course: Course, cause: Cause) -> Iterator[Act]:
     if "period" not in parameters:
         return
     duration_s = float(course.since_s[-1])
-    neighbours = min(int(np.ceil(BESIDE * duration_s / parameters["period"][0])), MOST_BESIDE)
+    neighbours = min(int(np.ceil(BAND * duration_s / parameters["period"][0])), MOST_IN_BAND)
     each = len({parameter.name for parameter in cause.effect.parameters})
     strongest = int(np.argmax(np.linalg.norm(cause.values.reshape(-1, each), axis=1)))
     for p in range(strongest * each, (strongest + 1) * each):

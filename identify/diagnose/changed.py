@@ -18,8 +18,8 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse
 from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import Nominal, places_of_hull, refitted
-from identify.diagnose.regression import mean_places
+from identify.diagnose.nominal import Nominal, hull_indices, refitted
+from identify.diagnose.regression import mean_indices
 from identify.diagnose.result import Diagnosis, Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
@@ -164,13 +164,9 @@ def _change(cause: Cause) -> Effect:
 
 def all_accepted(findings: Sequence[Finding], causes: Sequence[Cause]) -> tuple[Finding, ...]:
     """The effects of a model with causes accepted in addition to its earlier effects, each with its change included."""
-    changes = {
-        cause_found.cause.key: cause_found
-        for cause_found in findings
-        if cause_found.cause.effect.variant == SINCE
-    }
+    changes = {finding.cause.key: finding for finding in findings if finding.cause.effect.variant == SINCE}
     changed = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
-    return (*changed, *(cause_found for cause_found in findings if cause_found.cause.effect.variant != SINCE))
+    return (*changed, *(finding for finding in findings if finding.cause.effect.variant != SINCE))
 
 
 def _with_change(cause: Cause, change: Finding | None) -> Finding:
@@ -226,7 +222,7 @@ class Shift:
         free = max(len(self.size) - len(chosen), 1)
         return max(1.0, float(left @ self.precision @ left) / free)
 
-    def best_beside(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
+    def best_further(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
         """Nats and index of each further effect, best first; other forms of a chosen effect are left out."""
         taken, base = {self.effects[k].name for k in chosen}, self.nats(chosen)
         return sorted(
@@ -242,14 +238,14 @@ class Shift:
 def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of masses and dampings known both from the dive and from acceptance."""
     weighing, now = explanation.weighing, explanation.now
-    covariance, places = _nominal_covariance(weighing, explanation.fit)
+    covariance, indices = _nominal_covariance(weighing, explanation.fit)
     names, at, prior = [], [], []
-    for name, place in _coefficient_places(now):
+    for name, index in _coefficient_indices(now):
         if name in accepted:
             names.append(name)
-            at.append(places.index(place))
+            at.append(indices.index(index))
             prior.append(accepted[name])
-    theta = now.theta[[places[k] for k in at]]
+    theta = now.theta[[indices[k] for k in at]]
     fitted = np.exp(theta)
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
     covariance_both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
@@ -271,7 +267,7 @@ def changes_of(
     chosen: list[int] = []
     also: dict[int, dict[str, float]] = {}
     while len(chosen) < MOST:
-        ranked = shift.best_beside(chosen)
+        ranked = shift.best_further(chosen)
         if not ranked or ranked[0][0] < LEAST_GAIN:
             break
         best, k = ranked[0]
@@ -283,14 +279,14 @@ def changes_of(
             and (alike := _likeness(shift, k, other)) >= LEAST_LIKENESS
         }
         chosen.append(k)
-    causes = tuple(_found(shift, chosen, i, also[k], explanation, missing) for i, k in enumerate(chosen))
-    remaining = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
+    causes = tuple(_finding(shift, chosen, i, also[k], explanation, missing) for i, k in enumerate(chosen))
+    remaining = [(gain, k, False) for gain, k in shift.best_further(chosen)]
     of_causes = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
     tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*of_causes, *remaining))
     return causes, tuple(tried)
 
 
-def _found(
+def _finding(
     shift: Shift,
     chosen: Sequence[int],
     i: int,
@@ -303,7 +299,7 @@ def _found(
     _, sizes, covariance = shift.without(chosen)
     cause = Cause(effect, np.clip(effect.none() + sizes[i], parameter.low, parameter.high))
     half = Z95 * float(np.sqrt(covariance[i, i]))
-    values_told = {
+    values = {
         name: Value(value, unit, value - half, value + half)
         for name, (value, unit) in effect.told(cause.values).items()
     }
@@ -316,7 +312,7 @@ def _found(
         if effect.feedforward
         else None
     )
-    return Finding(cause, tuple(also), also, probability(nats), values_told, nats, gain)
+    return Finding(cause, tuple(also), also, probability(nats), values, nats, gain)
 
 
 def _likeness(shift: Shift, number: int, other: int) -> float:
@@ -325,25 +321,25 @@ def _likeness(shift: Shift, number: int, other: int) -> float:
 
 
 def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
-    """Covariance of the nominal parameters, with the causes' parameters fitted too, and their places in theta.
+    """Covariance of the nominal parameters, with the causes' parameters fitted too, and their indices in theta.
 
     The thrust is held to its curve, without a scale.
     """
     joint = weighing.now.joint
-    places = sorted({*joint.mass_places, *mean_places(joint)})
+    indices = sorted({*joint.mass_indices, *mean_indices(joint)})
     nominal = weighing.rows.nuisance
-    square = nominal.beside(nominal.blocks_of(fit.slopes)).square()
+    square = nominal.with_columns(nominal.blocks_of(fit.slopes)).square()
     square[weighing.rows.scales, :] = square[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
-    return inverse(square + np.diag(known))[: len(places), : len(places)], places
+    return inverse(square + np.diag(known))[: len(indices), : len(indices)], indices
 
 
-def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
-    """Name and place in theta of each mass and drag; a mass as in its own axis' equation."""
+def _coefficient_indices(now: Nominal) -> list[tuple[str, int]]:
+    """Name and index in theta of each mass and drag; a mass as in its own axis' equation."""
     return [
-        (name, place.start + k)
-        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
-        for name, k in places_of_hull(problem).items()
+        (name, of_axis.start + k)
+        for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True)
+        for name, k in hull_indices(problem).items()
     ]
 
 
@@ -401,7 +397,7 @@ class Simulator:
     values: Mapping[str, Value]
     causes: tuple[Cause, ...]
 
-    def beside(self, nominal: Nominal) -> Nominal:
+    def filters_of(self, nominal: Nominal) -> Nominal:
         """A dive's filters with the simulator's parameters and effects alone; trims and noise levels are the dive's
         own.
 
@@ -410,12 +406,12 @@ class Simulator:
         """
         joint = nominal.joint
         theta = nominal.theta.copy()
-        for problem, place in zip(joint.problems, joint.places, strict=True):
-            for k, log in self._logs(problem, nominal.theta[place]).items():
-                theta[place.start + k] = log
+        for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+            for k, log in self._logs(problem, nominal.theta[of_axis]).items():
+                theta[of_axis.start + k] = log
         held = tuple(
-            self._held(problem, nominal.theta[place])
-            for problem, place in zip(joint.problems, joint.places, strict=True)
+            self._held(problem, nominal.theta[of_axis])
+            for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
         )
         locked = replace(joint, problems=held, apart_prior=self._apart(nominal))
         acts = [cause.act(nominal.course) for cause in self.causes]
@@ -436,12 +432,14 @@ class Simulator:
         return prior
 
     def _logs(self, problem: AxisLikelihood, theta: Array) -> dict[int, float]:
-        """Logarithms of an axis's mass and drags by their places in its theta; empty if the simulator lacks the mass
+        """Logarithms of an axis's mass and drags by their indices in its theta; empty if the simulator lacks the mass
         or the drag, of two drags the linear."""
-        places = places_of_hull(problem)
-        if not {*list(places)[:2]} <= self.values.keys():
+        indices = hull_indices(problem)
+        if not {*list(indices)[:2]} <= self.values.keys():
             return {}
-        return {k: _nearest(self.values[name], theta[k]) for name, k in places.items() if name in self.values}
+        return {
+            k: _nearest(self.values[name], theta[k]) for name, k in indices.items() if name in self.values
+        }
 
 
 def priors_of(simulator: Simulator) -> dict[str, Prior]:

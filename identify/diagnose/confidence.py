@@ -21,7 +21,7 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.gap import disturbance_of, drowned
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.regression import mean_places
+from identify.diagnose.regression import mean_indices
 from identify.diagnose.search import (
     LEAST_SHARE,
     LOOKED_AT,
@@ -86,7 +86,7 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     rows, m = weighing.rows, nominal.width
     slopes_alone = rows.nuisance.blocks_of(fit.slopes)
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
-    square = nominal.beside(slopes_alone).square() + np.diag(known)
+    square = nominal.with_columns(slopes_alone).square() + np.diag(known)
     within = inverse(square)[m:, m:]
     slopes, left = _beyond(nominal, square[:m, :m], fit)
     between = np.zeros(len(fit.at))
@@ -153,24 +153,24 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     """
     rows, course = weighing.rows, weighing.now.course
     m, k = nominal.width, len(fit.at)
-    nuisance = nominal.beside(rows.nuisance.blocks_of(fit.slopes))
+    nuisance = nominal.with_columns(rows.nuisance.blocks_of(fit.slopes))
     table, shares, less = nuisance, [np.zeros(0)], [np.zeros((k, 0))]
     for index, cause in enumerate(fit.causes):
-        own_act, others = cause.act(course), list(other_forms(course, cause))
-        places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == index]
-        slopes = [cause.slope(course, fit.at[i][1]) for i in places]
-        by_own, by_others = (
-            np.column_stack([_along(course, act, own_act) for act in acts])
+        act_of_cause, others = cause.act(course), list(other_forms(course, cause))
+        indices = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == index]
+        slopes = [cause.slope(course, fit.at[i][1]) for i in indices]
+        by_slopes_alone, by_others = (
+            np.column_stack([_along(course, act, act_of_cause) for act in acts])
             for acts in ([*slopes, *_nominal_acts(course)], others)
         )
-        taken = np.linalg.lstsq(by_own, by_others, rcond=1e-10)[0]
-        beyond, own_row = by_others - by_own @ taken, _along(course, own_act, own_act)
-        share = (beyond**2).sum(axis=0) / max(float(own_row @ own_row), 1e-300)
+        taken = np.linalg.lstsq(by_slopes_alone, by_others, rcond=1e-10)[0]
+        beyond, row = by_others - by_slopes_alone @ taken, _along(course, act_of_cause, act_of_cause)
+        share = (beyond**2).sum(axis=0) / max(float(row @ row), 1e-300)
         # Forms of a constant contribution equal it but for rounding.
         new = np.flatnonzero(share > NOTHING_NEW)
-        table = table.beside(rows.blocks([others[i] for i in new], course))
+        table = table.with_columns(rows.blocks([others[i] for i in new], course))
         by_slopes = np.zeros((k, len(new)))
-        by_slopes[places] = taken[: len(places), new]
+        by_slopes[indices] = taken[: len(indices), new]
         less.append(by_slopes)
         shares.append(share[new])
     beyond_slopes = np.eye(table.width)
@@ -264,15 +264,15 @@ def _by_part(slopes: Array, left: Array, parts: Parts) -> ByPart:
 def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
     """The nominal columns, with the causes' dependence on mass and damping included."""
     course, joint = weighing.now.course, weighing.now.joint
-    kept = sorted({*joint.mass_places, *mean_places(joint)})
+    kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     acts: list[Act] = []
     at: list[int] = []
-    for problem, place, of_mass in zip(joint.problems, joint.places, joint.mass_places, strict=True):
+    for problem, of_axis, of_mass in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
         dof = problem.axis.dof
         factors = np.where(np.arange(6) == dof, 1.0 + NEAR, 1.0)
         for moved, of in (
             (replace(course, mass=course.mass * factors), of_mass),
-            (replace(course, damping=course.damping * factors), place.start + DAMPING),
+            (replace(course, damping=course.damping * factors), of_axis.start + DAMPING),
         ):
             for cause in causes:
                 change = cause.act(moved).less(cause.act(course)).times(1.0 / NEAR)
@@ -284,7 +284,7 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
         return nominal
     less = np.zeros((len(acts), nominal.width))
     less[range(len(at)), at] = -1.0
-    together = nominal.beside(weighing.rows.blocks(acts, course))
+    together = nominal.with_columns(weighing.rows.blocks(acts, course))
     return together.combined(np.vstack([np.eye(nominal.width), less]))
 
 
@@ -336,12 +336,12 @@ def _covariances(explanation: Explanation) -> tuple[Array, Array]:
 def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
     """Confidence that a cause of a fit is present, by Wald's test of all its parameters."""
     cause = fit.causes[k]
-    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+    indices = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
     distance = np.array(
-        [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
+        [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in indices)]
     )
     return chi_squared(
-        len(places), float(distance @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ distance)
+        len(indices), float(distance @ np.linalg.pinv(covariance[np.ix_(indices, indices)]) @ distance)
     )
 
 
@@ -382,7 +382,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
     # The remainder of the other forms speaks against the presence of the cause, not against its name.
     best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
     nearly = max(nats_apart(fit, others), LEAST_APART)
-    for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)[:LOOKED_AT]:
+    for _, _, cause in ranked_candidates(weighing.candidates_with_fit(others), others)[:LOOKED_AT]:
         if cause.effect.name == cause_k.effect.name:
             continue
         tried = weighing.fitted((*others.causes, cause))
@@ -413,7 +413,7 @@ def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, librar
     best = without.now.log_posterior + remainder_nats(FormRemainder(weighing, fit), cause)
     rivals = [
         rival
-        for _, _, rival in ranked_candidates(weighing.candidates_beside(fit), fit)
+        for _, _, rival in ranked_candidates(weighing.candidates_with_fit(fit), fit)
         if rival.effect.name != cause.effect.name
     ]
     for rival in rivals[:RIVALS]:
@@ -428,6 +428,6 @@ def cosine(weighing: Weighing, others: Fitted, cause: Cause, other: Cause) -> fl
         weighing.rows.columns([cause.act(course), other.act(course)], course),
         weighing.rows.nuisance,
     )
-    known = nominal.beside(nominal.blocks_of(others.slopes))
+    known = nominal.with_columns(nominal.blocks_of(others.slopes))
     a, b = (columns - known.times(inverse(known.square()) @ known.crossed(columns))).T
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))

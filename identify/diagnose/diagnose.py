@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
-from identify.diagnose.accepted import beside_all, known_beside, likely_accepted
+from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.changed import (
     Simulator,
     accepted_causes,
@@ -107,7 +107,7 @@ ONE_S, FIVE_S = 0, 1
 def diagnose(
     dive: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     *,
     check: Dive | None = None,
     effects: Sequence[Effect] | None = None,
@@ -118,10 +118,13 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose a dive, and check on another dive of the same vehicle if `check` is given.
 
-    effects: the library, all effects if None. The gap is that of the nominal model fitted to this dive; with a
-    `simulator`, of that simulator's model; with values `accepted` earlier, of the nominal model at these values, and
-    changes since then are among the causes. With `effects_accepted` the model also holds these effects, those of water
-    and tether where the dive bears them out.
+    file, configuration_name: the vehicle file, and which of its configurations was dived. effects: those to try, None
+    for the whole library. The gap is that of the nominal model fitted to this dive; with a `simulator`, of that
+    simulator's model; with values `accepted` earlier, of the nominal model at these values, and changes since then are
+    among the causes. With `effects_accepted` the model also holds these effects, those of water and tether where the
+    dive bears them out.
+
+    progress: called with the share of the work that is done, 0 to 1, and what comes next.
 
     Raises FitError for a recording that can't be diagnosed: nothing was pushed, or read, it is too short, or of
     another vehicle. Degrees of freedom and effects on which it holds no information are left out, and named in the
@@ -129,34 +132,29 @@ def diagnose(
     """
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
-    refuse_short(dive, LEAST_S)
-    refuse_short_runs(dive)
-    dive, still = without_still_velocity(dive)
-    dive, spiky = without_spikes(dive)
+    dive, still, spiky = _cleaned(dive, LEAST_S)
     other_spiky: tuple[Spikes, ...] = ()
     if check is not None:
-        refuse_short(check, LEAST_CHECK_S)
-        refuse_short_runs(check)
-        check, _ = without_still_velocity(check)
-        check, other_spiky = without_spikes(check)
+        check, _, other_spiky = _cleaned(check, LEAST_CHECK_S)
     progress(0.0, "fitting the nominal model")
-    shape = file.vehicle.configurations[configuration]
+    configuration = file.vehicle.configurations[configuration_name]
     dives = [item for item in (dive, check) if item is not None]
-    lacks = lacking(dives, shape)
-    full_library = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks, shape)
-    before_accepted = accepted_causes(effects_accepted, full_library)
-    fitted = fitted_nominal(dive, file, configuration)
+    lacks = lacking(dives, configuration)
+    full_library = _able(library(configuration, file.vehicle.thrust_curve.lag_s), lacks, configuration)
+    accepted_effects = accepted_causes(effects_accepted, full_library)
+    fitted = fitted_nominal(dive, file, configuration_name)
     as_recorded = dive
     if (known_dive := with_known_holding(dive, fitted)) is not dive:
         dive = known_dive
         check = check and replace(check, commands_hold=dive.commands_hold)
-        fitted = fitted_nominal(dive, file, configuration)
-    if (slow := slow_loop(dive, fitted, file, configuration)) is not None:
+        fitted = fitted_nominal(dive, file, configuration_name)
+    if (slow := slow_loop(dive, fitted, file, configuration_name)) is not None:
         dive, fitted = slow.dive, slow.nominal
         check = check and replace(check, commands_hold=dive.commands_hold)
-    nominal = before_accepted.in_force(fitted)
+    nominal = accepted_effects.in_force(fitted)
     holds = nominal.accepted
-    tried = library_with_changes(_judged(effects or (), lacks, shape) or full_library, holds)
+    asked = full_library if effects is None else _able(effects, lacks, configuration)
+    tried = library_with_changes(asked, holds)
 
     def searched() -> Search:
         return of_likelier_lag(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
@@ -164,7 +162,7 @@ def diagnose(
     def other_filters() -> Nominal | None:
         if check is None:
             return None
-        return before_accepted.in_force(fitted_nominal(check, file, configuration, fitted))
+        return accepted_effects.in_force(fitted_nominal(check, file, configuration_name, fitted))
 
     search, other = both(searched, other_filters)
     nominal, explanation = search.nominal, search.explanation
@@ -174,12 +172,13 @@ def diagnose(
     if other is not None and nominal.course.by_shaft:
         other = of_shafts(other)
     progress(0.7, "measuring the gap, and looking at what is left")
-    before_it = simulator or Simulator(_values(accepted or {}), ())
-    before_it = replace(
-        before_it, causes=tuple(item for item in before_it.causes if not lacks & {*item.effect.needs})
+    reference_model = simulator or Simulator(_values(accepted or {}), ())
+    reference_model = replace(
+        reference_model,
+        causes=tuple(item for item in reference_model.causes if not lacks & {*item.effect.needs}),
     )
-    plain = before_it.beside(nominal) if simulator or accepted else nominal
-    models = beside(explanation, plain)
+    plain = reference_model.filters_of(nominal) if simulator or accepted else nominal
+    models = both_simulations(explanation, plain)
     wrong, felt = (
         of(explanation.causes, explanation.now.course)[::EACH]
         for of in (velocity_error_of, specific_force_of)
@@ -197,7 +196,7 @@ def diagnose(
         )
 
     # The folds of `drifted` are shared with the other thread once that is free.
-    ((before, after), (heldout, held)), left = both(
+    ((drift_before, drift_after), (heldout, held)), left = both(
         drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
     )
     known_to = LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0) if holds else None
@@ -206,8 +205,8 @@ def diagnose(
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     causes = causes if slow is None else slow.without_step(causes)
     gap, (trials, known) = both(
-        lambda: _gap(explanation, missing, left, before, after, causes),
-        lambda: (trials_of(explanation, causes), known_beside(explanation.causes, explanation.now)),
+        lambda: _gap(explanation, missing, left, drift_before, drift_after, causes),
+        lambda: (trials_of(explanation, causes), known_with_causes(explanation.causes, explanation.now)),
     )
     if accepted:
         shift = shift_of(explanation, accepted, tried)
@@ -229,21 +228,21 @@ def diagnose(
     measured = None if prediction is None else checked(prediction, rng)
     progress(1.0, "done")
     return Diagnosis(
-        dive.name,
-        file.vehicle.name,
-        configuration,
-        verdict,
-        gap,
-        causes,
-        trials,
-        character_of(left) if forces else None,
-        heldout,
-        measured,
-        dive_next,
-        (
-            *mass_hints(explanation.now, [std[MASS] for std in known.stds()], shape),
-            *before_accepted.sentences(holds),
-            *ran_away(before, after),
+        dive=dive.name,
+        vehicle=file.vehicle.name,
+        configuration=configuration_name,
+        verdict=verdict,
+        gap=gap,
+        findings=causes,
+        tried=trials,
+        character=character_of(left) if forces else None,
+        heldout=heldout,
+        check=measured,
+        next=dive_next,
+        notes=(
+            *mass_hints(explanation.now, [std[MASS] for std in known.stds()], configuration),
+            *accepted_effects.sentences(holds),
+            *ran_away(drift_before, drift_after),
             *overstated_note(heldout),
             *short_dive_note(dive),
             *short_check_note(check),
@@ -254,34 +253,47 @@ def diagnose(
             *recording_notes(dive, nominal),
             *unjudged_causes(lacks & {OWN_VELOCITY}),
         ),
-        time.perf_counter() - began_s,
-        prediction,
-        likely_accepted(causes, explanation, known, nominal, tried, holds, shape),
-        beside_all(known, shape),
-        (
+        seconds=time.perf_counter() - began_s,
+        prediction=prediction,
+        accepted=likely_accepted(causes, explanation, known, nominal, tried, holds, configuration),
+        numbers=hull_with_all_causes(known, configuration),
+        provisos=(
             *unjudged_notes(nominal),
             *unjudged_causes(lacks - {OWN_VELOCITY}),
             *still,
             *((spikes_sentence(spiky),) if many else ()),
         ),
-        mounted_otherwise(nominal.mirrored, nominal.swapped),
-        held,
-        known.correlations(),
-        lateness_of(causes, explanation.now),
-        hull_of(explanation.now),
+        first=mounted_otherwise(nominal.mirrored, nominal.swapped),
+        held=held,
+        correlation=known.correlations(),
+        late=lateness_of(causes, explanation.now),
+        hull=hull_of(explanation.now),
     )
 
 
-def _judged(effects: Sequence[Effect], lacks: Collection[str], shape: Configuration) -> tuple[Effect, ...]:
-    """The effects whose required thruster commands (`Effect.needs`) are all recorded, without those that the hull's
-    own model has."""
-    own = {"quadratic"} if shape.damping != "linear" else set()
+def _cleaned(dive: Dive, least_s: float) -> tuple[Dive, tuple[str, ...], tuple[Spikes, ...]]:
+    """The dive without readings that are wrong for certain, a sentence on a velocity left out whole, and the spikes.
+
+    Raises FitError for a dive shorter than `least_s`, or of short runs alone.
+    """
+    refuse_short(dive, least_s)
+    refuse_short_runs(dive)
+    dive, still = without_still_velocity(dive)
+    dive, spiky = without_spikes(dive)
+    return dive, still, spiky
+
+
+def _able(
+    effects: Sequence[Effect], lacks: Collection[str], configuration: Configuration
+) -> tuple[Effect, ...]:
+    """The effects whose needs (`Effect.needs`) the recording holds, without those that the hull's model already has."""
+    in_model = {"quadratic"} if configuration.damping != "linear" else set()
     return tuple(
-        effect for effect in effects if not {*lacks} & {*effect.needs} and effect.model_part not in own
+        effect for effect in effects if not {*lacks} & {*effect.needs} and effect.model_part not in in_model
     )
 
 
-def beside(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
+def both_simulations(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
     """Simulations of the nominal model and of the model with the causes, along one recorded motion.
 
     The first runs against the readings as recorded, the second against readings corrected for the causes.
@@ -298,41 +310,41 @@ def _gap(
     explanation: Explanation,
     missing: Missing,
     left: Unexplained,
-    before: tuple[Drift, ...],
-    after: tuple[Drift, ...],
+    drift_before: tuple[Drift, ...],
+    drift_after: tuple[Drift, ...],
     causes: Sequence[Finding],
 ) -> Gap:
-    now, misheard = explanation.now, FEEDBACK_DOFS & set(explanation.now.doubted)
+    now, misheard = explanation.now, FEEDBACK_DOFS & set(explanation.now.feedback_unrecorded)
     # If a wrong log is the only likely cause, possible causes do not locate the gap.
-    likely = any(cause.probability >= LIKELY and cause.cause.effect.place != "log" for cause in causes)
+    likely = any(cause.probability >= LIKELY and cause.cause.effect.acts_on != "log" for cause in causes)
     anything_left = bool(unexplained_forces(left))
-    told_by_causes = missing.power.any() and (likely or anything_left)
+    located_by_causes = missing.power.any() and (likely or anything_left)
     power, phases = missing.power, phases_of(now.course, EACH)
     unexplained: tuple[Share, ...] = ()
     if anything_left:
         explained = missing.power
         missing = with_unexplained(missing, left, now, EACH)
-        sound = [dof for dof in PUSHED if dof not in now.doubted]
-        power = missing.power + power_of_remainder(after[ONE_S], missing.time_s, sound)
+        sound = [dof for dof in PUSHED if dof not in now.feedback_unrecorded]
+        power = missing.power + power_of_remainder(drift_after[ONE_S], missing.time_s, sound)
         unexplained = shares_of(power - explained, phases)
-    if misheard and not told_by_causes:
-        power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
+    if misheard and not located_by_causes:
+        power = power_of_drift(drift_before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():
-        # Without any cause, the generic forces locate the gap; these leave out doubted degrees of freedom.
+        # Without any cause, the generic forces locate the gap; these leave out those with unrecorded feedback.
         power = power_of_generic(left, EACH)
-        if now.doubted or not len(power):
-            power = power_of_drift(before[FIVE_S], missing.time_s, PUSHED)
+        if now.feedback_unrecorded or not len(power):
+            power = power_of_drift(drift_before[FIVE_S], missing.time_s, PUSHED)
     fitted = [problem.axis.dof for problem in now.joint.problems]
     return Gap(
-        before[FIVE_S].total,
-        before,
-        after,
+        drift_before[FIVE_S].total,
+        drift_before,
+        drift_after,
         {DOFS[dof]: float(missing.force()[dof]) if dof in fitted else np.nan for dof in range(6)},
         shares_of(power, phases),
         slices_of(power, now.course, EACH),
         depends_on(missing, now.course, EACH),
         unexplained,
-        shares_of(power_of_drift(before[FIVE_S], missing.time_s, range(6)), phases),
+        shares_of(power_of_drift(drift_before[FIVE_S], missing.time_s, range(6)), phases),
         disturbance_of(now),
     )
 

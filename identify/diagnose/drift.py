@@ -126,8 +126,8 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
     """
     time_s = noise.course.time_s[::EACH]
     force, errors = np.zeros((len(time_s), 6)), np.zeros((len(time_s), 6))
-    for problem, place in zip(noise.joint.at(noise.theta), noise.joint.places, strict=True):
-        theta_axis, axis = noise.theta[place], problem.axis
+    for problem, of_axis in zip(noise.joint.at(noise.theta), noise.joint.slices, strict=True):
+        theta_axis, axis = noise.theta[of_axis], problem.axis
         table, variance = problem.transition_table(theta_axis), problem.noise_variance(theta_axis)
         levels = problem.hidden_levels(theta_axis)
         normal = rng.normal(size=(len(axis.time_s), 5))
@@ -184,7 +184,7 @@ def _coloured_motion(
 ) -> tuple[Array, Array, Array, Array]:
     """Velocity, its integral, disturbance and readings (n,) of a body under a coloured force alone, from rest."""
     n = step.shape[0]
-    true, place, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
+    true, position, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
     state = (0.0, 0.0, sigma_d * normal[0, 2], sigma_s * normal[0, 3])
     for i in range(n):
         if step[i] >= 0:
@@ -206,19 +206,22 @@ def _coloured_motion(
             )
         elif step[i] < NO_STEP:
             state = (0.0, 0.0, sigma_d * normal[i, 2], sigma_s * normal[i, 3])
-        true[i], place[i], pushed[i] = state[0], state[1], state[2]
+        true[i], position[i], pushed[i] = state[0], state[1], state[2]
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
             read[i] = read_of(state, velocity, coloured) + noise[i] * normal[i, 4]
         if state_read[i] == INCREMENT:
             state = (state[0], 0.0, state[2], state[3])
-    return true, place, pushed, read
+    return true, position, pushed, read
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """terms (6, TERMS): acceleration by asked force (1/kg, 1/(kg m2)), speed, speed times its magnitude, sine of the
-    angle and trim. delay_s (6,): delay of the asked thrust."""
+    """The plain model that a diagnosis has to beat: each axis alone, its terms fitted by least squares.
+
+    terms (6, TERMS): acceleration by asked force (1/kg, 1/(kg m2)), speed, speed times its magnitude, sine of the
+    angle and trim. delay_s (6,): delay of the asked thrust.
+    """
 
     terms: Array
     delay_s: Array

@@ -85,10 +85,10 @@ class NormalEquations:
         gains = np.einsum("pi,pi->p", self.held_right[:, k], size_of) - 0.5 * by_square
         square, right = self.square[some_of], self.right[k]
         solved = _solved(square, right)
-        place = [list(columns).index(item) for item in k.tolist()]
+        indices = [list(columns).index(item) for item in k.tolist()]
         size, covariance = np.zeros(len(columns)), np.full((len(columns), len(columns)), np.inf)
-        size[place] = solved
-        covariance[np.ix_(place, place)] = inverse(square)
+        size[indices] = solved
+        covariance[np.ix_(indices, indices)] = inverse(square)
         return Evidence(
             float(gains.sum()),
             float(np.std(gains) * np.sqrt(len(gains))),
@@ -222,7 +222,7 @@ class Block:
         seen = np.flatnonzero(columns.any(axis=0))
         return cls(seen, columns if len(seen) == columns.shape[1] else columns[:, seen])
 
-    def beside(self, other: "Block", width: int) -> "Block":
+    def with_columns(self, other: "Block", width: int) -> "Block":
         """The block with the columns of another, which come after `width` columns."""
         of = np.concatenate([self.of, width + other.of])
         if not (len(self.of) and len(other.of)):
@@ -238,7 +238,7 @@ class Blocks:
     width: int
 
     @property
-    def places(self) -> list[slice]:
+    def slices(self) -> list[slice]:
         """Rows of each block."""
         ends = [0, *accumulate(len(part.values) for part in self.parts)]
         return [slice(a, b) for a, b in pairwise(ends)]
@@ -251,11 +251,13 @@ class Blocks:
 
     def blocks_of(self, columns: Array) -> "Blocks":
         """Other columns (rows, k) in blocks of the same rows."""
-        return Blocks(tuple(Block.of_columns(columns[place]) for place in self.places), columns.shape[1])
+        return Blocks(tuple(Block.of_columns(columns[slice_]) for slice_ in self.slices), columns.shape[1])
 
-    def beside(self, others: "Blocks") -> "Blocks":
+    def with_columns(self, others: "Blocks") -> "Blocks":
         """These columns, followed by others of the same rows."""
-        parts = [left.beside(right, self.width) for left, right in zip(self.parts, others.parts, strict=True)]
+        parts = [
+            left.with_columns(right, self.width) for left, right in zip(self.parts, others.parts, strict=True)
+        ]
         return Blocks(tuple(parts), self.width + others.width)
 
     def dense(self) -> Array:
@@ -264,13 +266,13 @@ class Blocks:
 
     def some(self, columns: Sequence[int]) -> Array:
         """Some of the columns (rows, k), each contiguous in memory."""
-        places = self.places
-        out = np.zeros((len(columns), places[-1].stop))
-        for part, place in zip(self.parts, places, strict=True):
+        slices = self.slices
+        out = np.zeros((len(columns), slices[-1].stop))
+        for part, slice_ in zip(self.parts, slices, strict=True):
             at = {column: i for i, column in enumerate(part.of.tolist())}
             for row, column in zip(out, columns, strict=True):
                 if column in at:
-                    row[place] = part.values[:, at[column]]
+                    row[slice_] = part.values[:, at[column]]
         return out.T
 
     def first(self, count: int) -> "Blocks":
@@ -304,17 +306,17 @@ class Blocks:
     def crossed(self, others: Array) -> Array:
         """Products (width, k) of the columns with others (rows, k) over all rows."""
         out = np.zeros((self.width, others.shape[1]))
-        for part, place in zip(self.parts, self.places, strict=True):
-            out[part.of] += part.values.T @ others[place]
+        for part, slice_ in zip(self.parts, self.slices, strict=True):
+            out[part.of] += part.values.T @ others[slice_]
         return out
 
     def products_between(self, others: "Blocks", piece: NDArray[np.intp]) -> Array:
         """Products (P, width, k) with the blocks `others` of the same rows, within each piece."""
         out = np.zeros((int(piece.max()) + 1, self.width, others.width))
-        places = self.places
+        slices = self.slices
 
         def products(k: int) -> Array:
-            pieces = pieces_of(piece[places[k]], len(out))
+            pieces = pieces_of(piece[slices[k]], len(out))
             return products_of(self.parts[k].values, pieces, others.parts[k].values)
 
         def size(k: int) -> float:
@@ -330,6 +332,6 @@ class Blocks:
     def products_with(self, others: Array, piece: NDArray[np.intp]) -> Array:
         """Products (P, width, k) with the columns `others` (rows, k), within each piece."""
         out = np.zeros((int(piece.max()) + 1, self.width, others.shape[1]))
-        for part, place in zip(self.parts, self.places, strict=True):
-            out[:, part.of] += products_of(part.values, pieces_of(piece[place], len(out)), others[place])
+        for part, slice_ in zip(self.parts, self.slices, strict=True):
+            out[:, part.of] += products_of(part.values, pieces_of(piece[slice_], len(out)), others[slice_])
         return out

@@ -157,18 +157,18 @@ def _levels(noise: Nominal) -> tuple[Array, Array]:
     """Standard deviations (6,) of the disturbance, N and N m, and of rate readings, m/s and rad/s; infinite for an
     axis that is not fitted."""
     force, sensor = np.full(6, np.inf), np.full(6, np.inf)
-    for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
-        theta_axis = noise.theta[place]
+    for problem, of_axis in zip(noise.joint.problems, noise.joint.slices, strict=True):
+        theta_axis = noise.theta[of_axis]
         force[problem.axis.dof] = np.exp(theta_axis[DISTURBANCE])
-        sensor[problem.axis.dof] = np.exp(theta_axis[problem.noise_place])
+        sensor[problem.axis.dof] = np.exp(theta_axis[problem.noise_index])
     return force, sensor
 
 
 def _time_constants_s(noise: Nominal) -> dict[int, float]:
     """Time constants of the disturbance by degree of freedom, s."""
     return {
-        problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
-        for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True)
+        problem.axis.dof: float(np.exp(noise.theta[of_axis][TIME_CONSTANT]))
+        for problem, of_axis in zip(noise.joint.problems, noise.joint.slices, strict=True)
     }
 
 
@@ -214,10 +214,10 @@ def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
     # Shares below a tenth of a per cent are dropped, the others normalised to 1.
     kept = table > LEAST_SHARE * total
     shares = table * kept / float(table[kept].sum())
-    shares_found = [
+    out = [
         Share(DOFS[dof], PHASES[k], float(shares[k, dof])) for k, dof in zip(*np.nonzero(kept), strict=True)
     ]
-    return tuple(sorted(shares_found, key=lambda each: -each.share))
+    return tuple(sorted(out, key=lambda each: -each.share))
 
 
 def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
@@ -241,10 +241,10 @@ def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
 
 def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> list[Slice]:
     """Slices between the edges (k + 1,)."""
-    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     out = []
     for dof in np.flatnonzero(total > LEAST_SHARE * total.sum()).tolist():
-        inside = np.bincount(place, power[:, dof], len(edges) - 1) / total[dof]
+        inside = np.bincount(index, power[:, dof], len(edges) - 1) / total[dof]
         out += [
             Slice(DOFS[dof], name, float(low), float(high), float(share))
             for low, high, share in zip(edges[:-1], edges[1:], inside, strict=True)
@@ -308,12 +308,12 @@ def hull_of(now: Nominal) -> Hull:
     """The fit as a vehicle that can be flown; the time constant is the geometric mean of surge's, sway's and yaw's."""
     force, _ = _levels(now)
     times_s = _time_constants_s(now)
-    told = [math.log(times_s[dof]) for dof in (0, 1, 5) if dof in times_s]
+    logs = [math.log(times_s[dof]) for dof in (0, 1, 5) if dof in times_s]
     return Hull(
         tuple(now.course.mass.tolist()),
         tuple(now.course.damping.tolist()),
         tuple(np.where(np.isfinite(force), force, 0.0).tolist()),
-        math.exp(sum(told) / len(told)) if told else 1.0,
+        math.exp(sum(logs) / len(logs)) if logs else 1.0,
     )
 
 
@@ -371,7 +371,7 @@ def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence
         others = of_other_speeds(course, [k for k in range(6) if k != dof])
         return _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
 
-    out = [each for found in side_by_side(of_axis, fitted) for each in found]
+    out = [each for of_dof in side_by_side(of_axis, fitted) for each in of_dof]
     return tuple(sorted(out, key=lambda each: -each.strength))
 
 

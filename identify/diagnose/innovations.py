@@ -187,8 +187,8 @@ class AxisInnovations:
             error, variance, _ = self.problem.run_filter(moved, table, force, np.inf)
             return error[self.read], variance[self.read]
 
-        places = range(2 if self.problem.damped == "linear" else 3)
-        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), places)
+        indices = range(2 if self.problem.damped == "linear" else 3)
+        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), indices)
         return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Sequence[Array], room: int = 0) -> Array:
@@ -214,13 +214,13 @@ class AxisInnovations:
             for k, act in enumerate(acts)
             if (off := reading_error(self.problem, act, course)) is not None
         }
-        place = {k: i for i, k in enumerate(dict.fromkeys([*forces, *offs]))}
-        values = self.by_course(course, [*forces.values()], len(place) - len(forces))
+        index = {k: i for i, k in enumerate(dict.fromkeys([*forces, *offs]))}
+        values = self.by_course(course, [*forces.values()], len(index) - len(forces))
         if offs:
             values[:, len(forces) :] = 0.0
             errors = self.by_reading(_as_columns(np.array([*offs.values()])))
-            values[:, [place[k] for k in offs]] += self.prewhitened(errors)
-        return Block(np.array([*place], dtype=np.intp), values)
+            values[:, [index[k] for k in offs]] += self.prewhitened(errors)
+        return Block(np.array([*index], dtype=np.intp), values)
 
 
 @njit(cache=True, nogil=True)

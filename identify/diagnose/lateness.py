@@ -152,7 +152,11 @@ def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:
 
     `now`: the filters fitted together with the causes found.
     """
-    tests = [test.late for dof, test in doubts_of(now.joint, now.theta).items() if dof not in now.doubted]
+    tests = [
+        test.late
+        for dof, test in doubts_of(now.joint, now.theta).items()
+        if dof not in now.feedback_unrecorded
+    ]
     tests = [test for test in tests if test.score and test.size]
     if not tests:
         return None

@@ -32,8 +32,11 @@ FEWEST = 50
 
 @dataclass(frozen=True)
 class Miswired:
-    """`motors`: places in the vehicle file, from 1, of one reversed thruster or of two that are swapped; `follows` the
-    mean correlation of the motion with the thrust so, `followed` without it."""
+    """A wiring that the motion follows better than the vehicle file's: a thruster reversed, or two swapped.
+
+    motors: their numbers in the vehicle file, from 1. follows: mean correlation of the motion with the thrust of this
+    wiring; followed: with that of the vehicle file's.
+    """
 
     motors: tuple[int, ...]
     follows: float
@@ -60,15 +63,17 @@ class _Driven:
         return best
 
 
-def miswired(dive: Dive, file: VehicleFile, configuration: str, axes: tuple[Axis, ...]) -> Miswired | None:
+def miswired(
+    dive: Dive, file: VehicleFile, configuration_name: str, axes: tuple[Axis, ...]
+) -> Miswired | None:
     """The one motor reversed, or the pair swapped, that the motion of a dive shows; None for none."""
-    thrust = asked_thrusts(dive, file, configuration)
+    thrust = asked_thrusts(dive, file, configuration_name)
     driven = [
         each for axis in axes if axis.dof in PUSHED and (each := _driven(axis, thrust.time_s, thrust.value))
     ]
     if not driven:
         return None
-    matrix = allocation_matrix(file.vehicle.configurations[configuration])
+    matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
     count = matrix.shape[1]
 
     def mean(signs: Array, order: Order) -> float:

@@ -26,7 +26,6 @@ from identify.dive import STAMPED_S, Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.axes import Axes, Axis, build_axes
-from identify.estimators.filters import Filters, filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
@@ -34,8 +33,10 @@ from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
+from identify.estimators.start import StartFit, start_of
 from identify.estimators.timing import dated, dated_back
 from identify.ingest.commands import SELDOM_HZ
+from identify.ingest.rotation import euler_angles
 from identify.side_by_side import both, side_by_side
 
 USUAL_HZ = 25.0
@@ -51,7 +52,9 @@ PASSES = 2
 SEA_S, SEA_SPREAD = 1.5, 0.1
 """Correlation time of a sea's disturbance, s, and the prior spread of its logarithm."""
 
-SURGE, SWAY, ALIKE = 0, 1, 0.2
+SURGE, SWAY = 0, 1
+
+SPREAD_BETWEEN_AXES = 0.2
 """Prior spread between surge and sway of the logarithm of an autopilot filter's error."""
 
 SLOWEST_LEVELLING_S = 0.25
@@ -64,7 +67,8 @@ QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
 
 MOST_LATE = 0.75
-"""Slow samples act at most so late, in steps: half a step if each holds until the next, and the fit's own error."""
+"""Largest delay, in samples, that slow sampling explains: half a sample if each holds until the next, and the error of
+the fit."""
 
 STILL_RAD = np.deg2rad(0.1)
 """Roll or pitch without thrust and within this rms is held level, and carries no information."""
@@ -112,15 +116,15 @@ def _averaged(signal: Signal | None) -> Signal | None:
 class Nominal:
     """A dive's filters at the maximum likelihood of the nominal model.
 
-    built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the
-    maximum, with no steady push. log_posterior: at the maximum, with each dropped reading counted as far off as the
-    gate. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of freedom
-    whose controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter
-    has already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s:
-    delay and lag of the thrust beyond the vehicle file's, as found when the velocity was dated; late_samples_s:
-    delay of slow samples of commands, which the forces include; stamped_s: as in `Dive`. witnesses: further sensors
-    that show effects. accepted: earlier effects, removed from forces, readings and witnesses. mirrored: degrees of
-    freedom that run against their thrust; swapped: pairs that follow each other's thrust.
+    built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
+    with no steady push. log_posterior: at the maximum; a rejected reading counts as a residual of GATE_SIGMA. motion:
+    velocities for the Coriolis forces. course: inputs of the effects. feedback_unrecorded: degrees of freedom whose
+    controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
+    already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
+    and lag of the thrust beyond the vehicle file's, as known when the velocity was dated; late_samples_s: delay of
+    slow samples of commands, which the forces include; stamped_s: as in `Dive`. witnesses: further sensors that show
+    effects. accepted: earlier effects, removed from forces, readings and witnesses. mirrored: degrees of freedom that
+    run against their thrust; swapped: pairs that follow each other's thrust.
     """
 
     built: Axes
@@ -129,7 +133,7 @@ class Nominal:
     log_posterior: float
     motion: Motion
     course: Course
-    doubted: tuple[int, ...]
+    feedback_unrecorded: tuple[int, ...]
     filtered: tuple[int, ...] = ()
     witnesses: tuple[Witness, ...] = ()
     acts: tuple[Act, ...] = ()
@@ -142,21 +146,21 @@ class Nominal:
     stamped_s: float = STAMPED_S
 
     @property
-    def unheard(self) -> tuple[int, ...]:
+    def feedback_maybe_unrecorded(self) -> tuple[int, ...]:
         """Degrees of freedom in which a controller may have acted on a reading that the recording lacks.
 
-        They are the doubted ones, and heave behind an autopilot's filter or known by depth alone, because the climb
-        rate that holds the depth is not recorded.
+        They are those of `feedback_unrecorded`, and heave behind an autopilot's filter or known by depth alone, because
+        the climb rate that holds the depth is not recorded.
         """
-        return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered}), *self._by_depth}))
+        return tuple(sorted({*self.feedback_unrecorded, *({HEAVE} & {*self.filtered}), *self._by_depth}))
 
     @property
-    def untold(self) -> tuple[int, ...]:
+    def force_undetermined(self) -> tuple[int, ...]:
         """Degrees of freedom in which an unknown force can't be separated from an unrecorded reading."""
-        return tuple(sorted({*self.drifting, *self.suspected}))
+        return tuple(sorted({*self.velocity_unread, *self.feedback_suspected}))
 
     @property
-    def drifting(self) -> tuple[int, ...]:
+    def velocity_unread(self) -> tuple[int, ...]:
         """Degrees of freedom moved by a velocity that was not read.
 
         Heave is known by depth alone, while the controller knows the climb rate. Roll, pitch and yaw if the thrusters
@@ -168,13 +172,15 @@ class Nominal:
         return tuple(sorted({*turned, *self._by_depth}))
 
     @property
-    def suspected(self) -> tuple[int, ...]:
-        """Surge, sway and heave without the doubted ones, if surge or sway is doubted: a controller that used an
+    def feedback_suspected(self) -> tuple[int, ...]:
+        """The others of surge, sway and heave, if surge or sway is in `feedback_unrecorded`: a controller that used an
         unrecorded reading in one of them may have used it in the others."""
-        if not {SURGE, SWAY} & {*self.doubted}:
+        if not {SURGE, SWAY} & {*self.feedback_unrecorded}:
             return ()
         fitted = {problem.axis.dof for problem in self.joint.problems}
-        return tuple(sorted({SURGE, SWAY, HEAVE} & fitted - {*self.doubted} - {*self.drifting}))
+        return tuple(
+            sorted({SURGE, SWAY, HEAVE} & fitted - {*self.feedback_unrecorded} - {*self.velocity_unread})
+        )
 
     @property
     def _by_depth(self) -> set[int]:
@@ -188,7 +194,7 @@ class Nominal:
 
 
 def nominal_of(
-    dive: Dive, file: VehicleFile, configuration: str, timing_s: tuple[float, float] | None = None
+    dive: Dive, file: VehicleFile, configuration_name: str, timing_s: tuple[float, float] | None = None
 ) -> Nominal:
     """Fit the nominal model alone to a dive; `timing_s`: of an autopilot's velocity, if another dive has shown it.
 
@@ -197,28 +203,28 @@ def nominal_of(
     if timing_s and dive.velocity_is_filtered:
         dive = dated_back(dive, *timing_s)
     else:
-        dive = dated(dive, file, configuration)
-    built = _axes_of(dive, file, configuration)
+        dive = dated(dive, file, configuration_name)
+    built = _axes_of(dive, file, configuration_name)
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
         raise FitError(
             f"there is nothing to compare with a model ({why}); record velocity and thruster commands",
             of=dive.name,
         )
-    shape = file.vehicle.configurations[configuration]
+    configuration = file.vehicle.configurations[configuration_name]
     runs_against, crossed = mirrored(built.axes), swapped(built.axes)
     start, unrecorded_axes = both(
-        lambda: filters_of(built, shape), lambda: unrecorded(dive, file.vehicle.water)
+        lambda: start_of(built, configuration), lambda: unrecorded(dive, file.vehicle.water)
     )
     late_s = late_samples_s(start)
-    if _is_a_delay(late_s, dive, start):
+    if _is_delayed(late_s, dive, start):
         late_s = 0.0
     if late_s:
         dive = with_later_commands(dive, late_s)
-        built = _axes_of(dive, file, configuration)
-        start = filters_of(built, shape)
-    if (slow := _without_quick(start, built, dive, shape)) is not built:
-        start, built = filters_of(slow, shape), slow
+        built = _axes_of(dive, file, configuration_name)
+        start = start_of(built, configuration)
+    if (slow := _without_quick(start, built, dive, configuration)) is not built:
+        start, built = start_of(slow, configuration), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
         replace(each, reading=each.axis.reading) if each.axis.dof in filtered else each
@@ -231,7 +237,7 @@ def nominal_of(
     )
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = coefficients(joint, theta)
-    course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
+    course = course_of(dive, file, configuration_name, predicted(joint, theta, motion), mass, damping)
     course = replace(_known_course(course, joint, theta, ()), drift=motion.nu[:, :3])
     if len(joint.runs_s) > 1:
         course = replace(course, runs_s=joint.runs_s)
@@ -255,30 +261,30 @@ def nominal_of(
     )
 
 
-def late_samples_s(filters: Filters) -> float:
+def late_samples_s(start: StartFit) -> float:
     """Delay with which slow samples of the commands act, s; 0 for commands that are known all the time.
 
     Estimated from all axes that hold information on it, under one prior. A command that holds until the next sample
     acts later, by half the sampling interval, than a command that a fast loop leaves behind.
     """
     axes = [
-        (problem, place.start + problem.noise_place - len(problem.axis.timing))
-        for problem, place in zip(filters.joint.problems, filters.joint.places, strict=True)
+        (problem, of_axis.start + problem.noise_index - len(problem.axis.timing))
+        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
         if problem.axis.sampled_s and problem.axis.timing and not problem.axis.is_coloured
     ]
     if not axes:
         return 0.0
-    prior = float(filters.joint.prior_precision[axes[0][1]])
-    _, information = filters.joint.score(filters.theta)
-    variance = np.diag(np.linalg.inv(information + np.diag(filters.joint.prior_precision)))
+    prior = float(start.joint.prior_precision[axes[0][1]])
+    _, information = start.joint.score(start.theta)
+    variance = np.diag(np.linalg.inv(information + np.diag(start.joint.prior_precision)))
     precision = np.array([1.0 / variance[at] for _, at in axes])
-    weighted = precision @ np.array([filters.theta[at] for _, at in axes])
+    weighted = precision @ np.array([start.theta[at] for _, at in axes])
     return float(weighted / (np.sum(precision - prior) + prior))
 
 
-def _is_a_delay(late_s: float, dive: Dive, filters: Filters) -> bool:
-    """Whether thrust acts later than any way of sampling makes it, in a recording that tells delays at all."""
-    sampled_s = max(problem.axis.sampled_s for problem in filters.joint.problems)
+def _is_delayed(late_s: float, dive: Dive, start: StartFit) -> bool:
+    """Whether the thrust is later than sampling can explain, in a recording from which a delay can be known at all."""
+    sampled_s = max(problem.axis.sampled_s for problem in start.joint.problems)
     return dive.reckoned is None and MOST_LATE * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
 
 
@@ -302,27 +308,27 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
     return replace(problem, prior_mean=mean, prior_precision=precision)
 
 
-def _without_quick(start: Filters, built: Axes, dive: Dive, shape: Configuration) -> Axes:
+def _without_quick(start: StartFit, built: Axes, dive: Dive, configuration: Configuration) -> Axes:
     """The axes without degrees of freedom that settle within a few commands, or swing or may be levelled within a slow
     sample: the recording misses the thrust in between."""
     quick = {
         problem.axis.dof
-        for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
-        if np.exp(start.theta[place][MASS]) < QUICKEST_S * _braking_of(problem, start.theta[place])
+        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
+        if np.exp(start.theta[of_axis][MASS]) < QUICKEST_S * _braking_of(problem, start.theta[of_axis])
     }
     left = dict.fromkeys(
         quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"
     )
     swinging = {
         problem.axis.dof: problem.axis.sampled_s
-        for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
-        if problem.axis.stiffness * problem.axis.sampled_s**2 > np.exp(start.theta[place][MASS])
+        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
+        if problem.axis.stiffness * problem.axis.sampled_s**2 > np.exp(start.theta[of_axis][MASS])
     }
     left |= {
         dof: f"it swings too quickly for commands that are known every {sampled_s:.2g} s"
         for dof, sampled_s in swinging.items()
     }
-    turned_by_thrust = np.abs(allocation_matrix(shape)).max(axis=1, initial=0.0) > LEAST_LEVER_M
+    turned_by_thrust = np.abs(allocation_matrix(configuration)).max(axis=1, initial=0.0) > LEAST_LEVER_M
     for problem in start.joint.problems:
         sampled_s = dive.reckoned.step_s if dive.reckoned else problem.axis.sampled_s
         if (
@@ -344,13 +350,13 @@ def _braking_of(problem: AxisLikelihood, theta: Array) -> float:
     return float(np.exp(theta[DAMPING])) + 2.0 * quadratic * usual
 
 
-def _axes_of(dive: Dive, file: VehicleFile, configuration: str) -> Axes:
+def _axes_of(dive: Dive, file: VehicleFile, configuration_name: str) -> Axes:
     """The axes of a dive that are judged.
 
     All its runs have one trim force in common: a steady push is a cause, and a trim of each run would pass for the slow
     part of the disturbance.
     """
-    built = build_axes(thinned(dive), file, configuration)
+    built = build_axes(thinned(dive), file, configuration_name)
     return _without_still(built, dive).with_common_trims()
 
 
@@ -361,8 +367,8 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
     """
     if dive.attitude is None:
         return built
-    w, x, y, z = dive.attitude.value.T
-    angles = {3: np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), 4: 2 * (w * y - z * x)}
+    roll, pitch, _ = euler_angles(dive.attitude.value)
+    angles = {ROLL: roll, PITCH: pitch}
     still = {dof: float(np.nanstd(angle)) < STILL_RAD for dof, angle in angles.items()}
     left = {dof: "it was held level, and no thruster pushed" for dof in built.unpushed if still.get(dof)}
     kept = tuple(axis for axis in built.axes if axis.dof not in left)
@@ -450,19 +456,20 @@ def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tup
     If a model lacks a force in one of them, reading errors would make up for it.
     """
     coloured = [
-        (k, place.stop - 2)
-        for k, (problem, place) in enumerate(zip(joint.problems, joint.places, strict=True))
+        (k, of_axis.start + problem.coloured_index)
+        for k, (problem, of_axis) in enumerate(zip(joint.problems, joint.slices, strict=True))
         if problem.axis.dof in {SURGE, SWAY} & {*filtered} and problem.axis.is_coloured
     ]
     if len(coloured) < 2:
         return joint, theta
     problems, theta = list(joint.problems), theta.copy()
     _, quietest = min(coloured, key=lambda each: float(theta[each[1]]))
-    for k, place in coloured:
+    for k, index in coloured:
         mean, precision = problems[k].prior_mean.copy(), problems[k].prior_precision.copy()
-        mean[-2], precision[-2] = theta[quietest], ALIKE**-2.0
+        level = problems[k].coloured_index
+        mean[level], precision[level] = theta[quietest], SPREAD_BETWEEN_AXES**-2.0
         problems[k] = replace(problems[k], prior_mean=mean, prior_precision=precision)
-        theta[place] = theta[quietest]
+        theta[index] = theta[quietest]
     return replace(joint, problems=tuple(problems)), theta
 
 
@@ -512,7 +519,7 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
     nu, problems = motion.nu.copy(), joint.at(theta)
 
     def along(k: int) -> None:
-        axis, speed = problems[k].axis, problems[k].speed(theta[joint.places[k]])
+        axis, speed = problems[k].axis, problems[k].speed(theta[joint.slices[k]])
         nu[:, axis.dof] = motion.interpolated(axis.shown_s, speed)
 
     side_by_side(along, range(len(problems)))
@@ -522,8 +529,8 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
 def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
     """Quadratic dampings (6,) that are fitted with the filters."""
     out = np.zeros(6)
-    for problem, place in zip(joint.problems, joint.places, strict=True):
-        out[problem.axis.dof] = problem.quadratic(theta[place])
+    for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+        out[problem.axis.dof] = problem.quadratic(theta[of_axis])
     return out
 
 
@@ -558,17 +565,17 @@ def _unsmoothed(course: Course, joint: JointLikelihood) -> Course:
 def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
     """Total masses and linear dampings (6,); 0 damping for an axis that is not fitted."""
     damping = np.zeros(6)
-    for problem, place in zip(joint.problems, joint.places, strict=True):
-        damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])
+    for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+        damping[problem.axis.dof] = np.exp(theta[of_axis.start + DAMPING])
     return joint.at(theta)[0].masses, damping
 
 
-def places_of_hull(problem: AxisLikelihood) -> dict[str, int]:
-    """Places of an axis's mass and drags in its part of theta, by the coefficients' names."""
+def hull_indices(problem: AxisLikelihood) -> dict[str, int]:
+    """Indices of an axis's mass and drags in its part of theta, by the coefficients' names."""
     dof = problem.axis.dof
     out = {MASSES[dof].name: MASS}
     if problem.damped != "quadratic":
         out[DAMPINGS[dof].name] = DAMPING
     if problem.damped != "linear":
-        out[QUADRATICS[dof].name] = problem.quadratic_place
+        out[QUADRATICS[dof].name] = problem.quadratic_index
     return out

@@ -41,7 +41,8 @@ APART_S = 1e-4
 
 @dataclass(frozen=True)
 class Predicted:
-    """nu, nu_dot (n, 6) at uniform times (n,), from earlier readings."""
+    """Velocities and accelerations that the filters predict from earlier readings: nu, nu_dot (n, 6) at uniform times
+    (n,)."""
 
     time_s: Array
     nu: Array
@@ -55,7 +56,7 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
     problems = joint.at(theta)
 
     def along(k: int) -> None:
-        problem, theta_axis = problems[k], theta[joint.places[k]]
+        problem, theta_axis = problems[k], theta[joint.slices[k]]
         dof = problem.axis.dof
         state = problem.means(theta_axis)
         time_s = problem.axis.time_s
@@ -105,21 +106,21 @@ def by_present_thrust(course: Course, joint: JointLikelihood) -> Course:
 
 
 def course_of(
-    dive: Dive, file: VehicleFile, configuration: str, at: Predicted, mass: Array, damping: Array
+    dive: Dive, file: VehicleFile, configuration_name: str, at: Predicted, mass: Array, damping: Array
 ) -> Course:
     """The course of the predicted motion; without thrusters if the pulses of each are not recorded.
 
     mass, damping (6,): of the nominal model.
     """
-    shape = file.vehicle.configurations[configuration]
-    time_s, asked = at.time_s, _asked(dive, file, configuration)
+    configuration = file.vehicle.configurations[configuration_name]
+    time_s, asked = at.time_s, _asked(dive, file, configuration_name)
     count = asked.value.shape[1]
-    by_wrench = not tells_thrusters(dive, shape)
+    by_wrench = not tells_thrusters(dive, configuration)
     euler = euler_ahead(dive.attitude, at, dive.breaks_s)
     # Depth grows and altitude shrinks with the heave velocity, nearly.
     depth, altitude = dive.depth_by(file.vehicle.water), dive.altitude
     return Course(
-        shape,
+        configuration,
         time_s,
         at.nu,
         at.nu_dot,
@@ -139,18 +140,18 @@ def course_of(
     )
 
 
-def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
+def _asked(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     """Thrust (n, k) that each thruster is asked for; the wrench (n, 6) if the pulses of each are not recorded."""
-    shape = file.vehicle.configurations[configuration]
-    if tells_thrusters(dive, shape):
-        asked = asked_thrusts(dive, file, configuration)
+    configuration = file.vehicle.configurations[configuration_name]
+    if tells_thrusters(dive, configuration):
+        asked = asked_thrusts(dive, file, configuration_name)
         if not unknown_between(dive, asked):
-            return unrounded_thrusts(asked, dive, file, configuration)
+            return unrounded_thrusts(asked, dive, file, configuration_name)
     elif dive.tau_cmd is not None and len(dive.tau_cmd):
         asked = dive.tau_cmd
     else:
         raise FitError(
-            f"neither pulses for the {len(shape.thrusters)} thrusters nor a wrench are recorded; record "
+            f"neither pulses for the {len(configuration.thrusters)} thrusters nor a wrench are recorded; record "
             "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW",
             of=dive.name,
         )

@@ -46,7 +46,7 @@ ENOUGH_CHECK_S = 60.0
 MOST_STILL = 0.5
 """Share of a dive with a frozen velocity from which the remaining velocity is not used either."""
 
-BESIDE = 2
+NEIGHBOURS = 2
 """Neighbours on either side of a reading."""
 
 FAR = 8.0
@@ -102,11 +102,11 @@ def without_still_velocity(dive: Dive) -> tuple[Dive, tuple[str, ...]]:
     )
 
 
-def lacking(dives: Sequence[Dive], shape: Configuration) -> frozenset[str]:
+def lacking(dives: Sequence[Dive], configuration: Configuration) -> frozenset[str]:
     """The inputs that effects need (`Effect.needs`) and that some dive lacks."""
     has = {
-        PULSES: all(tells_thrusters(dive, shape) for dive in dives),
-        QUICK_COMMANDS: not any(_seldom(dive, shape) for dive in dives),
+        PULSES: all(tells_thrusters(dive, configuration) for dive in dives),
+        QUICK_COMMANDS: not any(_seldom(dive, configuration) for dive in dives),
         OWN_VELOCITY: not any(dive.velocity_is_filtered and _has_velocity(dive) for dive in dives),
     }
     return frozenset(name for name, is_there in has.items() if not is_there)
@@ -129,25 +129,27 @@ def _has_velocity(dive: Dive) -> bool:
     return dive.velocity is not None and bool(np.isfinite(dive.velocity.value).any())
 
 
-def _seldom(dive: Dive, shape: Configuration) -> bool:
-    commands = dive.thruster_commands if tells_thrusters(dive, shape) else dive.tau_cmd
+def _seldom(dive: Dive, configuration: Configuration) -> bool:
+    commands = dive.thruster_commands if tells_thrusters(dive, configuration) else dive.tau_cmd
     if dive.reckoned is not None:
         return not dive.reckoned.tells_timing
     return commands is not None and sampled_seldom(commands)
 
 
-def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nominal | None = None) -> Nominal:
+def fitted_nominal(
+    dive: Dive, file: VehicleFile, configuration_name: str, like: Nominal | None = None
+) -> Nominal:
     """The nominal fit of a dive, with the lateness of an autopilot's velocity as in the fit `like`, if given.
 
     Raises FitError if no thruster pushed, the dive is of another vehicle, or its equations have no solution.
     """
     try:
-        refuse_unpushed(dive, file, configuration)
+        refuse_unpushed(dive, file, configuration_name)
         refuse_unmoved(dive)
         with solvable(dive):
-            nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
+            nominal = nominal_of(dive, file, configuration_name, like.timing_s if like else None)
             if like is None and not dive.velocity_is_filtered:
-                nominal = _with_late_thrust(nominal, dive, file, configuration)
+                nominal = _with_late_thrust(nominal, dive, file, configuration_name)
     except FitError as error:
         # The source separates two recordings of one name.
         raise FitError(error.reason, of=dive.source) from None
@@ -159,14 +161,14 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nomi
     return nominal
 
 
-def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
+def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configuration_name: str) -> Nominal:
     """The fit with the delay of the thrust that the likelihood prefers, coarsely, from which the search begins.
 
     Columns for small delays lead to a large delay only where the likelihood rises all the way.
     """
-    if _seldom(dive, file.vehicle.configurations[configuration]):
+    if _seldom(dive, file.vehicle.configurations[configuration_name]):
         return nominal
-    forces = wrench(dive, file, configuration)
+    forces = wrench(dive, file, configuration_name)
     # A delay at which the equations have no solution ends the search: without a delay they have one.
     with suppress(np.linalg.LinAlgError):
         hidden = drowned(disturbance_of(nominal))
@@ -196,14 +198,14 @@ def short_check_note(check: Dive | None) -> tuple[str, ...]:
 
 
 def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
-    doubted = [
+    unrecorded = [
         f"In {DOFS[dof]} the controller used a reading that was not recorded: what its thrust did there is left out "
         "of the evidence."
-        for dof in nominal.doubted
+        for dof in nominal.feedback_unrecorded
     ]
     loud_axes = loud(nominal.joint, nominal.theta, nominal.built.pushed)
     loudest = (*(axis.doubt.sentence for axis in loud_axes if axis.inflated), *loud_note(loud_axes))
-    notes = (*doubted, *idle_note(nominal.course), *_wild(nominal), *loudest)
+    notes = (*unrecorded, *idle_note(nominal.course), *_wild(nominal), *loudest)
     return tuple(dict.fromkeys((*notes, *nominal.built.notes, *dive.notes)))
 
 
@@ -231,15 +233,20 @@ def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
         if dof in PUSHED or dof not in built.unpushed
     )
     unseen = (
-        f"In {listed([DOFS[dof] for dof in nominal.drifting])} no unknown force was looked for: without a velocity the "
-        "climb that a controller knows, and a drift that turns the hull, look like one; record the DVL.",
+        f"In {listed([DOFS[dof] for dof in nominal.velocity_unread])} no unknown force was looked for: without a "
+        "velocity the climb that a controller knows, and a drift that turns the hull, look like one; record the DVL.",
     )
-    used = listed([DOFS[dof] for dof in nominal.doubted if dof in (SURGE, SWAY)])
+    used = listed([DOFS[dof] for dof in nominal.feedback_unrecorded if dof in (SURGE, SWAY)])
     foreign = (
-        f"In {listed([DOFS[dof] for dof in nominal.suspected])} no unknown force was looked for: the controller used a "
-        f"reading that was not recorded in {used}, and may have done so there; record the very velocity that it uses.",
+        f"In {listed([DOFS[dof] for dof in nominal.feedback_suspected])} no unknown force was looked for: the "
+        f"controller used a reading that was not recorded in {used}, and may have done so there; record the very "
+        "velocity that it uses.",
     )
-    return (*missing, *(unseen if nominal.drifting else ()), *(foreign if nominal.suspected else ()))
+    return (
+        *missing,
+        *(unseen if nominal.velocity_unread else ()),
+        *(foreign if nominal.feedback_suspected else ()),
+    )
 
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:
@@ -302,21 +309,21 @@ def spikes_sentence(spikeses: Sequence[Spikes], name: str = "") -> str:
 def _spikes(value: Array) -> NDArray[np.bool_]:
     """Whether each reading (n,) of a velocity is a spike; no reading at either end is."""
     out = np.zeros(len(value), dtype=np.bool_)
-    width = 2 * BESIDE + 1
+    width = 2 * NEIGHBOURS + 1
     if len(value) < 2 * width:
         return out
     windows = sliding_window_view(value, width)
-    neighbours = np.delete(windows, BESIDE, axis=1)
-    off = np.abs(windows[:, BESIDE] - np.median(neighbours, axis=1))
+    neighbours = np.delete(windows, NEIGHBOURS, axis=1)
+    off = np.abs(windows[:, NEIGHBOURS] - np.median(neighbours, axis=1))
     least = max(FAR * float(np.median(off)) / NORMAL, LEAST_SPIKE_M_S)
     # One neighbour may be a spike, too: the span of the others is the vehicle's motion.
     inner = np.sort(neighbours, axis=1)
     span = np.minimum(inner[:, -2] - inner[:, 0], inner[:, -1] - inner[:, 1])
-    out[BESIDE:-BESIDE] = (off > least) & (span < AGREE * off)
+    out[NEIGHBOURS:-NEIGHBOURS] = (off > least) & (span < AGREE * off)
     return out
 
 
-def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) -> tuple[str, ...]:
+def mass_hints(now: Nominal, log_stds: Sequence[float], configuration: Configuration) -> tuple[str, ...]:
     """Sentences on masses in surge, sway or heave that are impossible for the file's rigid body in water.
 
     log_stds (axes,): relative standard errors of the masses.
@@ -324,16 +331,16 @@ def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) ->
     light, heavy = [], []
     for problem, std in zip(now.joint.problems, log_stds, strict=True):
         dof = problem.axis.dof
-        if dof > 2 or dof in now.doubted:
+        if dof > 2 or dof in now.feedback_unrecorded:
             continue
-        rigid, rigid_std = shape.rigid_body(dof)
+        rigid, rigid_std = configuration.rigid_body(dof)
         mass, wide = float(now.course.mass[dof]), float(np.exp(Z95 * std))
         text = f"{MASSES[dof].name} {significant(mass, 3)} kg"
         if mass * wide < rigid - Z95 * rigid_std:
             light.append(text)
         if mass / wide > (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std):
             heavy.append(text)
-    dry = f"the vehicle file's dry mass of {shape.dry_mass_kg:g} kg"
+    dry = f"the vehicle file's dry mass of {configuration.dry_mass_kg:g} kg"
     whats = (
         (light, f"below {dry}, which no water can take away"),
         (heavy, f"at more than {dry} can come to with the water round it"),

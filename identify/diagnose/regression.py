@@ -131,7 +131,7 @@ class Regression:
     def _with_nuisances(self, columns: Blocks, spread: float) -> "Regression":
         return replace(
             self,
-            nuisance=self.nuisance.beside(columns),
+            nuisance=self.nuisance.with_columns(columns),
             nominal_precision=np.append(self.nominal_precision, np.full(columns.width, spread**-2.0)),
         )
 
@@ -176,14 +176,14 @@ def _witness_block(weighed: WeighedWitness, acts: Sequence[Act]) -> Block:
     return Block(np.array([*seen], dtype=np.intp), weighed.whitened(values))
 
 
-def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) -> Regression:
+def regression_of(joint: JointLikelihood, theta: Array, feedback_unrecorded: Sequence[int]) -> Regression:
     """The regression at the maximum `theta` of a joint fit.
 
-    In an `unheard` degree of freedom the controller used an unrecorded reading. Its thrust follows the disturbance
-    without a recorded cause, so delayed thrust is a nuisance there.
+    In a degree of freedom of `feedback_unrecorded` the controller used an unrecorded reading. Its thrust follows the
+    disturbance without a recorded cause, so delayed thrust is a nuisance there.
     """
     problems = joint.at(theta)
-    kept = np.array(sorted({*joint.mass_places, *mean_places(joint)}))
+    kept = np.array(sorted({*joint.mass_indices, *mean_indices(joint)}))
     rows = side_by_side(
         lambda k: _rows_of(joint, problems[k], theta, k, kept),
         range(len(problems)),
@@ -192,9 +192,9 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
     axes = [axis_rows.innovations for axis_rows in rows]
     nuisance = Blocks(tuple(axis_rows.nominal for axis_rows in rows), len(kept))
     for k, axis in enumerate(axes):
-        if axis.problem.axis.dof in unheard:
+        if axis.problem.axis.dof in feedback_unrecorded:
             # Its thrust at each delay.
-            nuisance = nuisance.beside(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
+            nuisance = nuisance.with_columns(_of_axis_alone(axes, k, axis.prewhitened(delayed_thrust(axis))))
     read_s = np.concatenate([axis.problem.axis.time_s[axis.read] for axis in axes])
     return Regression(
         tuple(axes),
@@ -220,9 +220,11 @@ def _rows_of(
     joint: JointLikelihood, problem: AxisLikelihood, theta: Array, k: int, kept: NDArray[np.intp]
 ) -> _AxisRows:
     """The rows of the k-th axis at the maximum `theta`, with columns for the parameters `kept`."""
-    axis, place = problem.axis, joint.places[k]
-    table = problem.transition_table(theta[place])
-    error, variance, gain = problem.run_filter(theta[place], table, problem.mean_force(theta[place]), np.inf)
+    axis, of_axis = problem.axis, joint.slices[k]
+    table = problem.transition_table(theta[of_axis])
+    error, variance, gain = problem.run_filter(
+        theta[of_axis], table, problem.mean_force(theta[of_axis]), np.inf
+    )
     read = np.isfinite(problem.reading)
     std, channel = np.sqrt(variance[read]), axis.channel[read]
     run_of = np.repeat(np.arange(len(axis.runs)), [run.stop - run.start for run in axis.runs])[read]
@@ -233,31 +235,33 @@ def _rows_of(
             [np.flatnonzero((channel == i) & (run_of == k)) for k in range(len(axis.runs))], error[read] / std
         )
     )
-    innovations = AxisInnovations(problem, theta[place], table, gain, error[read], std, autoregressions)
+    innovations = AxisInnovations(problem, theta[of_axis], table, gain, error[read], std, autoregressions)
     dofs = [problem.axis.dof for problem in joint.problems]
-    forces = np.column_stack([problem.by_theta(theta[place]), axis.coriolis[:, dofs] * problem.masses[dofs]])
+    forces = np.column_stack(
+        [problem.by_theta(theta[of_axis]), axis.coriolis[:, dofs] * problem.masses[dofs]]
+    )
     # A force in the model subtracts its response from the innovations.
     mass, damping, *quadratic = innovations.by_motion().T
     slopes = np.column_stack([mass, damping, -innovations.by_force(forces)])
     for slope in quadratic:
-        slopes[:, 2 + problem.quadratic_place - FORCES] += slope
+        slopes[:, 2 + problem.quadratic_index - FORCES] += slope
     by_theta = innovations.prewhitened(slopes)
-    targets = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
+    targets = [of_axis.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_index))]
     columns = np.zeros((len(std), len(kept)))
-    for at, column in zip((*targets, *joint.mass_places), by_theta.T, strict=True):
+    for at, column in zip((*targets, *joint.mass_indices), by_theta.T, strict=True):
         columns[:, kept == at] += column[:, None]
     value = innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0]
     return _AxisRows(innovations, value, Block.of_columns(columns))
 
 
-def mean_places(joint: JointLikelihood) -> list[int]:
+def mean_indices(joint: JointLikelihood) -> list[int]:
     """Places in theta of all parameters that move the innovations' mean: masses, dampings, masses of one axis alone,
     and nuisance trims."""
     pushes = steady_trims(joint)
     return [
         at
-        for problem, place in zip(joint.problems, joint.places, strict=True)
-        for at in (place.start + k for k in (MASS, DAMPING, *range(FORCES, problem.noise_place)))
+        for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
+        for at in (of_axis.start + k for k in (MASS, DAMPING, *range(FORCES, problem.noise_index)))
         if at not in pushes
     ]
 
@@ -269,8 +273,8 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
     sensor causes a trim, so trims there are nuisances.
     """
     return [
-        place.start + FORCES + trim
-        for problem, place in zip(joint.problems, joint.places, strict=True)
+        of_axis.start + FORCES + trim
+        for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
         if problem.axis.dof not in LEVELLED
         for trim in range(problem.axis.trims)
     ]

@@ -52,10 +52,10 @@ LIKELY_NATS = 10.0
 
 MOST = 3
 
-BESIDE, MOST_BESIDE = 12, 6
+SIDEBAND, MOST_SIDEBANDS = 12, 6
 """A line that starts and ends has sidebands: MOST_BESIDE at most, within BESIDE resolved rates."""
 
-PRICE_NATS, BESIDE_NATS = 3.9, 3.2
+PRICE_NATS, SIDEBAND_NATS = 3.9, 3.2
 """Nats that a line must save beyond other forces.
 
 Some 6000 rates of all axes are tried, held-out pieces included, at one false alarm in a thousand dives: ln(6e6), less
@@ -104,7 +104,7 @@ class Cluster:
 
     @property
     def price_nats(self) -> float:
-        return PRICE_NATS + BESIDE_NATS * (len(self.rates) - 1)
+        return PRICE_NATS + SIDEBAND_NATS * (len(self.rates) - 1)
 
     def forces(self) -> Array:
         """Forces (2 k, n): in phase with the clock, and a quarter of a period off."""
@@ -143,8 +143,10 @@ def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[t
     for i in peaks[:MOST].tolist():
         if nats[i] < LIKELY_NATS:
             return
-        near = [j for j in peaks.tolist() if 0 < abs(i - j) <= FINER * BESIDE and nats[j] > BESIDE_NATS + 2.0]
-        groups = [(i,)] if not near else [(i,), (i, *near[:MOST_BESIDE])]
+        near = [
+            j for j in peaks.tolist() if 0 < abs(i - j) <= FINER * SIDEBAND and nats[j] > SIDEBAND_NATS + 2.0
+        ]
+        groups = [(i,)] if not near else [(i,), (i, *near[:MOST_SIDEBANDS])]
         yield tuple(Cluster(clock, tuple(rate[list(k)].tolist()), float(nats[i])) for k in groups)
 
 
@@ -222,9 +224,9 @@ class Burst:
         pushes = (
             _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.stretches.unit
         )
-        place, within = _places(time_s, self.long_s, self.runs_s)
+        index, within = _stretches_at(time_s, self.long_s, self.runs_s)
         return np.asarray(
-            np.where(place >= 0, pushes[np.minimum(place, len(pushes) - 1)] * _weight(within), 0.0)
+            np.where(index >= 0, pushes[np.minimum(index, len(pushes) - 1)] * _weight(within), 0.0)
         )
 
 
@@ -278,7 +280,7 @@ def _count(long_s: float, runs_s: Runs) -> int:
     return sum(int((end_s - start_s) / long_s) for start_s, end_s in runs_s)
 
 
-def _places(at_s: Array, long_s: float, runs_s: Runs) -> tuple[NDArray[np.intp], Array]:
+def _stretches_at(at_s: Array, long_s: float, runs_s: Runs) -> tuple[NDArray[np.intp], Array]:
     """Stretch (n,) of each time, and the share of it that is over. The remainder of a single run counts on; of several,
     as between two, the stretch is -1."""
     if len(runs_s) == 1:
@@ -301,11 +303,11 @@ def _weight(within: Array) -> Array:
 
 def _stretches(at_s: Array, score: Array, long_s: float, rate: float, runs_s: Runs) -> _StretchScores:
     count = _count(long_s, runs_s)
-    place, within = _places(at_s, long_s, runs_s)
-    place = np.where((place < 0) | (place > count), count, place)
+    index, within = _stretches_at(at_s, long_s, runs_s)
+    index = np.where((index < 0) | (index > count), count, index)
     score = score * _weight(within)
     waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
-    total = np.column_stack([np.bincount(place, wave, minlength=count + 1)[:count] for wave in waves])
+    total = np.column_stack([np.bincount(index, wave, minlength=count + 1)[:count] for wave in waves])
     spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
     # The variance of a push's score is the precision of that push.
     return _StretchScores(total / spread, 1.0 / spread)

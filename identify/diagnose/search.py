@@ -233,7 +233,7 @@ def _with_usual_values(
         if cause.usual:
             continue
         others = weighing.fitted(_without(fit.causes, k))
-        for _, _, other in ranked_candidates(weighing.candidates_beside(others), others):
+        for _, _, other in ranked_candidates(weighing.candidates_with_fit(others), others):
             if other.effect.name == cause.effect.name and other.key != cause.key and other.usual:
                 instead = weighing.fitted((*others.causes, other))
                 settled, settled_fit = _settled(nominal, weighing, instead, at)
@@ -397,7 +397,7 @@ def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
         }
         if variants:
             without_cause = weighing.fitted(tuple(item for item in others.causes if item.key != cause.key))
-            tried = ranked_candidates(weighing.candidates_beside(without_cause), without_cause)
+            tried = ranked_candidates(weighing.candidates_with_fit(without_cause), without_cause)
             fits = _fits(
                 weighing, without_cause, [each for _, _, each in tried if each.effect.label in variants]
             )
@@ -417,7 +417,7 @@ def swapped(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> F
         key = _form(fit.causes[k])
         tried = [
             cause
-            for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
+            for _, _, cause in ranked_candidates(weighing.candidates_with_fit(others), others)
             if _form(cause) != key and cause.effect.label not in refused
         ]
         fits = [new for new in _fits(weighing, others, tried) if _replaces(new, fit, fit.causes[k], others)]

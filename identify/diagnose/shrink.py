@@ -19,7 +19,7 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Baseline, baseline_of, floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, coefficients, refitted
-from identify.diagnose.regression import Regression, mean_places, pieces_of, regression_of
+from identify.diagnose.regression import Regression, mean_indices, pieces_of, regression_of
 from identify.diagnose.result import Prediction
 from identify.diagnose.search import Explanation
 from identify.diagnose.shrunk import AxisShrink, Shrink
@@ -51,7 +51,7 @@ PASSES = 3
 LEAST_LEFT = 0.2
 """Least factor by which a step may change a mass or a damping."""
 
-RESAMPLED, SURE = 400, 0.9
+RESAMPLED, CONFIDENCE = 400, 0.9
 LEAST_GAP = 0.1
 """Drift above the floor that leaves a gap to shrink; and the least change of drift in a degree of freedom that counts
 as closing one."""
@@ -98,7 +98,7 @@ class Windows:
         drawn = np.array([value for axes in again if np.isfinite(value := closed(*_totals(axes, closes)))])
         before, after, floor = _totals(all_axes, closes)
         value = closed(before, after, floor)
-        if np.isnan(value) or len(drawn) < SURE * RESAMPLED:
+        if np.isnan(value) or len(drawn) < CONFIDENCE * RESAMPLED:
             return Shrink(before, after, np.nan, np.nan, np.nan, floor)
         if _overstated(after, floor):
             return Shrink(before, after, value, np.nan, np.nan, floor)
@@ -183,7 +183,7 @@ def held_out_shrink(
     weighing, fit = explanation.weighing, explanation.fit
     course, nu, causes = explanation.now.course, explanation.now.motion.nu, explanation.causes
     fitted_after = HeldOutFit(weighing.rows, explanation.now, fit.slopes, fit.value)
-    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.unheard)
+    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.feedback_maybe_unrecorded)
     fitted_before = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
     slope, wrench_before, wrong = (
         slope_of(causes, course),
@@ -283,7 +283,7 @@ class HeldOutFit:
         A rise of a nominal parameter adds its column to the innovations; a missing force subtracts its own.
         """
         nominal = self.rows.nuisance
-        columns = nominal.beside(nominal.blocks_of(np.column_stack([self.slopes, self.value])))
+        columns = nominal.with_columns(nominal.blocks_of(np.column_stack([self.slopes, self.value])))
         products = columns.products(self.rows.piece)
         sign = np.where(np.arange(columns.width) < nominal.width, -1.0, 1.0)
         by_fold = np.array([products[k::FOLDS].sum(axis=0) for k in range(FOLDS)])
@@ -296,7 +296,7 @@ class HeldOutFit:
         the parameter; SCARCE holds it in place.
         """
         joint, theta = self.model.joint, self.model.theta
-        kept = sorted({*joint.mass_places, *mean_places(joint)})
+        kept = sorted({*joint.mass_indices, *mean_indices(joint)})
         taught = self._products.sum(axis=0) - self._products[fold]
         scarce = SCARCE * np.diag(self._products.sum(axis=0))[:-1]
         precision = scarce + np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
@@ -307,13 +307,13 @@ class HeldOutFit:
         return theta, step[self.rows.nuisance.width :]
 
 
-def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Array) -> Array:
+def _moved(theta: Array, joint: JointLikelihood, indices: Sequence[int], step: Array) -> Array:
     """Move theta by a step.
 
     Forces are linear in masses and dampings, not in their logarithms, so the step is linear in these.
     """
     out = theta.copy()
-    for at, by in zip(places, step.tolist(), strict=True):
+    for at, by in zip(indices, step.tolist(), strict=True):
         out[at] += np.log(max(1.0 + by, LEAST_LEFT)) if at in logarithms(joint) else by
     return out
 
@@ -380,13 +380,13 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
     """A fit's theta with the masses and dampings of another fit, and the best trims for these."""
     joint, theta = model.joint, model.theta.copy()
     mass, damping = coefficients(of.joint, of.theta)
-    for problem, place, at in zip(joint.problems, joint.places, joint.mass_places, strict=True):
+    for problem, of_axis, at in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
         dof = problem.axis.dof
         if damping[dof] > 0:
-            theta[[place.start + MASS, at]] = np.log(mass[dof])
-            theta[place.start + DAMPING] = np.log(damping[dof])
-    rows = regression_of(joint, theta, model.unheard)
-    kept = sorted({*joint.mass_places, *mean_places(joint)})
+            theta[[of_axis.start + MASS, at]] = np.log(mass[dof])
+            theta[of_axis.start + DAMPING] = np.log(damping[dof])
+    rows = regression_of(joint, theta, model.feedback_maybe_unrecorded)
+    kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]
     columns = -rows.nuisance.some([kept.index(at) for at in trims])
     known = joint.prior_precision[trims]
@@ -399,10 +399,10 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
 class Flight:
     """Models of a dive, simulated along a further dive.
 
-    before: over ground; after: through the water, by the fit `own` of the further dive less the causes.
+    before: over ground; after: through the water, by `fit`, that of the further dive less the causes.
     """
 
-    own: Nominal
+    fit: Nominal
     course: Course
     before: Simulation
     after: Simulation
@@ -435,7 +435,7 @@ def predict(
     """
     flight = flight_of(explanation.now, without_seas(explanation.causes), nominal, check)
     before, after = flight.before, flight.after
-    floor = floors_of(flight.own, after, rng)[1]
+    floor = floors_of(flight.fit, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
     starts = np.concatenate([np.arange(run.start, run.stop - length - 1, length) for run in after.runs])
     if len(starts) < 2:
@@ -470,7 +470,7 @@ def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> st
     """Clause for a verdict that a check dive contradicts; "" otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ""
-    return f", but the check dive does not bear that out ({_shrinks_beside(foretold, measured)})"
+    return f", but the check dive does not bear that out ({_both_shrinks(foretold, measured)})"
 
 
 def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tuple[str, ...]:
@@ -478,13 +478,13 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ()
     return (
-        f"The check dive does not bear the causes out: {_shrinks_beside(foretold, measured)}. "
+        f"The check dive does not bear the causes out: {_both_shrinks(foretold, measured)}. "
         "Look whether it was dived with the same vehicle and configuration and nothing was changed in between; if so, "
         "take the causes for no more than a guess, send nothing of them to the vehicle, and dive again.",
     )
 
 
-def _shrinks_beside(foretold: Shrink, measured: Shrink) -> str:
+def _both_shrinks(foretold: Shrink, measured: Shrink) -> str:
     if not math.isfinite(measured.value):
         return (
             f"with the causes its 5 s drift is {significant(measured.after / measured.floor, 2)} times what noise "

@@ -239,8 +239,8 @@ def simulation_of(
 
 def logarithms(joint: JointLikelihood) -> set[int]:
     """Places in theta of masses and dampings."""
-    places = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
-    return places | set(joint.mass_places)
+    indices = {of_axis.start + at for of_axis in joint.slices for at in (MASS, DAMPING)}
+    return indices | set(joint.mass_indices)
 
 
 def wrench_of(causes: Sequence[Cause], course: Course) -> Array:
@@ -319,11 +319,11 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
     """All forces (n, 6) on the vehicle but Coriolis and damping forces, and the stiffness (6,)."""
     time_s = model.course.time_s
     force, stiffness = np.zeros((len(time_s), 6)), np.zeros(6)
-    for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
+    for problem, of_axis in zip(model.joint.problems, model.joint.slices, strict=True):
         axis = problem.axis
         # Lateness and smoothing of readings exert no force on the vehicle.
-        pushing = problem.noise_place - len(axis.timing)
-        shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
+        pushing = problem.noise_index - len(axis.timing)
+        shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[of_axis])[: pushing - FORCES]
         steps = 0.5 * (axis.force[:, 0] + axis.force[:, 1]) + shapes - axis.quadratic * axis.squared
         force[:, axis.dof] = between(time_s, axis.shown_s, axis.step_s, steps)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)

@@ -3,9 +3,8 @@
 A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
 white as without the force. But one sea moves all axes, with one memory. So each axis's filter is compared with a
 filter whose disturbance forgets as it does in the other axes, as evenly by its two poles, with all else fitted again.
-A sea that is smoother than
-a first-order one is likelier with a longer correlation time, too; only a disturbance that is still correlated with
-itself long after that time counts as slow.
+A sea that is smoother than a first-order one is likelier with a longer correlation time, too; only a disturbance that
+is still correlated with itself long after that time counts as slow.
 """
 
 from collections.abc import Sequence
@@ -55,22 +54,23 @@ class Sea:
 def slow_axes(now: Nominal) -> dict[int, Sea]:
     """Degrees of freedom whose disturbance forgets more slowly than a sea's, with the sea of the other axes.
 
-    Left out are doubted and `untold` ones, and those behind an autopilot's filter, whose correlation time is held.
+    Left out are those of `feedback_unrecorded` and `force_undetermined`, and those behind an autopilot's filter,
+    whose correlation time is held.
     """
-    left_out = {*now.filtered, *now.doubted, *now.untold}
+    left_out = {*now.filtered, *now.feedback_unrecorded, *now.force_undetermined}
     # These do not tell the sea's memory either: behind a filter it is held, not found.
     seas = {
-        problem.axis.dof: Sea(float(np.exp(now.theta[place][TIME_CONSTANT])), float(now.theta[place][-1]))
-        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+        problem.axis.dof: Sea(float(np.exp(now.theta[of_axis][TIME_CONSTANT])), float(now.theta[of_axis][-1]))
+        for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True)
         if problem.axis.dof not in left_out
     }
     others = {dof: _median([sea for k, sea in seas.items() if k != dof]) for dof in seas}
     return {
         problem.axis.dof: sea
-        for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
+        for problem, of_axis in zip(now.joint.at(now.theta), now.joint.slices, strict=True)
         if problem.axis.dof in seas
         and seas[problem.axis.dof].memory_s > SLOWER * (sea := others[problem.axis.dof]).memory_s
-        and not _forgets(_disturbance(problem, now.theta[place], now), sea.memory_s, now)
+        and not _forgets(_disturbance(problem, now.theta[of_axis], now), sea.memory_s, now)
     }
 
 
@@ -103,8 +103,8 @@ def slow_forces(now: Nominal) -> tuple[Slow, ...]:
     """The slow forces in these degrees of freedom."""
     seas = slow_axes(now)
     return tuple(
-        _slow(problem, now.theta[place], now, seas[problem.axis.dof])
-        for problem, place in zip(now.joint.at(now.theta), now.joint.places, strict=True)
+        _slow(problem, now.theta[of_axis], now, seas[problem.axis.dof])
+        for problem, of_axis in zip(now.joint.at(now.theta), now.joint.slices, strict=True)
         if problem.axis.dof in seas
     )
 

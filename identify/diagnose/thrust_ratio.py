@@ -41,9 +41,12 @@ TURNS = 30
 
 @dataclass(frozen=True)
 class ThrustRatio:
-    """whole: the vehicle's thrust over the simulator's, None if no degree of freedom tells; by_axis: by name of the
+    """How much more a vehicle's thrusters push than a simulator's, and how much later.
+
+    whole: the vehicle's thrust over the simulator's, None if no degree of freedom tells; by_axis: by name of the
     degree of freedom. later: delay of the vehicle's thrust beyond the simulator's, s, None if either recording doesn't
-    tell. scatter: relative standard deviation of the ratios that single masses and drags give, about the whole."""
+    tell. scatter: relative standard deviation of the ratios that single masses and drags give, about the whole.
+    """
 
     whole: Value | None = None
     by_axis: Mapping[str, Value] = field(default_factory=dict)

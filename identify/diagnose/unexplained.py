@@ -138,7 +138,7 @@ def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
     course, rows = weighing.now.course, weighing.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
     acts += _accompanying(weighing, fit)
-    columns = rows.nuisance.beside(rows.blocks(acts, course))
+    columns = rows.nuisance.with_columns(rows.blocks(acts, course))
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
     size = inverse(columns.square() + np.diag(precision)) @ columns.crossed(fit.value[:, None])[:, 0]
     removed = [
@@ -166,7 +166,7 @@ def _known(weighing: Weighing, fit: Fitted) -> Blocks:
     """The nominal columns, the slopes of a fit's causes, and their possible forms and companions."""
     rows = weighing.rows
     forms = rows.blocks(_accompanying(weighing, fit), weighing.now.course)
-    return rows.nuisance.beside(rows.nuisance.blocks_of(fit.slopes)).beside(forms)
+    return rows.nuisance.with_columns(rows.nuisance.blocks_of(fit.slopes)).with_columns(forms)
 
 
 def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
@@ -180,9 +180,10 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
     at_sea = _at_sea(fit)
     axes = [
-        _axis_beside(weighing, fit.value, known, k, at_sea)
+        _axis_with_causes(weighing, fit.value, known, k, at_sea)
         for k, innovations in enumerate(weighing.rows.axes)
-        if innovations.problem.axis.dof not in (*weighing.now.doubted, *weighing.now.untold)
+        if innovations.problem.axis.dof
+        not in (*weighing.now.feedback_unrecorded, *weighing.now.force_undetermined)
     ]
     # An autopilot's filter corrects itself now and then, which looks like a burst.
     unfiltered = [axis for axis in axes if axis.dof not in weighing.now.filtered]
@@ -248,14 +249,14 @@ class _Axis:
         return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
 
-def _axis_beside(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea: bool) -> _Axis:
+def _axis_with_causes(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea: bool) -> _Axis:
     """The rows of the k-th axis, with the nuisance columns of the causes.
 
     At sea, delayed thrust is a nuisance too: the controller answers the remainder of the sea's form, and thrust then
     seems to predict it.
     """
     rows, innovations = weighing.rows, weighing.rows.axes[k]
-    mine, nominal = known.places[k], known.parts[k].values
+    mine, nominal = known.slices[k], known.parts[k].values
     if at_sea:
         nominal = np.hstack([nominal, innovations.prewhitened(delayed_thrust(innovations))])
     return _Axis(innovations, value[mine], nominal, _precision(rows, known, k, nominal), rows.piece[mine])
@@ -325,7 +326,7 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Blocks) -> Iterator[_
         (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
     )
     for block, weighed in enumerate(rows.witnesses, len(rows.axes)):
-        mine, nominal = known.places[block], known.parts[block].values
+        mine, nominal = known.slices[block], known.parts[block].values
         if weighed.witness.kind == "shaft":
             continue
         columns = weighed.whitened(np.column_stack([weighed.witness.bins.along(unit) for unit, _ in units]))

@@ -340,9 +340,9 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
 
     The integral of its spectrum for a braked body (a = braking over mass) and a disturbance of second order.
     """
-    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+    for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True):
         if problem.axis.dof == dof and braking > 0:
-            theta_axis = now.theta[place]
+            theta_axis = now.theta[of_axis]
             a = braking / float(now.course.mass[dof])
             memory_s, rise_s = float(np.exp(theta_axis[TIME_CONSTANT])), problem.rise_s(theta_axis)
             driven = (
@@ -368,7 +368,7 @@ def findings_of(
     fit = replace(explanation.fit, covariance=covariance)
     out, braking = [], braking_of(explanation.causes, explanation.now)
     # Made before the causes are looked at side by side, so that all take their columns from the same place.
-    explanation.weighing.candidates_beside(explanation.fit)
+    explanation.weighing.candidates_with_fit(explanation.fit)
     groups = side_by_side(lambda k: ambiguity_of(explanation, k), range(len(explanation.causes)))
     for k, (cause, group) in enumerate(zip(explanation.causes, groups, strict=True)):
         others = explanation.weighing.fitted(_others(explanation, k))
@@ -387,7 +387,7 @@ def findings_of(
                 feedforward_gain(cause, _others(explanation, k), missing, explanation.now, braking),
             )
         )
-    if FEEDBACK_DOFS & set(explanation.now.doubted):
+    if FEEDBACK_DOFS & set(explanation.now.feedback_unrecorded):
         out.append(Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, WRONG_LOG_PROBABILITY, {}, 0.0))
     return strongest_first(out)
 
@@ -396,10 +396,10 @@ def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
     """Likely causes before possible causes, then by probability in whole per cent, then by nats: some causes rest on
     another test and save none."""
 
-    def place(finding: Finding) -> tuple[bool, int, float]:
+    def rank(finding: Finding) -> tuple[bool, int, float]:
         return finding.probability < LIKELY, -round(100 * finding.probability), -finding.gain_nats
 
-    return tuple(sorted(causes, key=place))
+    return tuple(sorted(causes, key=rank))
 
 
 def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
@@ -417,17 +417,17 @@ def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tr
         for effect in weighing.library
         if effect.label not in labels and (effect.name, effect.number) not in taken
     ]
-    sizes = _sizes_beside(explanation)
+    sizes = _sizes_with_causes(explanation)
     absent = [replace(item, sizes=sizes.get(item.label, {})) for item in (*rejected, *mute)]
     return tuple(sorted((*accepted, *absent), key=lambda each: -each.gain_nats))
 
 
-def _sizes_beside(explanation: Explanation) -> dict[str, dict[str, Value]]:
+def _sizes_with_causes(explanation: Explanation) -> dict[str, dict[str, Value]]:
     """The parameters of each linear effect that is no cause, fitted beside the causes, by label.
 
     Parameters on which the dive holds nothing are left out, and effects that are told by other parameters.
     """
-    candidates = explanation.weighing.candidates_beside(explanation.fit)
+    candidates = explanation.weighing.candidates_with_fit(explanation.fit)
     taken = {cause.key for cause in explanation.fit.causes}
     out: dict[str, dict[str, Value]] = {}
     for setting in candidates.settings:
@@ -472,9 +472,9 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
     """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined
     parameters are left out."""
     cause = fit.causes[k]
-    places = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
-    moved = [fit.at[i][1] for i in places]
-    covariance = fit.covariance[np.ix_(places, places)]
+    indices = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
+    moved = [fit.at[i][1] for i in indices]
+    covariance = fit.covariance[np.ix_(indices, indices)]
     mute = {
         parameter.name
         for p, parameter in enumerate(cause.effect.parameters)

@@ -208,22 +208,22 @@ class Weighing:
         return columns, columns.square() + np.diag(self.rows.nominal_precision)
 
     @cached_property
-    def _found(self) -> dict[tuple[Key, ...], Fitted]:
+    def _fits(self) -> dict[tuple[Key, ...], Fitted]:
         """Fits by their initial causes, without rows to save memory."""
         return {}
 
     @cached_property
-    def _besides(self) -> dict[tuple[int, tuple[Key, ...]], CandidateEquations]:
+    def _equations(self) -> dict[tuple[int, tuple[Key, ...]], CandidateEquations]:
         return {}
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
         """The causes at their best values with the best nominal model; kept, because a search asks repeatedly."""
         key = tuple(key_of(cause) for cause in causes)
-        if key not in self._found:
+        if key not in self._fits:
             fit = self._fitted(causes)
-            self._found[key] = replace(fit, value=np.zeros(0), slopes=np.zeros((0, len(fit.at))))
+            self._fits[key] = replace(fit, value=np.zeros(0), slopes=np.zeros((0, len(fit.at))))
             return fit
-        known = self._found[key]
+        known = self._fits[key]
         rows, _ = self._weighed(known.causes)
         return replace(known, value=rows.value, slopes=rows.slopes)
 
@@ -263,31 +263,31 @@ class Weighing:
             moved[k] = moved[k].moved(p, by)
         return self._weighed(tuple(cause for cause in moved if cause.present.any()))
 
-    def candidates_beside(self, fit: Fitted) -> CandidateEquations:
+    def candidates_with_fit(self, fit: Fitted) -> CandidateEquations:
         """All candidates, with a fit's slopes projected out."""
-        return self._weighed_beside(fit, Blocks.nothing(self.rows.nuisance))
+        return self._kept_equations(fit, Blocks.nothing(self.rows.nuisance))
 
     def candidates_beyond_forms(self, fit: Fitted, acts: Sequence[Act] = ()) -> CandidateEquations:
         """All candidates, with the slopes and the other forms of the fit's causes, and further acts, projected
         out."""
         forms = self.forms_of(fit)
-        return self._weighed_beside(
-            fit, forms.beside(self.rows.blocks(acts, self.now.course)) if acts else forms
+        return self._kept_equations(
+            fit, forms.with_columns(self.rows.blocks(acts, self.now.course)) if acts else forms
         )
 
     def forms_of(self, fit: Fitted) -> Blocks:
         """Other forms of a fit's causes and of the hull's own drag."""
         forms = [self._columns.forms_of(cause) for cause in (*self.hull_drags, *fit.causes)]
-        return reduce(Blocks.beside, forms, Blocks.nothing(self.rows.nuisance))
+        return reduce(Blocks.with_columns, forms, Blocks.nothing(self.rows.nuisance))
 
-    def _weighed_beside(self, fit: Fitted, more: Blocks) -> CandidateEquations:
+    def _kept_equations(self, fit: Fitted, more: Blocks) -> CandidateEquations:
         key = more.width, tuple(key_of(cause) for cause in fit.causes)
-        if key not in self._besides:
+        if key not in self._equations:
             nuisance = self.rows.nuisance.blocks_of(np.column_stack([fit.value, fit.slopes]))
-            self._besides[key] = self._beside(nuisance.beside(more))
-        return self._besides[key]
+            self._equations[key] = self._equations_beyond(nuisance.with_columns(more))
+        return self._equations[key]
 
-    def _beside(self, new: Blocks) -> CandidateEquations:
+    def _equations_beyond(self, new: Blocks) -> CandidateEquations:
         """Normal equations of all candidates, with the columns in `new` projected out beyond the nominal ones.
 
         `new` holds the residual value first, then the known columns. Of nominal and candidate columns, products are
@@ -375,7 +375,7 @@ class Weighing:
         sizes of the nominal columns without and with the fit."""
         nominal, square = self.moving
         steady, by_nominal, free = self._steady
-        end = nominal.places[-1].stop
+        end = nominal.slices[-1].stop
         moved = np.column_stack([self.rows.value[:end], fit.value[:end]])
         left = (moved**2).sum(axis=0) - 2.0 * (lean * nominal.crossed(moved)).sum(axis=0)
         left += (lean * (square @ lean)).sum(axis=0)
@@ -400,7 +400,7 @@ def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
 
 def rows_of(now: Nominal) -> Regression:
     """The regression of the filters of `now`, before any effect was removed."""
-    rows = regression_of(now.joint, now.theta, now.unheard).with_thrust_scale()
+    rows = regression_of(now.joint, now.theta, now.feedback_maybe_unrecorded).with_thrust_scale()
     if now.filtered:
         rows = rows.with_drift_moments(now.course)
     rows = rows.with_witnesses(now.witnesses, now.acts, now.course)
@@ -417,7 +417,7 @@ class FormRemainder:
 
     def overlap(self, cause: Cause) -> float:
         """Nats of the fit's causes that a further cause could share, in the same axes and pieces."""
-        return self._shared(self._in_cells(self._nominal, [cause])[0], self._own_cells)
+        return self._shared(self._in_cells(self._nominal, [cause])[0], self._cells_of_fit)
 
     def saved_overlap(self, cause: Cause) -> float:
         """Nats saved by other forms of the causes that a further cause could share, with its own share of these forms
@@ -425,7 +425,7 @@ class FormRemainder:
         return self._shared(self._in_cells(self._all, [cause])[0], self._saved_cells)
 
     @cached_property
-    def _own_cells(self) -> Array:
+    def _cells_of_fit(self) -> Array:
         """Squares of the fit's causes, summed in each cell."""
         return np.asarray(np.sum(self._in_cells(self._nominal, self.fit.causes), axis=0))
 
@@ -461,12 +461,12 @@ class FormRemainder:
 
     @cached_property
     def _slopes_alone(self) -> tuple[Blocks, Array]:
-        return self._regressors(self.rows.nuisance.beside(self._slopes))
+        return self._regressors(self.rows.nuisance.with_columns(self._slopes))
 
     @cached_property
     def _all(self) -> tuple[Blocks, Array]:
         forms = self.weighing.forms_of(self.fit)
-        return self._regressors(self.rows.nuisance.beside(self._slopes).beside(forms))
+        return self._regressors(self.rows.nuisance.with_columns(self._slopes).with_columns(forms))
 
     def _regressors(self, known: Blocks) -> tuple[Blocks, Array]:
         """Nuisance columns, the nominal ones first, on the axes' rows, and the inverse of their square."""

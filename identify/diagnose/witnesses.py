@@ -60,8 +60,8 @@ class Bins:
 
     def along(self, values: Array) -> Array:
         """Means (m,) of values (t,) along the course."""
-        place, share = self._between
-        return np.asarray(_binned_means(self.of, self.count, place, share, np.ascontiguousarray(values)))
+        index, share = self._between
+        return np.asarray(_binned_means(self.of, self.count, index, share, np.ascontiguousarray(values)))
 
     @cached_property
     def _between(self) -> tuple[NDArray[np.intp], Array]:
@@ -69,22 +69,22 @@ class Bins:
 
         Many acts are read at the same times, so that these are looked up once.
         """
-        place = np.clip(
+        index = np.clip(
             np.searchsorted(self.course_s, self.time_s, side="right") - 1, 0, len(self.course_s) - 2
         )
-        share = (self.time_s - self.course_s[place]) / (self.course_s[place + 1] - self.course_s[place])
-        return place, np.clip(share, 0.0, 1.0)
+        share = (self.time_s - self.course_s[index]) / (self.course_s[index + 1] - self.course_s[index])
+        return index, np.clip(share, 0.0, 1.0)
 
 
 @njit(cache=True, nogil=True)
 def _binned_means(
-    of: NDArray[np.intp], count: Array, place: NDArray[np.intp], share: Array, values: Array
+    of: NDArray[np.intp], count: Array, index: NDArray[np.intp], share: Array, values: Array
 ) -> Array:
-    """Means in bins, as of `Bins`, of values interpolated from the instant `place` (n,) by `share` (n,) of the step."""
+    """Means in bins, as of `Bins`, of values interpolated from the instant `index` (n,) by `share` (n,) of the step."""
     total = np.zeros(len(count))
     for i in range(len(of)):
-        before = values[place[i]]
-        total[of[i]] += before + share[i] * (values[place[i] + 1] - before)
+        before = values[index[i]]
+        total[of[i]] += before + share[i] * (values[index[i] + 1] - before)
     return total / count
 
 

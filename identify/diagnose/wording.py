@@ -90,7 +90,7 @@ def parameter(name: str) -> str:
     return name.replace("_", " ") if name.islower() else name
 
 
-def told_parameters(finding: Finding) -> dict[str, Value]:
+def shown_parameters(finding: Finding) -> dict[str, Value]:
     """A cause's parameters without the thruster's number, which is in its name."""
     return {name: value for name, value in finding.parameters.items() if name != "thruster"}
 
@@ -98,9 +98,7 @@ def told_parameters(finding: Finding) -> dict[str, Value]:
 def cause_sentence(finding: Finding) -> str:
     """A cause, its probability and description."""
     effect = finding.cause.effect
-    return (
-        f"{capital(effect_words(effect))}, {percent_sure(finding.probability)} probable: {effect.sentence}."
-    )
+    return f"{capital(effect_words(effect))}, {percent_bounded(finding.probability)} probable: {effect.sentence}."
 
 
 def alike_sentence(finding: Finding) -> str:
@@ -123,13 +121,13 @@ def mm_s(value_m_s: float) -> str:
 
 
 def _cause_line(finding: Finding) -> str:
-    values = [value_words(name, value) for name, value in told_parameters(finding).items()]
+    values = [value_words(name, value) for name, value in shown_parameters(finding).items()]
     parameters = f" Fitted: {', '.join(values)}." if values else ""
     doubt = f" {alike_sentence(finding)}" if finding.also else ""
     return f"{cause_sentence(finding)}{parameters}{doubt}"
 
 
-def percent_sure(probability: float) -> str:
+def percent_bounded(probability: float) -> str:
     """A probability in per cent, never 0 or 100."""
     if probability >= 0.995:
         return "over 99 %"
@@ -233,7 +231,7 @@ def changes(axes: Sequence[AxisShrink]) -> str:
 def disturbance_words(disturbance: Disturbance) -> str:
     """`3.1 N, 62 % of the variance of the thrusters' force`."""
     whole = "the thrusters' force" if disturbance.pushed else "the force that the motion takes"
-    return f"{force_words(disturbance)}, {percent_sure(disturbance.share)} of the variance of {whole}"
+    return f"{force_words(disturbance)}, {percent_bounded(disturbance.share)} of the variance of {whole}"
 
 
 def force_words(disturbance: Disturbance) -> str:
@@ -257,7 +255,7 @@ def _share_words(disturbance: Disturbance) -> str:
     """Share of the variance; marked in a degree of freedom that is only held, where thrust merely answers the
     disturbance."""
     held = not disturbance.driven and disturbance.share > MOST_DISTURBED
-    return f"{percent_sure(disturbance.share)}, only held" if held else percent_sure(disturbance.share)
+    return f"{percent_bounded(disturbance.share)}, only held" if held else percent_bounded(disturbance.share)
 
 
 def swallowed_sentence(disturbance: Sequence[Disturbance]) -> str:
@@ -430,14 +428,16 @@ def _verdict(diagnosis: Diagnosis) -> str:
     drift = _drift_clause(diagnosis, "them" if len(diagnosis.findings) > 1 else "it", no_gap)
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
     said = f"{drift}. {capital(where)}" if drift else where
-    return f"{capital(causes)}: {said}.{_rest(diagnosis) if partly else ''}"
+    return f"{capital(causes)}: {said}.{_remainder(diagnosis) if partly else ''}"
 
 
-def _rest(diagnosis: Diagnosis) -> str:
+def _remainder(diagnosis: Diagnosis) -> str:
     """Sentence on the part of the gap that the accepted causes leave."""
     left = diagnosis.gap.unexplained
     share = (
-        f", {percent_sure(left)} of the drift beyond noise on pieces held out" if math.isfinite(left) else ""
+        f", {percent_bounded(left)} of the drift beyond noise on pieces held out"
+        if math.isfinite(left)
+        else ""
     )
     return f" Something is left that no candidate explains{share}: {_unexplained(diagnosis, 'that')}."
 
@@ -462,7 +462,9 @@ def _explain(findings: Sequence[Finding], what: str) -> str:
 
 def _may_explain(findings: Sequence[Finding], what: str) -> str:
     """Clause on possible causes: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
-    named = listed([f"{name_of(cause)} ({percent_sure(cause.probability)} probable)" for cause in findings])
+    named = listed(
+        [f"{name_of(cause)} ({percent_bounded(cause.probability)} probable)" for cause in findings]
+    )
     return f"{named} may explain {what}"
 
 
@@ -561,7 +563,7 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     shrink, where = drifts
     within = f", {NO_MORE}" if shrink.before <= 1.0 + CHANCE else ""
     drift = f"the model's {DRIFT_S:g} s drift"
-    if all(cause.cause.effect.place == "log" for cause in diagnosis.findings):
+    if all(cause.cause.effect.acts_on == "log" for cause in diagnosis.findings):
         return (
             f"it shows in what is recorded, not in the motion: with {causes} or without, {drift} is "
             f"{level(shrink.by_axis, before=False)}{where}{within}"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from identify.effects.course import Course
 
 Array = NDArray[np.float64]
-Place = Literal["force", "thruster", "reading", "water", "body", "log"]
+ActsOn = Literal["force", "thruster", "reading", "water", "body", "log"]
 FeedForward = Literal[
     "", "nominal", "quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"
 ]
@@ -213,7 +213,7 @@ class Effect:
 
     name: str
     sentence: str
-    place: Place
+    acts_on: ActsOn
     parameters: tuple[Parameter, ...]
     act: Callable[[Course, Array], Act]
     separation: Separation

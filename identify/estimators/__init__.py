@@ -4,7 +4,7 @@
 `motion` velocities and Coriolis forces · `lateness` forces at another time · `innovations` the compiled filter ·
 `information` its gradient. Fit:
 `likelihood` the method · `likelihood_axis`, `likelihood_joint`, `likelihood_fit` of one axis, of all, and its summit ·
-`filters` a rough fit of all · `scoring` the climb · `intervals` beyond the parabola · `misfit` drag and timing that the
+`start` a rough fit of all · `scoring` the climb · `intervals` beyond the parabola · `misfit` drag and timing that the
 model lacks · `alike_runs` runs of two vehicles · `lacking` other forces that it lacks, `forms` of them, `swing` as of
 waves · `timing` delay of thrust and of velocity · `pinn` the network.
 

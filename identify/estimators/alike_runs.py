@@ -19,7 +19,7 @@ VAGUE = 1.0
 
 @dataclass(frozen=True)
 class Kinds:
-    """Runs of two kinds, by their places in a dive: `heavy` respond as if `ratio` times as heavy as the others."""
+    """Runs of two kinds, by their numbers in a dive: `heavy` respond as if `ratio` times as heavy as the others."""
 
     heavy: tuple[int, ...]
     ratio: float
@@ -30,18 +30,18 @@ def kinds_of_runs(problem: AxisLikelihood, theta: Array) -> Kinds | None:
     if len(problem.axis.runs) < FEWEST_RUNS:
         return None
     shifts, precisions = np.array([
-        _own_word(rows.tolist(), gradient, information)
+        _word_of_run(rows.tolist(), gradient, information)
         for rows, gradient, information in problem.score_by_run(theta)
     ]).T  # fmt: skip
     return _split(shifts, precisions)
 
 
-def _own_word(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
+def _word_of_run(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
     """Step of the log mass by a run's own readings, with a damping and a trim of its own, and its precision."""
     prior = np.array([VAGUE**-2 if row in (MASS, DAMPING) else 0.0 for row in rows])
     covariance = np.linalg.pinv(information + np.diag(prior), hermitian=True)
-    place = rows.index(MASS)
-    return float(covariance[place] @ gradient), float(1.0 / covariance[place, place])
+    index = rows.index(MASS)
+    return float(covariance[index] @ gradient), float(1.0 / covariance[index, index])
 
 
 def _split(shifts: Array, precisions: Array) -> Kinds | None:

@@ -89,7 +89,7 @@ def answer_of(
     built: Axes,
     dive: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     spoilt: Mapping[int, Unrecorded],
     *,
     weighs_others: bool,
@@ -100,15 +100,15 @@ def answer_of(
     tests: of the fit, by degree of freedom. spoilt: the degrees of freedom whose controller used an unrecorded reading;
     weighs_others: whether the method then took their masses from the other axes. began_s: as `time.perf_counter`.
     """
-    shape = file.vehicle.configurations[configuration]
+    configuration = file.vehicle.configurations[configuration_name]
     joint, theta, delay = fitted.joint, fitted.theta, fitted.delay
     lacking = {dof: test.drag for dof, test in tests.items() if test.lacks_drag}
     # Thrust that follows the disturbance through an unrecorded reading seems to come late, so such axes don't count.
     late = {dof: test.late for dof, test in tests.items() if test.is_late and dof not in spoilt}
     others = lacks_of(joint, theta, built, dive, spoilt, tests)
     let_in = widened(admitted(joint, theta, lacking, late, _timing(tests, delay)), joint, theta, others)
-    missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
-    hull = OF_HULL.values() if shape.damping != "linear" else (*MASSES, *DAMPINGS)
+    missing = missing_forces(tuple(lacking), tuple(late), configuration.damping)
+    hull = OF_HULL.values() if configuration.damping != "linear" else (*MASSES, *DAMPINGS)
     reasons = spoilt if weighs_others else {}
     estimates = [
         _estimate(coefficient, row, fitted, let_in, missing, built, reasons)
@@ -124,8 +124,8 @@ def answer_of(
         *unseen_doubts(built),
         *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
-        *drag_doubts(lacking, shape.damping),
-        *lacking_doubts(others, shape.damping),
+        *drag_doubts(lacking, configuration.damping),
+        *lacking_doubts(others, configuration.damping),
         *fitted.doubts,
         *by_others,
     )
@@ -133,8 +133,8 @@ def answer_of(
     return Identification(
         fitted.method,
         outcome_of(totals, doubts),
-        (*totals, *(added_mass(total, shape) for total in totals[:6]), *squared),
-        configuration,
+        (*totals, *(added_mass(total, configuration) for total in totals[:6]), *squared),
+        configuration_name,
         dive.name,
         dive.sha256,
         file.vehicle.name,
@@ -179,10 +179,10 @@ def _estimate(
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in {problem.axis.dof for problem in fitted.joint.problems}:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
-    value, own_std = float(fitted.value[row]), float(np.sqrt(fitted.covariance[row, row]))
+    value, fitted_std = float(fitted.value[row]), float(np.sqrt(fitted.covariance[row, row]))
     if not np.isfinite(value):
         return as_estimate(name, nan, nan, nan, nan, NO_LINEAR)
-    std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, fitted.stretch[row])
+    std, (below, above) = let_in.std(row, fitted_std), let_in.reach(row, fitted_std, fitted.stretch[row])
     reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
         text = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
@@ -212,18 +212,18 @@ def _covariance(
 def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identification:
     """Return the result that a user may rely on, with its stated limits, from the fit of any method."""
     vehicle = file.vehicle
-    shape = vehicle.configurations[fit.configuration]
+    configuration = vehicle.configurations[fit.configuration]
     fitted = {p.name for p in fit.parameters if math.isfinite(p.value)} - {*fit.rest_on_righting}
     doubts = (*fit.doubts, *contradictions(dive, file, fit.configuration, fitted))
     notes = (*fit.notes, *unchecked(dive))
     result = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:
         result = without_masses(result, feedback_doubts(dive, vehicle.water))
-    result = with_bounds(result, shape)
-    result = with_priors(result, shape.priors, vehicle.thrust_curve.scale_std)
+    result = with_bounds(result, configuration)
+    result = with_priors(result, configuration.priors, vehicle.thrust_curve.scale_std)
     result = with_identifiability(with_drag_forces(result))
     totals = result.parameters[:12]
-    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]), *result.parameters[18:])
+    whole = (*totals, *(added_mass(total, configuration) for total in totals[:6]), *result.parameters[18:])
     return replace(result, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, result.doubts)))
 
 

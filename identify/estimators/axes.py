@@ -5,7 +5,7 @@ filters of one axis each replace a filter with twelve states. `coupled` forms th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -37,11 +37,11 @@ from identify.estimators.readings import (
     Channel,
     at_origin,
     channels,
-    places_of,
+    poses_of,
     restoring_force,
     stiffness_of,
     tumbles,
-    with_rates_of_places,
+    with_rates_of_poses,
 )
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
@@ -102,17 +102,53 @@ class Brackets:
 
 
 @dataclass(frozen=True)
-class Axis:
-    """One degree of freedom, (n,) events in time order.
+class Events:
+    """Readings of one degree of freedom, (n,) events in time order, with long steps divided; still without forces.
 
-    step_s: time since the event before, equal to entry `step` of `different_s`, or 0 if `step` is NO_STEP, or less at
-    the first event of each run but the first (`innovations.NO_STEP`).
-    force (n, 2): thrust less restoring force in the first and the second half of the step before the event.
-    coriolis (n, 6): force per unit of each total mass.
+    step_s: time since the event before, equal to entry `step` of `different_s`; 0 at the first event. `step` is NO_STEP
+    there, and less at the first event of each later run (`innovations.NO_STEP`).
     reading: NaN if the event only divides a step. scale: standard deviation of a reading over its channel's noise.
     channel: index of the reading's entry in `channels`.
-    stiffness: restoring moment per angle, for roll and pitch.
     initial (r, 4), by run: first speed, first angle or depth, and their variances.
+    """
+
+    dof: int
+    time_s: Array
+    step_s: Array
+    different_s: Array
+    step: NDArray[np.int64]
+    reading: Array
+    scale: Array
+    state_read: NDArray[np.int64]
+    channel: NDArray[np.int64]
+    channels: tuple[Channel, ...]
+    initial: Array
+
+    @cached_property
+    def runs(self) -> tuple[slice, ...]:
+        """The events of each run."""
+        firsts = [0, *np.flatnonzero(self.step < NO_STEP).tolist(), len(self.step)]
+        return tuple(slice(a, b) for a, b in pairwise(firsts))
+
+    @property
+    def before_s(self) -> Array:
+        """Times (n,) of the event before; its own for the first event of a run."""
+        before = np.concatenate([self.time_s[:1], self.time_s[:-1]])
+        return np.where(self.step < NO_STEP, self.time_s, before)
+
+    @property
+    def is_coloured(self) -> bool:
+        """Whether the velocity readings have a slow error of their own, as those of an autopilot's filter do."""
+        return self.channels[0].coloured > 0.0
+
+
+@dataclass(frozen=True)
+class Axis(Events):
+    """One degree of freedom: its events, and the forces in the steps between them.
+
+    force (n, 2): thrust less restoring force in the first and the second half of the step before the event.
+    coriolis (n, 6): force per unit of each total mass.
+    stiffness: restoring moment per angle, for roll and pitch.
     speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
@@ -122,20 +158,9 @@ class Axis:
     at all times.
     """
 
-    dof: int
-    time_s: Array
-    step_s: Array
-    different_s: Array
-    step: NDArray[np.int64]
     force: Array
     coriolis: Array
-    reading: Array
-    scale: Array
-    state_read: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    channels: tuple[Channel, ...]
     stiffness: float
-    initial: Array
     speed: Array
     before_filter: Array
     quadratic: float = 0.0
@@ -185,28 +210,11 @@ class Axis:
         """Number of trim forces."""
         return max(self.trim_of_run) + 1
 
-    @cached_property
-    def runs(self) -> tuple[slice, ...]:
-        """The events of each run."""
-        firsts = [0, *np.flatnonzero(self.step < NO_STEP).tolist(), len(self.step)]
-        return tuple(slice(a, b) for a, b in pairwise(firsts))
-
-    @property
-    def before_s(self) -> Array:
-        """Times (n,) of the event before; its own for the first event of a run."""
-        before = np.concatenate([self.time_s[:1], self.time_s[:-1]])
-        return np.where(self.step < NO_STEP, self.time_s, before)
-
     def by_lateness(self, lag_s: float = LATER_S) -> Array:
         """Change of the force of each step (n,), per second that it comes later (`lateness.by_lateness`)."""
         return np.concatenate(
             [by_lateness(self.force[run], 0.5 * self.step_s[run], lag_s) for run in self.runs]
         )
-
-    @property
-    def is_coloured(self) -> bool:
-        """Whether the velocity readings have a slow error of their own, as those of an autopilot's filter do."""
-        return self.channels[0].coloured > 0.0
 
     @property
     def shown_s(self) -> Array:
@@ -249,7 +257,9 @@ class Axes:
         return tuple(c.name for c in COEFFICIENTS if c.dof in (ROLL, PITCH) and c.dof in self.unpushed)
 
 
-def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = range(6)) -> Axes:
+def build_axes(
+    dive: Dive, file: VehicleFile, configuration_name: str, dofs: Sequence[int] = range(6)
+) -> Axes:
     """Return the axes, among these degrees of freedom, for which this dive has readings and forces.
 
     Raises FitError if the dive holds no thruster command at all, or if all its readings are frozen.
@@ -261,9 +271,9 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
             of=dive.name,
         )
     vehicle = file.vehicle
-    configuration = vehicle.configurations[name]
+    configuration = vehicle.configurations[configuration_name]
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
-    forces = wrench(dive, file, name)
+    forces = wrench(dive, file, configuration_name)
     later_s = max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
     least_n = LEAST_DRIVE * configuration.thruster_limit_n
     begun_s = [(first_s + later_s, last_s) for first_s, last_s in forces.spans_s]
@@ -272,8 +282,8 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     velocity, motion = at_origin(dive, grid, np.asarray(lever))
-    motion = with_rates_of_places(dive, file, motion)
-    places = places_of(dive, file, motion, attitude)
+    motion = with_rates_of_poses(dive, file, motion)
+    poses = poses_of(dive, file, motion, attitude)
     unpushed = {
         dof: _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
         for dof in dofs
@@ -282,8 +292,8 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
 
     def axis_of(dof: int) -> tuple[Axis, Array] | str:
         """An axis with its restoring force along the motion; why it is missing, if it is."""
-        place = places.get(dof)
-        read = channels(dive, dof, velocity, None if place is None else place.reading)
+        pose = poses.get(dof)
+        read = channels(dive, dof, velocity, None if pose is None else pose.reading)
         if not read:
             return _unread(dive, dof)
         if dof in unpushed and read[0].state_read == POSITION and not forces.asked[:, dof].any():
@@ -292,12 +302,26 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
         if events is None:
             return f"{DOFS[dof]} was recorded only while no thruster command was"
         stiffness = stiffness_of(dive, configuration, dof)
-        held = restoring_force(configuration, dof, motion, attitude, place, stiffness)
-        axis = _pushed(events, forces, motion, held, stiffness)
-        axis = replace(axis, white_force=float(forces.hidden[dof]))
-        if axis.is_coloured:
-            axis = _behind_filter(axis, forces, grid, held, dive.velocity_smoothing_s)
-        axis = coupled(axis, motion)
+        held = restoring_force(configuration, dof, motion, attitude, pose, stiffness)
+        if events.is_coloured:
+            smoothing_s = dive.velocity_smoothing_s
+            force, timing = _force_behind_filter(events, forces, grid, held, smoothing_s)
+        else:
+            smoothing_s, timing = 0.0, ()
+            force = _force(events, forces, motion, held)
+        coriolis, speed, before_filter = _coupling(events, motion, smoothing_s)
+        axis = Axis(
+            **{part.name: getattr(events, part.name) for part in fields(Events)},
+            force=force,
+            coriolis=coriolis,
+            stiffness=stiffness,
+            speed=speed,
+            before_filter=before_filter,
+            white_force=float(forces.hidden[dof]),
+            timing=timing,
+            smoothing_s=smoothing_s,
+            trim_of_run=tuple(range(len(events.runs))),
+        )
         if forces.sampled_s:
             axis = replace(
                 _late_or_early(axis, forces, LATE_SHARE * forces.sampled_s), sampled_s=forces.sampled_s
@@ -307,7 +331,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
         if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
             return axis, held
         return (
-            f"the forces in {DOFS[dof]} are no numbers: a thruster command, an attitude or a velocity is none"
+            f"the forces in {DOFS[dof]} are not finite: a thruster command, an attitude or a velocity is NaN"
         )
 
     every = dict(zip(dofs, side_by_side(axis_of, dofs), strict=True))
@@ -315,7 +339,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
         tuple(item[0] for item in every.values() if not isinstance(item, str)),
         {dof: why for dof, why in every.items() if isinstance(why, str)},
         (*forces.notes, *floats),
-        _strange(dive, forces, vehicle, name),
+        _strange(dive, forces, vehicle, configuration_name),
         motion,
         {dof: item[1] for dof, item in every.items() if not isinstance(item, str)},
         unpushed,
@@ -324,7 +348,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
 
 def _unpushed(dof: int, steadily: bool) -> str:
     if steadily:
-        return f"the thrusters pushed in {DOFS[dof]} all the dive alike"
+        return f"the thrust in {DOFS[dof]} was constant throughout"
     righted = ", its righting moment alone did" if dof in (ROLL, PITCH) else ""
     return f"the thrusters never pushed in {DOFS[dof]}{righted}"
 
@@ -338,22 +362,23 @@ def _unread(dive: Dive, dof: int) -> str:
             f"the recorded {motion} stands still at one value while the vehicle goes on; check the {sensor}, and what "
             "passes its readings on"
         )
-    place = {2: dive.depth if dive.depth is not None else dive.pressure}.get(dof, dive.attitude)
+    pose = {2: dive.depth if dive.depth is not None else dive.pressure}.get(dof, dive.attitude)
     source = "depth" if dof == HEAVE else "attitude"
-    if dof == HEAVE and place is not None and tumbles(dive):
+    if dof == HEAVE and pose is not None and tumbles(dive):
         return f"no {motion} was recorded, and the depth of a vehicle that turns over tells none; record the {sensor}"
-    limits = "" if dof < 2 or place is None else f", and {source} alone says too little of it"
+    limits = "" if dof < 2 or pose is None else f", and {source} alone does not determine it"
     return f"no {motion} was recorded{limits}; record the {sensor}"
 
 
-def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> str:
+def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, configuration_name: str) -> str:
     recorded = dive.configuration_index()
-    if recorded is not None and recorded != vehicle.veh_cfg(name):
+    if recorded is not None and recorded != vehicle.veh_cfg(configuration_name):
         return (
-            f"the recording says VEH_CFG {recorded}, configuration '{name}' of vehicle '{vehicle.name}' is "
-            f"{vehicle.veh_cfg(name)}: it was dived in another configuration, or is another vehicle's"
+            f"the recording says VEH_CFG {recorded}, configuration '{configuration_name}' of vehicle "
+            f"'{vehicle.name}' is {vehicle.veh_cfg(configuration_name)}: it was dived in another configuration, or is "
+            "another vehicle's"
         )
-    shares = _off_the_command(dive, forces, vehicle.configurations[name].thruster_limit_n)
+    shares = _off_the_command(dive, forces, vehicle.configurations[configuration_name].thruster_limit_n)
     worst = max(shares, key=lambda dof: shares[dof], default=0)
     if shares and shares[worst] > STRANGE_SHARE:
         return (
@@ -383,7 +408,7 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
 
 @dataclass(frozen=True)
 class _RunEvents:
-    """Readings of an axis in time order within a run, (n,) each as in `Axis`, with long steps divided."""
+    """Readings of an axis in time order within a run, (n,) each as in `Events`, with long steps divided."""
 
     time_s: Array
     value: Array
@@ -393,9 +418,8 @@ class _RunEvents:
     initial: Array
 
 
-def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, float]]) -> Axis | None:
-    """Return the readings of an axis in time order, with long steps divided, still without any force; None if no run
-    holds enough of them."""
+def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, float]]) -> Events | None:
+    """Return the readings of an axis in time order, with long steps divided; None if no run holds enough of them."""
     tick_s = _tick_s(channels)
     runs = [events for span_s in spans_s if (events := _run_events(channels, span_s, tick_s)) is not None]
     if not runs:
@@ -404,28 +428,22 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
     time_s = np.concatenate([run.time_s for run in runs])
     steps = [np.diff(run.time_s, prepend=run.time_s[0]) for run in runs]
     step_s = _in_ticks(np.concatenate(steps), tick_s)
-    found_s, step = np.unique(step_s, return_inverse=True)
-    empty = int(found_s[0] == 0.0)
+    different_s, step = np.unique(step_s, return_inverse=True)
+    empty = int(different_s[0] == 0.0)
     step = np.asarray(step - empty, dtype=np.int64)
     step[np.cumsum([0, *count[:-1]])] = NO_STEP - np.arange(len(runs))
-    return Axis(
-        dof,
-        time_s,
-        step_s,
-        np.asarray(found_s[empty:], dtype=np.float64),
-        step,
-        np.zeros((len(time_s), 2)),
-        np.zeros((len(time_s), 6)),
-        np.concatenate([run.value for run in runs]),
-        np.concatenate([run.scale for run in runs]),
-        np.concatenate([run.state for run in runs]),
-        np.concatenate([run.channel for run in runs]),
-        tuple(channels),
-        0.0,
-        np.array([run.initial for run in runs]),
-        np.zeros(len(time_s)),
-        np.zeros(len(time_s)),
-        trim_of_run=tuple(range(len(runs))),
+    return Events(
+        dof=dof,
+        time_s=time_s,
+        step_s=step_s,
+        different_s=np.asarray(different_s[empty:], dtype=np.float64),
+        step=step,
+        reading=np.concatenate([run.value for run in runs]),
+        scale=np.concatenate([run.scale for run in runs]),
+        state_read=np.concatenate([run.state for run in runs]),
+        channel=np.concatenate([run.channel for run in runs]),
+        channels=tuple(channels),
+        initial=np.array([run.initial for run in runs]),
     )
 
 
@@ -478,30 +496,27 @@ def _dividing(time_s: Array) -> Array:
     return np.asarray(time_s[step] + count * step_s[step] / pieces[step])
 
 
-def _pushed(
-    events: Axis, forces: WrenchHistory, motion: Motion, restoring_n: Array, stiffness: float
-) -> Axis:
-    """Return the events with the thrust less restoring force of each step."""
+def _force(events: Events, forces: WrenchHistory, motion: Motion, restoring_n: Array) -> Array:
+    """Thrust less restoring force in the halves of each step, (n, 2)."""
     before = events.before_s
     force = forces.along(events.dof).halves_between(before, events.time_s)[:, :, 0]
     held = motion.mean_between(restoring_n, before, events.time_s)
-    return replace(events, force=force - held[:, None], stiffness=stiffness)
+    return np.asarray(force - held[:, None])
 
 
-def _behind_filter(
-    axis: Axis, forces: WrenchHistory, grid: Array, restoring_n: Array, smoothing_s: float
-) -> Axis:
-    """Return the axis with its force filtered like the readings of an autopilot's own filter, and their timing
-    errors."""
-    before = axis.before_s
-    push = FilteredForce(grid, forces.along(axis.dof).at(grid)[:, 0] - restoring_n)
-    force = push.behind(smoothing_s).mean_between(before, axis.time_s)
-    return replace(
-        axis,
-        force=np.column_stack([force, force]),
-        timing=timing_of(push, smoothing_s, before, axis.time_s, axis.dof == HEAVE),
-        smoothing_s=smoothing_s,
-    )
+def _force_behind_filter(
+    events: Events, forces: WrenchHistory, grid: Array, restoring_n: Array, smoothing_s: float
+) -> tuple[Array, tuple[Timing, ...]]:
+    """The force (n, 2) filtered like the readings of an autopilot's own filter, and their timing errors."""
+    push = FilteredForce(grid, forces.along(events.dof).at(grid)[:, 0] - restoring_n)
+    return _filtered(events, push, smoothing_s)
+
+
+def _filtered(events: Events, push: FilteredForce, smoothing_s: float) -> tuple[Array, tuple[Timing, ...]]:
+    before = events.before_s
+    force = push.behind(smoothing_s).mean_between(before, events.time_s)
+    timing = timing_of(push, smoothing_s, before, events.time_s, events.dof == HEAVE)
+    return np.column_stack([force, force]), timing
 
 
 def _late_or_early(axis: Axis, forces: WrenchHistory, spread_s: float) -> Axis:
@@ -516,12 +531,12 @@ def _late_or_early(axis: Axis, forces: WrenchHistory, spread_s: float) -> Axis:
     return replace(axis, timing=timing)
 
 
-def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
+def axes_with_delay(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
     """Return the axes, which were built with these forces, for forces that act `by_s` later."""
-    return replace(built, axes=tuple(later(axis, built, forces, by_s) for axis in built.axes))
+    return replace(built, axes=tuple(axis_with_delay(axis, built, forces, by_s) for axis in built.axes))
 
 
-def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
+def axis_with_delay(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
     """Return an axis of `built`, which was built with these forces, for forces that act `by_s` later."""
     before, grid = axis.before_s, built.motion.time_s
     forces = forces.along(axis.dof)
@@ -531,40 +546,44 @@ def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
         )
         return replace(axis, force=axis.force + moved[:, :, 0])
     push = FilteredForce(grid, forces.at(grid - by_s)[:, 0] - built.restoring[axis.dof])
-    force = push.behind(axis.smoothing_s).mean_between(before, axis.time_s)
-    timing = timing_of(push, axis.smoothing_s, before, axis.time_s, axis.dof == HEAVE)
-    return replace(axis, force=np.column_stack([force, force]), timing=(*timing, *axis.timing[len(timing) :]))
+    force, timing = _filtered(axis, push, axis.smoothing_s)
+    return replace(axis, force=force, timing=(*timing, *axis.timing[len(timing) :]))
 
 
 def coupled(axis: Axis, motion: Motion) -> Axis:
     """Return the axis with the Coriolis forces and its own speed from a motion: means over each step, filtered like
     its readings."""
-    before = axis.before_s
+    coriolis, speed, before_filter = _coupling(axis, motion, axis.smoothing_s)
+    return replace(axis, coriolis=coriolis, speed=speed, before_filter=before_filter)
+
+
+def _coupling(events: Events, motion: Motion, smoothing_s: float) -> tuple[Array, Array, Array]:
+    """Coriolis forces (n, 6), own speed (n,) and the speed before an autopilot's smoothing (n,), by a motion."""
+    before = events.before_s
 
     def shown(values: Array) -> Array:
         step_s = float(motion.time_s[1] - motion.time_s[0])
-        smooth = behind_filter(values[:, None], step_s, axis.smoothing_s)[:, 0]
-        return motion.mean_between(smooth, before, axis.time_s)
+        smooth = behind_filter(values[:, None], step_s, smoothing_s)[:, 0]
+        return motion.mean_between(smooth, before, events.time_s)
 
-    columns = [-shown(force) if force.any() else np.zeros(len(before)) for force in motion.coriolis[axis.dof]]
-    nu = motion.nu[:, axis.dof]
-    return replace(
-        axis,
-        coriolis=np.column_stack(columns),
-        speed=shown(nu),
-        before_filter=motion.mean_between(nu, before, axis.time_s),
-    )
+    columns = [
+        -shown(force) if force.any() else np.zeros(len(before)) for force in motion.coriolis[events.dof]
+    ]
+    nu = motion.nu[:, events.dof]
+    return np.column_stack(columns), shown(nu), motion.mean_between(nu, before, events.time_s)
 
 
 def _initial(time_s: Array, value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
     moving = (state != POSITION) & np.isfinite(value)
-    place = value[state == POSITION]
+    position = value[state == POSITION]
     speed = (value / scale)[moving] if moving.any() else _rate_of(time_s, value)
     least = 1e-4 if moving.any() else LEAST_FIRST_M_S
-    return np.array([speed[0], place[:1].sum(), max(float(np.std(speed)), least) ** 2, FIRST_POSITION_STD**2])
+    return np.array(
+        [speed[0], position[:1].sum(), max(float(np.std(speed)), least) ** 2, FIRST_POSITION_STD**2]
+    )
 
 
-def _rate_of(time_s: Array, place: Array) -> Array:
+def _rate_of(time_s: Array, position: Array) -> Array:
     """Speeds from successive readings of a position or angle."""
     step_s = np.diff(time_s)
-    return np.asarray(np.diff(place)[step_s > 0] / step_s[step_s > 0])
+    return np.asarray(np.diff(position)[step_s > 0] / step_s[step_s > 0])

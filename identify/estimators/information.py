@@ -21,7 +21,7 @@ from identify.estimators.innovations import (
     moved_covariance,
     moved_mean,
     read_of,
-    told_covariance,
+    updated_covariance,
 )
 
 Array = NDArray[np.float64]
@@ -186,7 +186,7 @@ def _tell(
         mean[1, lane] += k[1] * e
         mean[2, lane] += k[2] * e
         mean[3, lane] += k[3] * e
-        _keep(cov, lane, told_covariance(p, velocity, coloured, k))
+        _keep(cov, lane, updated_covariance(p, velocity, coloured, k))
 
 
 @njit(cache=True, inline="always")

@@ -220,7 +220,7 @@ def innovations(
             if abs(e) <= limit:
                 gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3] = k
                 mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
-                p = told_covariance(p, velocity, coloured, k)
+                p = updated_covariance(p, velocity, coloured, k)
         if state_read[i] == INCREMENT:
             mean = (mean[0], 0.0, mean[2], mean[3])
             p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
@@ -261,7 +261,7 @@ def log_likelihood(
                 return -np.inf
             out -= 0.5 * (np.log(total) + e * e / total)
             mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
-            p = told_covariance(p, velocity, coloured, k)
+            p = updated_covariance(p, velocity, coloured, k)
         if state_read[i] == INCREMENT:
             mean = (mean[0], 0.0, mean[2], mean[3])
             p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
@@ -333,7 +333,7 @@ def smoothed_velocity(
             gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3] = k
             surprise[i] = e / total
             mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
-            p = told_covariance(p, velocity, coloured, k)
+            p = updated_covariance(p, velocity, coloured, k)
         if state_read[i] == INCREMENT:
             mean = (mean[0], 0.0, mean[2], mean[3])
             p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
@@ -442,7 +442,7 @@ def gains(p: Covariance, velocity: bool, coloured: bool, variance: float) -> tup
 
 
 @njit(cache=True, inline="always")
-def told_covariance(p: Covariance, velocity: bool, coloured: bool, k: Gain) -> Covariance:
+def updated_covariance(p: Covariance, velocity: bool, coloured: bool, k: Gain) -> Covariance:
     """The covariance after a reading."""
     r0, r1, r2, r3, _ = _shown(p, velocity, coloured)
     return (

@@ -61,26 +61,26 @@ SURELY = 5.0
 
 def integrated(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
     """Shift to be added to the maximum theta (p,), and factors on its standard deviations (p,)."""
-    parts = [joint.score_of(i, theta) for i in range(len(joint.places))]
+    parts = [joint.score_of(i, theta) for i in range(len(joint.slices))]
     precision = np.diag(joint.prior_precision)
-    for places, _, information in parts:
-        precision[np.ix_(places, places)] += information
+    for indices, _, information in parts:
+        precision[np.ix_(indices, indices)] += information
     whole: Array = np.asarray(np.linalg.inv(precision), dtype=np.float64)
     shift, log_widening = np.zeros(len(theta)), np.zeros(len(theta))
-    for i, (place, (places, slope_here, here)) in enumerate(zip(joint.places, parts, strict=True)):
-        levels = [place.start + DISTURBANCE, place.start + TIME_CONSTANT]
+    for i, (of_axis, (indices, slope_here, here)) in enumerate(zip(joint.slices, parts, strict=True)):
+        levels = [of_axis.start + DISTURBANCE, of_axis.start + TIME_CONSTANT]
         others = np.setdiff1d(np.arange(len(theta)), levels)
         without = precision.copy()
-        without[np.ix_(places, places)] -= here
+        without[np.ix_(indices, indices)] -= here
         middle = _known(precision, others)[1]
         for step in _directions(whole, levels):
             sides, skewness = [], 0.0
             for sign in (-1.0, 1.0):
                 _, slope, there = joint.score_of(i, theta + sign * step)
                 moved = without.copy()
-                moved[np.ix_(places, places)] += there
+                moved[np.ix_(indices, indices)] += there
                 sides.append(_known(moved, others))
-                skewness += float(step[places] @ (slope - slope_here))
+                skewness += float(step[indices] @ (slope - slope_here))
             (down, low), (up, high) = sides
             mean = float(np.clip(0.5 * skewness - 0.25 * (up - down), -LARGEST_SHIFT, LARGEST_SHIFT))
             tilt, bend = 0.5 * (high - low), 0.5 * (high + low) - middle
@@ -110,7 +110,7 @@ class Pinned:
     """A problem with one of its parameters fixed."""
 
     problem: Problem
-    place: int
+    index: int
     at: float
 
     @property
@@ -120,13 +120,13 @@ class Pinned:
     @property
     def prior_mean(self) -> Array:
         mean = self.problem.prior_mean.copy()
-        mean[self.place] = self.at
+        mean[self.index] = self.at
         return mean
 
     @property
     def prior_precision(self) -> Array:
         precision = self.problem.prior_precision.copy()
-        precision[self.place] = PIN
+        precision[self.index] = PIN
         return precision
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
@@ -136,25 +136,25 @@ class Pinned:
         return self.problem.log_likelihood(theta)
 
 
-def stretches(problem: Problem, maximum: Array, place: int, score: Score = alone) -> tuple[float, float]:
+def stretches(problem: Problem, maximum: Array, index: int, score: Score = alone) -> tuple[float, float]:
     """Factors on the lower and the upper half of a parameter's interval.
 
     `maximum` (p,) is the maximum of the posterior.
     """
     _, information = score(problem, maximum)
     covariance = np.linalg.inv(information + np.diag(problem.prior_precision))
-    std = float(np.sqrt(covariance[place, place]))
-    step: Array = np.asarray(Z95 * covariance[:, place] / std, dtype=np.float64)
+    std = float(np.sqrt(covariance[index, index]))
+    step: Array = np.asarray(Z95 * covariance[:, index] / std, dtype=np.float64)
     top = float(log_posterior(problem, maximum))
     way = _searched if LOOSE < std < HOPELESS else _stretch
-    below, above = (way(problem, maximum, sign * step, place, top, score) for sign in (-1.0, 1.0))
+    below, above = (way(problem, maximum, sign * step, index, top, score) for sign in (-1.0, 1.0))
     return below, above
 
 
-def _stretch(problem: Problem, maximum: Array, step: Array, place: int, top: float, score: Score) -> float:
+def _stretch(problem: Problem, maximum: Array, step: Array, index: int, top: float, score: Score) -> float:
     end = maximum + step
     gradient, information = score(problem, end)
-    others = np.arange(len(end)) != place
+    others = np.arange(len(end)) != index
     slope = (gradient - problem.prior_precision * (end - problem.prior_mean))[others]
     precision = (information + np.diag(problem.prior_precision))[np.ix_(others, others)]
     # Far out on a hopeless parameter the information may be singular but for rounding: nothing is regained there.
@@ -165,11 +165,11 @@ def _stretch(problem: Problem, maximum: Array, step: Array, place: int, top: flo
     return float(np.clip(Z95 / np.sqrt(2.0 * fallen + 1e-12), NEAREST, FURTHEST))
 
 
-def _searched(problem: Problem, maximum: Array, step: Array, place: int, top: float, score: Score) -> float:
+def _searched(problem: Problem, maximum: Array, step: Array, index: int, top: float, score: Score) -> float:
     def root_of_fall(far: float) -> float:
         """Root of twice the fall at `far` times the distance of the parabola's end: 1.96 `far` on a parabola."""
         end = maximum + far * step
-        held = Pinned(problem, place, float(end[place]))
+        held = Pinned(problem, index, float(end[index]))
         best = climb(held, end, NEARLY, lambda _, theta: score(problem, theta)).theta
         return float(np.sqrt(2.0 * max(top - log_posterior(problem, best), 0.0)))
 
@@ -183,7 +183,7 @@ def _searched(problem: Problem, maximum: Array, step: Array, place: int, top: fl
 
 
 @dataclass(frozen=True)
-class Told:
+class JointKnowledge:
     """Knowledge of a fit's theta: its `middle` (p,) and `covariance` (p, p). For the drags at the indices in
     `stretch` these are the logarithm of the mean and the relative covariance; `stretch` holds factors on the lower
     and the upper half of their intervals."""
@@ -193,24 +193,24 @@ class Told:
     stretch: dict[int, tuple[float, float]]
 
 
-def told(joint: JointLikelihood, maximum: Maximum) -> Told:
+def knowledge_of(joint: JointLikelihood, maximum: Maximum) -> JointKnowledge:
     """Return the knowledge of all axes; drags that are known loosely are treated as numbers."""
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     loose = _loose(joint, np.sqrt(np.diag(whole)))
-    return _as_numbers(joint, maximum.theta, loose) if loose else Told(maximum.theta, whole, {})
+    return _as_numbers(joint, maximum.theta, loose) if loose else JointKnowledge(maximum.theta, whole, {})
 
 
 def _loose(joint: JointLikelihood, std: Array) -> list[int]:
     """Indices in theta of linear and quadratic damping, for axes in which either is known loosely; std (p,)."""
-    places: list[int] = []
-    for problem, place in zip(joint.problems, joint.places, strict=True):
-        both = [place.start + DAMPING, place.start + problem.quadratic_place]
+    indices: list[int] = []
+    for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+        both = [of_axis.start + DAMPING, of_axis.start + problem.quadratic_index]
         if problem.damped == "both" and np.max(std[both]) > LOOSE_DRAG:
-            places += both
-    return places
+            indices += both
+    return indices
 
 
-def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
+def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> JointKnowledge:
     gradient, information = joint.score(theta)
     prior_mean, precision = joint.prior_mean.copy(), joint.prior_precision.copy()
     value, unit = theta.copy(), np.ones(len(theta))
@@ -221,21 +221,21 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
     mean = value + covariance @ (gradient / unit - precision * (value - prior_mean))
     ends = {}
     # The least certain damping first, because the other follows it.
-    for place in sorted(at, key=lambda place: mean[place] / np.sqrt(covariance[place, place])):
-        ends[place] = _interval(float(mean[place]), float(np.sqrt(covariance[place, place])))
-        mean, covariance = _without_negative(mean, covariance, place)
+    for index in sorted(at, key=lambda index: mean[index] / np.sqrt(covariance[index, index])):
+        ends[index] = _interval(float(mean[index]), float(np.sqrt(covariance[index, index])))
+        mean, covariance = _without_negative(mean, covariance, index)
     unit[at] = mean[at]
     middle, relative = mean.copy(), covariance / np.outer(unit, unit)
     middle[at] = np.log(mean[at])
-    half = {place: Z95 * float(np.sqrt(relative[place, place])) for place in at}
+    half = {index: Z95 * float(np.sqrt(relative[index, index])) for index in at}
     stretch = {
-        place: (
-            float(np.log(mean[place] / low)) / half[place],
-            float(np.log(high / mean[place])) / half[place],
+        index: (
+            float(np.log(mean[index] / low)) / half[index],
+            float(np.log(high / mean[index])) / half[index],
         )
-        for place, (low, high) in ends.items()
+        for index, (low, high) in ends.items()
     }
-    return Told(middle, relative, stretch)
+    return JointKnowledge(middle, relative, stretch)
 
 
 def _interval(middle: float, std: float) -> tuple[float, float]:
@@ -251,10 +251,10 @@ def _interval(middle: float, std: float) -> tuple[float, float]:
     return (0.0 if middle < Z95 * std else low), high
 
 
-def _without_negative(mean: Array, covariance: Array, place: int) -> tuple[Array, Array]:
-    """Mean (p,) and covariance (p, p) once the parameter at `place` can't be negative."""
-    std = float(np.sqrt(covariance[place, place]))
-    off = float(mean[place]) / std
+def _without_negative(mean: Array, covariance: Array, index: int) -> tuple[Array, Array]:
+    """Mean (p,) and covariance (p, p) once the parameter at `index` can't be negative."""
+    std = float(np.sqrt(covariance[index, index]))
+    off = float(mean[index]) / std
     if off > SURELY:
         return mean, covariance
     from scipy.special import log_ndtr
@@ -262,5 +262,5 @@ def _without_negative(mean: Array, covariance: Array, place: int) -> tuple[Array
     # The hazard of a normal distribution, in logarithms for the far side.
     hazard = float(np.exp(-0.5 * off**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(off)))
     left = max(1.0 - hazard * (hazard + off), 1e-6)
-    along: Array = covariance[:, place] / std
+    along: Array = covariance[:, index] / std
     return mean + along * hazard, covariance - np.outer(along, along) * (1.0 - left)

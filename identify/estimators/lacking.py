@@ -94,14 +94,14 @@ class Screen:
         shapes.append(axis.by_lateness()[:, None])
         if problem.damped != "both":
             shapes.append(lacking_drag(problem, axis.speed)[:, None])
-        places = [MASS, DAMPING, *([problem.quadratic_place] if problem.damped != "linear" else [])]
-        curved = [self._moved(place) for place in places]
+        indices = [MASS, DAMPING, *([problem.quadratic_index] if problem.damped != "linear" else [])]
+        curved = [self._moved(index) for index in indices]
         return _normed(np.column_stack([*curved, self.responses(np.column_stack(shapes))]))[0]
 
-    def _moved(self, place: int) -> Array:
+    def _moved(self, index: int) -> Array:
         """Derivative (m,) of the predicted readings by an entry of theta, in standard deviations."""
         theta = self.theta.copy()
-        theta[place] += STEP
+        theta[index] += STEP
         error, _ = self.problem.filtered(theta, np.inf)
         return np.asarray((self.white - error[self.read] / self.root) / STEP)
 
@@ -182,8 +182,8 @@ def lacks_of(
     if built.strange or not joint.problems:
         return ()
     pairs = [
-        (problem, theta[place])
-        for problem, place in zip(joint.at(theta), joint.places, strict=True)
+        (problem, theta[part])
+        for problem, part in zip(joint.at(theta), joint.slices, strict=True)
         if problem.axis.dof not in (ROLL, PITCH, *spoilt)
     ]
     forms = Forms(built, dive)
@@ -221,9 +221,9 @@ def widened(let_in: Admitted, joint: JointLikelihood, theta: Array, lacks: Seque
     the change of all axes' coefficients by a step of scoring with these forces."""
     if not lacks:
         return let_in
-    rows, places = coefficients(joint)
+    rows, indices = coefficients(joint)
     moved, looser = with_forces(joint, theta, [Force(lack.dof, lack.shape) for lack in lacks]).included()
     shift, factor = let_in.shift.copy(), let_in.looser.copy()
-    shift[rows] = np.where(np.abs(moved[places]) > np.abs(shift[rows]), moved[places], shift[rows])
-    factor[rows] = np.maximum(looser[places], factor[rows])
+    shift[rows] = np.where(np.abs(moved[indices]) > np.abs(shift[rows]), moved[indices], shift[rows])
+    factor[rows] = np.maximum(looser[indices], factor[rows])
     return replace(let_in, shift=shift, looser=factor)

@@ -47,25 +47,25 @@ VAGUE_TIME_CONSTANT = 0.45
 SHORTEST_STEP_S = 1e-3
 
 
-def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: Progress) -> Identification:
     """Return total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
 
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began_s = time.perf_counter()
     long_enough(dive)
-    axes = shared_axes(dive, file, configuration)
+    axes = shared_axes(dive, file, configuration_name)
     built = axes.value
-    shape = file.vehicle.configurations[configuration]
+    configuration = file.vehicle.configurations[configuration_name]
     spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}
-    joint = fit_axes(built, shape, progress, spoilt)
+    joint = fit_axes(built, configuration, progress, spoilt)
     tests = doubts_of(joint.joint, joint.theta)
     delay = None
     curve, seems_late = file.vehicle.thrust_curve, _seems_late(tests, built, spoilt)
     if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
         progress(1.0, "looking for the delay of the thrust")
-        forces = wrench(dive, file, configuration)
-        refit = partial(fit_axes, configuration=shape, progress=progress, doubted=spoilt)
+        forces = wrench(dive, file, configuration_name)
+        refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=spoilt)
         try:
             late_fit = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
         except np.linalg.LinAlgError:
@@ -90,10 +90,10 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
     )
     answer = answer_of(
-        fitted, tests, built, dive, file, configuration, spoilt, weighs_others=True, began_s=began_s
+        fitted, tests, built, dive, file, configuration_name, spoilt, weighs_others=True, began_s=began_s
     )
     totals = answer.parameters[: len(COEFFICIENTS)]
-    notes = (*_rests_on_gravity(totals, built, shape), *_rests_on_lag(totals, tests))
+    notes = (*_rests_on_gravity(totals, built, configuration), *_rests_on_lag(totals, tests))
     unknown = [dof for dof in spoilt if not totals[dof].identifiable]
     return replace(answer, notes=(*answer.notes, *notes), information=_information(joint, unknown))
 
@@ -112,7 +112,9 @@ def _innovations(fit: AxisFit) -> Signal:
     return Signal(fit.problem.axis.time_s[read], (error[read] / np.sqrt(variance[read]))[:, None])
 
 
-def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
+def _rests_on_gravity(
+    totals: tuple[Estimate, ...], built: Axes, configuration: Configuration
+) -> tuple[str, ...]:
     """A note that names the coefficients whose scale comes from the vehicle file's centre of gravity, because no
     thruster pushed there."""
     named = [t.name for t in totals if t.identifiable and t.name in built.rest_on_righting]
@@ -120,7 +122,7 @@ def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configur
         return ()
     return (
         f"{', '.join(named)} rest on the vehicle file's centre of gravity, "
-        f"{1000 * shape.centre_of_gravity_below_buoyancy_m:.0f} mm below buoyancy: no thruster pushed there.",
+        f"{1000 * configuration.centre_of_gravity_below_buoyancy_m:.0f} mm below buoyancy: no thruster pushed there.",
     )
 
 

@@ -80,13 +80,12 @@ class AxisLikelihood:
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor for each column of
     `shapes` (n, k), then the log noise std of each channel; then, if the axis has them, log white force, and log std
     and log time constant of the velocity readings' coloured error; without such an error, the log odds of the
-    disturbance's evenness. `masses` (6,) of all axes give the Coriolis
-    forces. The first shapes are the trim forces, constant over a run or over all. Then come the Coriolis forces of the
-    `unmeasured` masses,
-    the drag of a unit of quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust
-    per second of timing error (`timing`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`:
-    estimate of the mass from the other axes' Coriolis forces, and its precision; both are of the mass itself, because
-    those forces are linear in it.
+    disturbance's evenness. `masses` (6,) of all axes give the Coriolis forces. The first shapes are the trim forces,
+    constant over a run or over all. Then come the Coriolis forces of the `unmeasured` masses, the drag of a unit of
+    quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust per second of timing
+    error (`timing`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`: estimate of the mass
+    from the other axes' Coriolis forces, and its precision; both are of the mass itself, because those forces are
+    linear in it.
     """
 
     axis: Axis
@@ -151,7 +150,7 @@ class AxisLikelihood:
 
         Raises LinAlgError if either is not finite.
         """
-        noise, trims = self.noise_place, self.axis.trims
+        noise, trims = self.noise_index, self.axis.trims
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
         tables = [self.transition_table(point) for point in runs]
@@ -159,7 +158,7 @@ class AxisLikelihood:
             # Quadratic damping acts twice: as a force at the expected speed, and as a slope about that speed.
             runs = np.vstack([runs, theta])
             tables.append(self.transition_table(theta, 1.0 + STEP))
-        slope = [] if self.damped == "linear" else [self.quadratic_place]
+        slope = [] if self.damped == "linear" else [self.quadratic_index]
         size = len(theta) + len(dofs)
         scored = self._scored_runs(theta, runs, np.array(tables), dofs)
         for k, (of_run, information_of_run) in enumerate(scored):
@@ -178,7 +177,7 @@ class AxisLikelihood:
         """
         axis, step, force, trims = self.axis, self.step, self.mean_force(theta), self.axis.trims
         shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
-        noise = np.exp(2 * points[:, self.noise_place : self.white_place])
+        noise = np.exp(2 * points[:, self.noise_index : self.white_index])
         disturbance, fourth = np.ascontiguousarray(
             np.array([self.hidden_levels(point)[:2] for point in points]).T
         )
@@ -186,11 +185,11 @@ class AxisLikelihood:
             rows, at = (tables, step[run]) if len(axis.runs) == 1 else _used(tables, step[run])
             # Of one layout in memory each: the compiler makes the kernel anew for every other.
             rows = np.ascontiguousarray(rows)
-            own = np.ascontiguousarray(
+            columns = np.ascontiguousarray(
                 np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
             )
             yield gradient_and_information(
-                rows, at, force[run], own, self.reading[run], axis.state_read[run], noise, axis.channel[run],
+                rows, at, force[run], columns, self.reading[run], axis.state_read[run], noise, axis.channel[run],
                 axis.scale[run], disturbance, fourth, axis.is_coloured, axis.initial[k],
             )  # fmt: skip
 
@@ -256,7 +255,7 @@ class AxisLikelihood:
         return replace(self, shapes=_shapes(self.axis, self.unmeasured, self.damped))
 
     @property
-    def noise_place(self) -> int:
+    def noise_index(self) -> int:
         """Index in theta of the first channel's noise."""
         return FORCES + int(self.shapes.shape[1])
 
@@ -296,13 +295,13 @@ class AxisLikelihood:
         return force
 
     @property
-    def quadratic_place(self) -> int:
+    def quadratic_index(self) -> int:
         """Index in theta of the log quadratic damping; -1 if the model has none."""
         return -1 if self.damped == "linear" else FORCES + self.axis.trims + len(self.unmeasured)
 
     def quadratic(self, theta: Array) -> float:
         """Quadratic damping in theta, N/(m/s)2 or N m/(rad/s)2."""
-        return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_place]))
+        return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_index]))
 
     @property
     def slope(self) -> Array:
@@ -312,9 +311,9 @@ class AxisLikelihood:
 
     def factors(self, theta: Array) -> Array:
         """Factors of the shapes, (k,)."""
-        out = theta[FORCES : self.noise_place].copy()
+        out = theta[FORCES : self.noise_index].copy()
         if self.damped != "linear":
-            out[self.quadratic_place - FORCES] = self.quadratic(theta)
+            out[self.quadratic_index - FORCES] = self.quadratic(theta)
         return out
 
     def by_theta(self, theta: Array) -> Array:
@@ -322,29 +321,35 @@ class AxisLikelihood:
         if self.damped == "linear":
             return self.shapes
         out = self.shapes.copy()
-        column = out[:, self.quadratic_place - FORCES]
+        column = out[:, self.quadratic_index - FORCES]
         column[:] = self.quadratic(theta) * (column + self.slope * self.axis.speed)
         return out
 
     def noise_variance(self, theta: Array) -> Array:
         """Noise variance of every event's reading (n,), in the reading's unit squared."""
-        noise = theta[self.noise_place : self.white_place]
+        noise = theta[self.noise_index : self.white_index]
         return np.asarray(np.exp(2 * noise)[self.axis.channel] * self.axis.scale**2)
 
     @property
-    def white_place(self) -> int:
+    def white_index(self) -> int:
         """Index in theta of the white force, if the axis has one."""
-        return self.noise_place + len(self.axis.channels)
+        return self.noise_index + len(self.axis.channels)
+
+    @property
+    def coloured_index(self) -> int:
+        """Index in theta of the log standard deviation of the velocity readings' coloured error, if the axis has one;
+        its log time constant follows."""
+        return self.white_index + (self.axis.white_force > 0.0)
 
     def white_force(self, theta: Array) -> float:
         """White force, N (N m) per root of 1/s; 0 if pulses are not rounded."""
-        return float(np.exp(theta[self.white_place])) if self.axis.white_force else 0.0
+        return float(np.exp(theta[self.white_index])) if self.axis.white_force else 0.0
 
     def coloured(self, theta: Array) -> tuple[float, float]:
         """Standard deviation of the velocity readings' coloured error, and its time constant in s."""
         if not self.axis.is_coloured:
             return 0.0, COLOURED_S
-        std, time_s = np.exp(theta[-2:]).tolist()
+        std, time_s = np.exp(theta[self.coloured_index :]).tolist()
         return std, time_s
 
     def rise_s(self, theta: Array) -> float:

@@ -14,7 +14,7 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import POSITION
-from identify.estimators.intervals import integrated, stretches, told
+from identify.estimators.intervals import integrated, knowledge_of, stretches
 from identify.estimators.likelihood_axis import (
     DAMPING,
     DISTURBANCE,
@@ -72,42 +72,43 @@ class Begun:
     maximum: Maximum
 
 
-def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) -> Begun:
+def _begin(built: Axes, configuration: Configuration, feedback_unrecorded: tuple[int, ...]) -> Begun:
     """Fit each axis alone, then all roughly together; there is at least one axis."""
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
 
     def begun(axis: Axis) -> tuple[AxisLikelihood, Array]:
-        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
+        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in feedback_unrecorded else unmeasured
         problem = likelihood_of(axis, configuration, masses, loose, configuration.damping)
         theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
         if configuration.damping != "linear":
             # The measured speed contains the readings that it is to explain, so the drag made of it comes out too
             # small.
             problem = problem.slowed(theta)
-            theta[problem.quadratic_place] = problem.prior_mean[problem.quadratic_place]
+            theta[problem.quadratic_index] = problem.prior_mean[problem.quadratic_index]
             theta = climb(problem, theta, ROUGHLY, alone).theta
         return problem, theta
 
     problems, thetas = zip(*side_by_side(begun, built.axes, lambda axis: len(axis.reading)), strict=True)
-    joint = _joined(problems, doubted)
+    joint = _joined(problems, feedback_unrecorded)
     return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
 
 
 rough_fit = shared(_begin)
-"""`Begun` for axes, configuration and doubted degrees of freedom, shared by all methods that hold it."""
+"""`Begun` for axes, configuration and the degrees of freedom with unrecorded feedback, shared by all methods that hold
+it."""
 
 
 def fit_axes(
     built: Axes,
     configuration: Configuration,
     progress: Callable[[float, str], None],
-    doubted: Collection[int] = (),
+    feedback_unrecorded: Collection[int] = (),
 ) -> JointFit:
     """Return the joint fit of all axes. Every pass leaves out the readings that the pass before found wild.
 
-    The equation of a `doubted` degree of freedom determines no mass, neither its own nor those of others that act in
-    it.
+    The equation of a degree of freedom whose controller used an unrecorded reading (`feedback_unrecorded`) determines
+    no mass, neither its own nor those of others that act in it.
     """
     if not built.axes:
         nothing, none = np.full(ROWS, np.nan), np.zeros(0)
@@ -116,7 +117,7 @@ def fit_axes(
             {}, nothing, unknown, np.ones((ROWS, 2)), np.zeros((0, 0)), "", JointLikelihood(()), none
         )
     progress(0.0, "fitting each axis, then all together roughly")
-    begun = rough_fit(built, configuration, tuple(sorted(doubted)))
+    begun = rough_fit(built, configuration, tuple(sorted(feedback_unrecorded)))
     joint, maximum = begun.value.joint, begun.value.maximum
     settled = False
     for turn in range(PASSES):
@@ -143,10 +144,10 @@ def stopped_at(maximum: Maximum, settled: bool) -> str:
     return f"{MOST_STEPS} steps" if maximum.steps == MOST_STEPS else "a smallest step"
 
 
-def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> JointLikelihood:
-    """Return the axes together. The mass of a doubted axis is a separate parameter, with the same prior as in its own
-    equation."""
-    apart = [problem for problem in problems if problem.axis.dof in doubted]
+def _joined(problems: Sequence[AxisLikelihood], feedback_unrecorded: Collection[int]) -> JointLikelihood:
+    """Return the axes together. The mass of an axis with unrecorded feedback is a parameter of its own, with the prior
+    of its own equation."""
+    apart = [problem for problem in problems if problem.axis.dof in feedback_unrecorded]
     prior = np.array(
         [(doubtful.prior_mean[MASS], doubtful.prior_precision[MASS]) for doubtful in apart]
     ).reshape(-1, 2)
@@ -155,18 +156,20 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
 
 def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> JointFit:
     fits = axis_fits(joint, maximum)
-    rows, places = coefficients(joint)
-    known = told(joint, maximum)
+    rows, indices = coefficients(joint)
+    known = knowledge_of(joint, maximum)
     shift, widening = integrated(joint, maximum.theta)
     shift[list(known.stretch)] = 0.0
     log_value, covariance = np.full(ROWS, np.nan), np.full((ROWS, ROWS), np.nan)
-    log_value[rows] = (known.middle + shift)[places]
-    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[np.ix_(places, places)]
+    log_value[rows] = (known.middle + shift)[indices]
+    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[
+        np.ix_(indices, indices)
+    ]
     stretch = np.ones((ROWS, 2))
     starts = {
-        problem.axis.dof: place.start for problem, place in zip(joint.problems, joint.places, strict=True)
+        problem.axis.dof: of_axis.start for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
     }
-    for row, at in zip(rows, places, strict=True):
+    for row, at in zip(rows, indices, strict=True):
         dof = row % 6
         if at in known.stretch:
             stretch[row] = known.stretch[at]
@@ -182,15 +185,15 @@ def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
     """The fit of each axis by degree of freedom, with the other axes' information on its mass."""
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     fits = {}
-    for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
+    for problem, of_axis in zip(joint.at(maximum.theta), joint.slices, strict=True):
         axis_maximum = replace(
             maximum,
-            theta=maximum.theta[place],
-            information=maximum.information[place, place],
-            precision=maximum.precision[place, place],
+            theta=maximum.theta[of_axis],
+            information=maximum.information[of_axis, of_axis],
+            precision=maximum.precision[of_axis, of_axis],
         )
         fits[problem.axis.dof] = AxisFit(
-            _with_others_word(problem, axis_maximum), axis_maximum, whole[place, place]
+            _with_others_word(problem, axis_maximum), axis_maximum, whole[of_axis, of_axis]
         )
     return fits
 
@@ -211,8 +214,8 @@ def _projected(joint: JointLikelihood, information: Array) -> Array:
     kept = np.array(
         [
             at
-            for place, mass in zip(joint.places, joint.mass_places, strict=True)
-            for at in (mass, place.start + DAMPING, place.start + FORCES)
+            for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
+            for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
         ]
     )
     others = np.setdiff1d(np.arange(len(information)), kept)
@@ -280,7 +283,7 @@ def regressed(problem: AxisLikelihood, rigid: float) -> Array:
     theta[MASS] = _within(fitted[0], MASS_REACH, rigid)
     theta[DAMPING] = _within(fitted[1], DAMPING_REACH, rigid)
     if quadratic:
-        theta[problem.quadratic_place] = _within(fitted[2], QUADRATIC_REACH, rigid)
+        theta[problem.quadratic_index] = _within(fitted[2], QUADRATIC_REACH, rigid)
     theta[DISTURBANCE] = np.log(max(left, LEAST_DISTURBANCE * rigid))
     return theta
 
@@ -293,8 +296,8 @@ def _within(value: float, reach: tuple[float, float], rigid: float) -> float:
 def _of_file(problem: AxisLikelihood, start: Array, model: Mapping[str, float]) -> Array:
     """The start with the vehicle file's own model of the axis."""
     theta = start.copy()
-    for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS)):
+    for index, group in ((MASS, MASSES), (DAMPING, DAMPINGS)):
         value = model.get(group[problem.axis.dof].name, 0.0)
         if value > 0:
-            theta[place] = np.log(value)
+            theta[index] = np.log(value)
     return theta

@@ -42,19 +42,19 @@ class JointLikelihood:
     apart_prior: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     @cached_property
-    def places(self) -> tuple[slice, ...]:
+    def slices(self) -> tuple[slice, ...]:
         """Slice of each axis's own theta within the joint theta."""
         ends = np.cumsum([len(problem.prior_mean) for problem in self.problems])
         starts = [0, *ends][:-1]
         return tuple(slice(int(a), int(b)) for a, b in zip(starts, ends, strict=True))
 
     @cached_property
-    def mass_places(self) -> tuple[int, ...]:
+    def mass_indices(self) -> tuple[int, ...]:
         """Index in theta of each axis's mass in the Coriolis forces of the others."""
-        places, apart = self.places, {dof: k for k, dof in enumerate(self.apart)}
+        slices, apart = self.slices, {dof: k for k, dof in enumerate(self.apart)}
         return tuple(
-            places[-1].stop + apart[dof] if (dof := problem.axis.dof) in apart else place.start + MASS
-            for problem, place in zip(self.problems, places, strict=True)
+            slices[-1].stop + apart[dof] if (dof := problem.axis.dof) in apart else of_axis.start + MASS
+            for problem, of_axis in zip(self.problems, slices, strict=True)
         )
 
     @cached_property
@@ -95,27 +95,27 @@ class JointLikelihood:
         return np.concatenate([*thetas, [masses[dof] for dof in self.apart]])
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
-        problems, places = self.at(theta), self.places
+        problems, slices = self.at(theta), self.slices
         pairs = side_by_side(
-            lambda i: problems[i].innovations(theta[places[i]]), range(len(places)), self._readings
+            lambda i: problems[i].innovations(theta[slices[i]]), range(len(slices)), self._readings
         )
         return np.concatenate([e for e, _ in pairs]), np.concatenate([s for _, s in pairs])
 
     def log_likelihood(self, theta: Array) -> float:
         """Log likelihood of all axes' readings, up to a constant."""
-        problems, places = self.at(theta), self.places
-        every = range(len(places))
+        problems, slices = self.at(theta), self.slices
+        every = range(len(slices))
         return sum(
-            side_by_side(lambda i: problems[i].log_likelihood(theta[places[i]]), every, self._readings)
+            side_by_side(lambda i: problems[i].log_likelihood(theta[slices[i]]), every, self._readings)
         )
 
     def score(self, theta: Array) -> tuple[Array, Array]:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
         parts = side_by_side(lambda i: self.score_of(i, theta), range(len(self.problems)), self._readings)
-        for places, own_gradient, own_information in parts:
-            gradient[places] += own_gradient
-            information[np.ix_(places, places)] += own_information
+        for indices, part_gradient, part_information in parts:
+            gradient[indices] += part_gradient
+            information[np.ix_(indices, indices)] += part_information
         return gradient, information
 
     def _readings(self, i: int) -> float:
@@ -124,28 +124,28 @@ class JointLikelihood:
 
     def score_of(self, i: int, theta: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """Contribution of axis i: the indices (k,) in theta that it depends on, gradient (k,) and information."""
-        problem, place = self.at(theta)[i], self.places[i]
+        problem, of_axis = self.at(theta)[i], self.slices[i]
         dofs = [member.axis.dof for member in self.problems]
         others = [k for k, dof in enumerate(dofs) if dof in problem.axis.coupled_dofs]
-        gradient, information = problem.score(theta[place], [dofs[k] for k in others])
-        masses = [self.mass_places[k] for k in others]
-        return np.array([*range(place.start, place.stop), *masses]), gradient, information
+        gradient, information = problem.score(theta[of_axis], [dofs[k] for k in others])
+        masses = [self.mass_indices[k] for k in others]
+        return np.array([*range(of_axis.start, of_axis.stop), *masses]), gradient, information
 
     def at(self, theta: Array) -> tuple[AxisLikelihood, ...]:
         """The axes' own likelihoods with the masses of theta in their Coriolis forces."""
         masses = self.problems[0].masses.copy()
-        for problem, place in zip(self.problems, self.mass_places, strict=True):
-            masses[problem.axis.dof] = np.exp(theta[place])
+        for problem, index in zip(self.problems, self.mass_indices, strict=True):
+            masses[problem.axis.dof] = np.exp(theta[index])
         return tuple(replace(problem, masses=masses) for problem in self.problems)
 
     def with_others_word(self, theta: Array, covariance: Array) -> "JointLikelihood":
         """Return the same likelihood with the prior of each own mass in an axis `apart` taken from the other axes'
         Coriolis forces at theta."""
         updated = []
-        for problem, place in zip(self.problems, self.mass_places, strict=True):
+        for problem, index in zip(self.problems, self.mass_indices, strict=True):
             mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
             if problem.axis.dof in self.apart:
-                mean[MASS], precision[MASS] = theta[place], 1.0 / covariance[place, place]
+                mean[MASS], precision[MASS] = theta[index], 1.0 / covariance[index, index]
             updated.append(replace(problem, prior_mean=mean, prior_precision=precision))
         return replace(self, problems=tuple(updated))
 
@@ -157,7 +157,7 @@ class JointLikelihood:
         """
         nu = motion.nu.copy()
         problems = self.at(theta)
-        parameters = [theta[place] for place in self.places]
+        parameters = [theta[of_axis] for of_axis in self.slices]
         for problem, speed in zip(
             problems,
             side_by_side(lambda i: problems[i].speed(parameters[i]), range(len(parameters)), self._readings),

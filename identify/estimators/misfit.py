@@ -56,7 +56,7 @@ class Wider:
 
     problem: JointLikelihood
     start: Array
-    places: tuple[int, ...]
+    indices: tuple[int, ...]
 
     def tested(self) -> tuple[Multiplier, ...]:
         """Test each of the forces, as if only that force were missing."""
@@ -65,16 +65,16 @@ class Wider:
         gradient = gradient - prior * (self.start - self.problem.prior_mean)
         information = information + np.diag(prior)
         kept = self.kept
-        cross = information[np.ix_(kept, np.array(self.places))]
+        cross = information[np.ix_(kept, np.array(self.indices))]
         fitted: Array = np.asarray(information[np.ix_(kept, kept)], dtype=np.float64)
         leanings = -np.linalg.solve(fitted, np.asarray(cross, dtype=np.float64)).T
         return tuple(
             _tested(
-                float(gradient[place] + leaning @ gradient[kept]),
-                float(information[place, place] + information[place, kept] @ leaning),
+                float(gradient[index] + leaning @ gradient[kept]),
+                float(information[index, index] + information[index, kept] @ leaning),
                 leaning,
             )
-            for place, leaning in zip(self.places, leanings, strict=True)
+            for index, leaning in zip(self.indices, leanings, strict=True)
         )
 
     def included(self) -> tuple[Array, Array]:
@@ -93,37 +93,37 @@ class Wider:
     @property
     def kept(self) -> NDArray[np.intp]:
         """Indices of the parameters (p,) of the likelihood without the forces."""
-        return np.setdiff1d(np.arange(len(self.start)), self.places)
+        return np.setdiff1d(np.arange(len(self.start)), self.indices)
 
 
 def with_forces(joint: JointLikelihood, theta: Array, forces: Sequence[Force]) -> Wider:
     """Return the likelihood with additional forces."""
     problems: list[AxisLikelihood] = []
     starts: list[Array] = []
-    places: dict[int, int] = {}
-    for problem, place in zip(joint.problems, joint.places, strict=True):
-        start = theta[place]
+    indices: dict[int, int] = {}
+    for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+        start = theta[of_axis]
         first = sum(map(len, starts))
         for index, force in enumerate(forces):
             if force.dof == problem.axis.dof:
-                places[index] = first + problem.noise_place
-                start = np.insert(start, problem.noise_place, 0.0)
+                indices[index] = first + problem.noise_index
+                start = np.insert(start, problem.noise_index, 0.0)
                 problem = _with_force(problem, force)
         problems.append(problem)
         starts.append(start)
-    apart = theta[joint.places[-1].stop :]
+    apart = theta[joint.slices[-1].stop :]
     wider = replace(joint, problems=tuple(problems))
-    return Wider(wider, np.concatenate([*starts, apart]), tuple(places[i] for i in range(len(forces))))
+    return Wider(wider, np.concatenate([*starts, apart]), tuple(indices[i] for i in range(len(forces))))
 
 
 def _with_force(problem: AxisLikelihood, force: Force) -> AxisLikelihood:
-    size, place = max(float(np.sqrt(np.mean(force.shape**2))), 1e-9), problem.noise_place
+    size, index = max(float(np.sqrt(np.mean(force.shape**2))), 1e-9), problem.noise_index
     return replace(
         problem,
         shapes=np.column_stack([problem.shapes, force.shape]),
-        prior_mean=np.insert(problem.prior_mean, place, 0.0),
-        prior_precision=np.insert(problem.prior_precision, place, 0.0),
-        difference=np.insert(problem.difference, place, 1e-3 / size),
+        prior_mean=np.insert(problem.prior_mean, index, 0.0),
+        prior_precision=np.insert(problem.prior_precision, index, 0.0),
+        difference=np.insert(problem.difference, index, 1e-3 / size),
     )
 
 
@@ -165,13 +165,13 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     if not joint.problems:
         return {}
     forces = []
-    for problem, place in zip(joint.at(theta), joint.places, strict=True):
+    for problem, of_axis in zip(joint.at(theta), joint.slices, strict=True):
         forces += [
-            Force(problem.axis.dof, lacking_drag(problem, simulated_speed(problem, theta[place]))),
+            Force(problem.axis.dof, lacking_drag(problem, simulated_speed(problem, theta[of_axis]))),
             Force(problem.axis.dof, problem.axis.by_lateness()),
         ]
-    rows, theta_places = coefficients(joint)
-    tested = [_of_all(test, rows, theta_places) for test in with_forces(joint, theta, forces).tested()]
+    rows, theta_indices = coefficients(joint)
+    tested = [_of_all(test, rows, theta_indices) for test in with_forces(joint, theta, forces).tested()]
     return {
         problem.axis.dof: Doubts(_undragged(tested[2 * i], problem), _untimed(tested[2 * i + 1], problem))
         for i, problem in enumerate(joint.problems)
@@ -190,20 +190,20 @@ def _untimed(late: Multiplier, problem: AxisLikelihood) -> Multiplier:
 
 def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
     """The fitted coefficients, as rows of `OF_HULL`, and their indices in theta."""
-    axes = list(zip(joint.problems, joint.places, strict=True))
+    axes = list(zip(joint.problems, joint.slices, strict=True))
     linear = [
-        (6 + problem.axis.dof, place.start + DAMPING)
-        for problem, place in axes
+        (6 + problem.axis.dof, of_axis.start + DAMPING)
+        for problem, of_axis in axes
         if problem.damped != "quadratic"
     ]
     squared = [
-        (12 + problem.axis.dof, place.start + problem.quadratic_place)
-        for problem, place in axes
+        (12 + problem.axis.dof, of_axis.start + problem.quadratic_index)
+        for problem, of_axis in axes
         if problem.damped != "linear"
     ]
-    masses = zip([problem.axis.dof for problem in joint.problems], joint.mass_places, strict=True)
-    rows, places = zip(*masses, *linear, *squared, strict=True)
-    return list(rows), list(places)
+    masses = zip([problem.axis.dof for problem in joint.problems], joint.mass_indices, strict=True)
+    rows, indices = zip(*masses, *linear, *squared, strict=True)
+    return list(rows), list(indices)
 
 
 def _of_all(test: Multiplier, rows: Sequence[int], where: Sequence[int]) -> Multiplier:
@@ -226,7 +226,7 @@ def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
     """Speed (n,) at the events from the model and the forces alone: it shares no noise with the readings."""
     axis = problem.axis
     theta = theta.copy()
-    theta[problem.noise_place : problem.white_place] = np.log(DEAF_NOISE)
+    theta[problem.noise_index : problem.white_index] = np.log(DEAF_NOISE)
     error, _ = problem.filtered(theta, np.inf)
     moving = np.isfinite(error) & (axis.state_read != POSITION)
     if not moving.any():
@@ -293,32 +293,32 @@ def admitted(
     if not lacking and not late:
         return replace(NOTHING, timing=timing)
     without = climb(joint, theta, score=JointLikelihood.score)
-    rows, places = coefficients(joint)
+    rows, indices = coefficients(joint)
     axes = {problem.axis.dof: problem.axis for problem in joint.problems}
     wider, at = Wider(joint, without.theta, ()), without.theta
-    coefficient, size = at[places], dict.fromkeys(late, 0.0)
+    coefficient, size = at[indices], dict.fromkeys(late, 0.0)
     for _ in range(TURNS):
         before = coefficient
         lateness = [Force(dof, axes[dof].by_lateness(LATER_S + max(by_s, 0.0))) for dof, by_s in size.items()]
         wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
         maximum = climb(wider.problem, wider.start, score=JointLikelihood.score)
         at, kept = maximum.theta, wider.kept
-        size = dict(zip(size, at[list(wider.places)].tolist(), strict=False))
-        coefficient, variance = at[kept][places], np.diag(np.linalg.inv(maximum.precision))[kept][places]
+        size = dict(zip(size, at[list(wider.indices)].tolist(), strict=False))
+        coefficient, variance = at[kept][indices], np.diag(np.linalg.inv(maximum.precision))[kept][indices]
         if np.max(np.abs(coefficient - before) / np.sqrt(variance)) < SETTLED:
             break
-    narrow = np.diag(np.linalg.inv(without.precision))[places]
+    narrow = np.diag(np.linalg.inv(without.precision))[indices]
     shift, looser = NOTHING.shift.copy(), NOTHING.looser.copy()
-    shift[rows] = coefficient - without.theta[places]
+    shift[rows] = coefficient - without.theta[indices]
     looser[rows] = np.maximum(np.sqrt(variance / narrow), 1.0)
     return Admitted(shift, looser, timing)
 
 
 def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
     """The missing drags at theta's speeds."""
-    pairs = zip(joint.at(theta), joint.places, strict=True)
+    pairs = zip(joint.at(theta), joint.slices, strict=True)
     return [
-        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
-        for problem, place in pairs
+        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[of_axis])))
+        for problem, of_axis in pairs
         if problem.axis.dof in lacking
     ]

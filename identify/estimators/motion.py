@@ -32,7 +32,7 @@ class Motion:
         """C(nu) nu in each degree of freedom for a unit of each mass, (6, 6, m); it is linear in the masses."""
         nu = tuple(self.nu.T)
         of_each = [coriolis(unit_mass, nu) for unit_mass in np.eye(6).tolist()]
-        return np.stack([np.broadcast_arrays(*of_one, nu[0])[:6] for of_one in of_each], axis=1)
+        return np.stack([np.broadcast_arrays(*of_unit, nu[0])[:6] for of_unit in of_each], axis=1)
 
     def integral(self, values: Array) -> Array:
         """Integral of values at the times, (m,), by the trapezium rule."""

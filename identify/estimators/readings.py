@@ -15,7 +15,7 @@ from identify.ingest.rotation import euler_angles, to_body_turn
 Array = NDArray[np.float64]
 
 HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
-FEWEST, FEWEST_OF_PLACES = 5, 8
+FEWEST, FEWEST_POSES = 5, 8
 NOISE_SPREAD = 1.0
 LEAST_NOISE = 1e-6
 MOST_HZ = 100.0
@@ -49,11 +49,11 @@ class Channel:
     coloured: float = 0.0
 
 
-def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None) -> list[Channel]:
+def channels(dive: Dive, dof: int, velocity: Signal | None, pose: Signal | None) -> list[Channel]:
     """Return all measurements of an axis, the velocity reading first. If that is missing, return the position or
     angle alone, if it gives the velocity; otherwise nothing.
 
-    `velocity` (n, 3) at the body's origin; `place` (n, 1) the integral of the axis's own velocity: depth, roll, pitch
+    `velocity` (n, 3) at the body's origin; `pose` (n, 1) the integral of the axis's own velocity: depth, roll, pitch
     or heading.
     """
     if dof < 3:
@@ -62,27 +62,27 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None
         ]
         if dof == HEAVE:
             # The controller acts on depth, so depth has to be among the readings.
-            sensors.append(_direct("depth", place, 0, POSITION))
+            sensors.append(_direct("depth", pose, 0, POSITION))
     else:
         sensors = [_rate(dive, dof)]
         if dof in (ROLL, PITCH) or steers_unheard(dive):
-            sensors.append(_direct("attitude", place, 0, POSITION))
+            sensors.append(_direct("attitude", pose, 0, POSITION))
     if sensors[0] is None:
-        alone = _direct("depth" if dof < 3 else "attitude", place, 0, POSITION)
+        alone = _direct("depth" if dof < 3 else "attitude", pose, 0, POSITION)
         return [alone] if alone is not None and _tells_of_speed(alone) else []
     return [channel for channel in sensors if channel is not None]
 
 
-def _tells_of_speed(place: Channel) -> bool:
+def _tells_of_speed(pose: Channel) -> bool:
     """Whether a position or angle moves in a second by clearly more than its noise."""
-    after = np.searchsorted(place.time_s, place.time_s + 1.0)
+    after = np.searchsorted(pose.time_s, pose.time_s + 1.0)
     inside = after < len(after)
     # After a gap, as between two runs, the next reading is of another motion.
-    inside[inside] = place.time_s[after[inside]] - place.time_s[inside] < 2.0
-    if np.median(np.diff(place.time_s)) > 1.0 or not inside.any():
+    inside[inside] = pose.time_s[after[inside]] - pose.time_s[inside] < 2.0
+    if np.median(np.diff(pose.time_s)) > 1.0 or not inside.any():
         return False
-    moved = place.value[after[inside]] - place.value[inside]
-    return bool(np.sqrt(np.mean(moved**2)) > TELLING * np.sqrt(2.0) * place.noise)
+    moved = pose.value[after[inside]] - pose.value[inside]
+    return bool(np.sqrt(np.mean(moved**2)) > TELLING * np.sqrt(2.0) * pose.noise)
 
 
 def steers_unheard(dive: Dive) -> bool:
@@ -205,7 +205,7 @@ def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, M
     (m,)."""
     motion = Motion(time_s, smoothed_velocity(dive, time_s), dive.breaks_s)
     velocity = dive.velocity
-    if velocity is None or len(velocity) < FEWEST_OF_PLACES or not lever.any():
+    if velocity is None or len(velocity) < FEWEST_POSES or not lever.any():
         return velocity, motion
     by_turning = np.cross(motion.nu[:, 3:], lever)
     carried = np.column_stack([np.interp(velocity.time_s, time_s, column) for column in by_turning.T])
@@ -213,18 +213,14 @@ def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, M
     return velocity, replace(motion, nu=smoothed_velocity(replace(dive, velocity=velocity), time_s))
 
 
-def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:
+def with_rates_of_poses(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:
     """Return the motion with velocities from depth and attitude where no other sensor read them (Fossen 2011, eq.
     2.28)."""
     nu = motion.nu.copy()
     depth, over = dive.depth_by(file.vehicle.water), tumbles(dive)
-    if depth is not None and len(depth) >= FEWEST_OF_PLACES and not nu[:, HEAVE].any() and not over:
+    if depth is not None and len(depth) >= FEWEST_POSES and not nu[:, HEAVE].any() and not over:
         nu[:, HEAVE] = _slope(depth, 0, motion)
-    if (
-        dive.attitude is not None
-        and len(dive.attitude) >= FEWEST_OF_PLACES
-        and not nu[:, 3:].all(axis=1).any()
-    ):
+    if dive.attitude is not None and len(dive.attitude) >= FEWEST_POSES and not nu[:, 3:].all(axis=1).any():
         if over:
             turned = turned_by(dive.attitude)
             for i in range(3):
@@ -247,12 +243,12 @@ def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motio
     return replace(motion, nu=nu)
 
 
-def _slope(place: Signal, column: int, motion: Motion) -> Array:
-    return np.asarray(np.gradient(smoothed(place, column, motion.time_s, motion.breaks_s), motion.time_s))
+def _slope(pose: Signal, column: int, motion: Motion) -> Array:
+    return np.asarray(np.gradient(smoothed(pose, column, motion.time_s, motion.breaks_s), motion.time_s))
 
 
 @dataclass(frozen=True)
-class Place:
+class Pose:
     """Integral of one axis's own velocity: the reading, (n, 1), less the contribution of the other axes.
 
     `carried` (m,) is that contribution at the times of the motion.
@@ -262,7 +258,7 @@ class Place:
     carried: Array
 
 
-def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
+def poses_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Pose]:
     """Return depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18,
     2.26).
 
@@ -273,30 +269,30 @@ def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | N
     if tumbles(dive) and dive.attitude is not None:
         turned = turned_by(dive.attitude)
         parts = (Signal(turned.time_s, turned.value[:, i : i + 1]) for i in range(3))
-        return {dof: Place(part, still) for dof, part in zip((ROLL, PITCH, YAW), parts, strict=True)}
+        return {dof: Pose(part, still) for dof, part in zip((ROLL, PITCH, YAW), parts, strict=True)}
     depth = dive.depth_by(file.vehicle.water)
-    places: dict[int, tuple[Signal, Array]] = {}
+    poses: dict[int, tuple[Signal, Array]] = {}
     if attitude is None or dive.attitude is None:
         if depth is not None:
-            places[HEAVE] = depth, still
+            poses[HEAVE] = depth, still
     else:
         u, v, w, _, q, r = motion.nu.T
         down_x, down_y, down_z = down_axis(attitude)
         if depth is not None:
-            places[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
+            poses[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
         roll, pitch, _ = euler_angles(attitude)
         read_roll, read_pitch, heading = euler_angles(dive.attitude.value)
         turned = q * np.sin(roll) + r * np.cos(roll)
-        places[ROLL] = Signal(dive.attitude.time_s, read_roll[:, None]), turned * np.tan(pitch)
+        poses[ROLL] = Signal(dive.attitude.time_s, read_roll[:, None]), turned * np.tan(pitch)
         level = q * (np.cos(roll) - 1.0) - r * np.sin(roll)
         turning = (q * np.sin(roll) + r * np.cos(roll)) / np.maximum(np.cos(pitch), LEAST_COSINE)
-        places[YAW] = Signal(dive.attitude.time_s, np.unwrap(heading)[:, None]), turning - r
-        places[PITCH] = Signal(dive.attitude.time_s, read_pitch[:, None]), level
+        poses[YAW] = Signal(dive.attitude.time_s, np.unwrap(heading)[:, None]), turning - r
+        poses[PITCH] = Signal(dive.attitude.time_s, read_pitch[:, None]), level
     out = {}
-    for dof, (read, rate) in places.items():
+    for dof, (read, rate) in poses.items():
         carried = motion.integral(rate)
         at = np.interp(read.time_s, motion.time_s, carried)
-        out[dof] = Place(Signal(read.time_s, read.value - at[:, None]), carried)
+        out[dof] = Pose(Signal(read.time_s, read.value - at[:, None]), carried)
     return out
 
 
@@ -311,7 +307,7 @@ def restoring_force(
     dof: int,
     motion: Motion,
     attitude: Array | None,
-    place: Place | None,
+    pose: Pose | None,
     stiffness: float,
 ) -> Array:
     """Restoring force (m,) at the times of the motion; for roll and pitch without the part that the `stiffness`
@@ -319,10 +315,10 @@ def restoring_force(
     if attitude is None:
         return np.full(len(motion.time_s), configuration.net_buoyancy_n if dof == HEAVE else 0.0)
     g = np.asarray(restoring(configuration, tuple(attitude.T))[dof])
-    if stiffness == 0.0 or place is None:
+    if stiffness == 0.0 or pose is None:
         return g
     roll, pitch, _ = euler_angles(attitude)
-    return np.asarray(g - stiffness * ((roll if dof == ROLL else pitch) - place.carried))
+    return np.asarray(g - stiffness * ((roll if dof == ROLL else pitch) - pose.carried))
 
 
 def stiffness_of(dive: Dive, configuration: Configuration, dof: int) -> float:

@@ -76,13 +76,13 @@ def common_s(dive: Dive, dof: int) -> float:
     )
     known = [s.time_s[np.isfinite(s.value[:, column])] for s, column in columns if s is not None]
     if not any(len(read) for read in known):
-        places = {
+        poses = {
             HEAVE: (dive.depth, dive.pressure),
             ROLL: (dive.attitude,),
             PITCH: (dive.attitude,),
             YAW: (dive.attitude,),
         }
-        known = [s.time_s[np.isfinite(s.value[:, 0])] for s in places.get(dof, ()) if s is not None]
+        known = [s.time_s[np.isfinite(s.value[:, 0])] for s in poses.get(dof, ()) if s is not None]
     return max(
         (
             float(min(given[-1], read[-1]) - max(given[0], read[0]))
@@ -147,7 +147,7 @@ def _fastest(dive: Dive) -> dict[int, float]:
     return largest
 
 
-def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
+def refuse_unpushed(dive: Dive, file: VehicleFile, configuration_name: str) -> None:
     """Raise FitError if no thruster pushed enough to move the vehicle."""
     if dive.armed is not None and len(dive.armed) and not np.any(dive.armed.value > 0):
         raise FitError(
@@ -155,8 +155,8 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
             "can be told of what thrust does; arm it, and dive again with starts, stops and turns under thrust",
             of=dive.name,
         )
-    shape = file.vehicle.configurations[configuration]
-    forces = wrench(dive, file, configuration)
+    configuration = file.vehicle.configurations[configuration_name]
+    forces = wrench(dive, file, configuration_name)
     if not np.nanmax(np.abs(forces.asked), initial=0.0) > 0.0:
         raise FitError(
             "no thruster pushed in all the dive: every command is neutral, or too small to turn a "
@@ -164,7 +164,7 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
             "thrust, or check which outputs were recorded",
             of=dive.name,
         )
-    mass = np.array([shape.rigid_body(dof)[0] for dof in range(6)])
+    mass = np.array([configuration.rigid_body(dof)[0] for dof in range(6)])
     fastest = np.max(np.abs(_driven(forces, mass)), axis=0)
     if all(fastest[dof] < least for dof, least in DRIVEN.items()):
         raise FitError(

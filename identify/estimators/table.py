@@ -34,17 +34,17 @@ def estimator(method: str) -> Estimator:
     if method not in METHODS and "." not in method:
         raise ConfigError(f"there is no method '{method}'; take one of {', '.join(METHODS)}")
 
-    def fit(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-        refuse_damping(method.rpartition(".")[2], file, configuration)
+    def fit(dive: Dive, file: VehicleFile, configuration_name: str, progress: Progress) -> Identification:
+        refuse_damping(method.rpartition(".")[2], file, configuration_name)
         module = import_module(METHODS.get(method, method))
-        return cast(Estimator, module.estimate)(dive, file, configuration, progress)
+        return cast(Estimator, module.estimate)(dive, file, configuration_name, progress)
 
     return judged(fit)
 
 
-def refuse_damping(method: str, file: VehicleFile, configuration: str) -> None:
+def refuse_damping(method: str, file: VehicleFile, configuration_name: str) -> None:
     """Raise FitError if the hull has a damping that the method's model lacks: its values would be wrong."""
-    damping = file.vehicle.configurations[configuration].damping
+    damping = file.vehicle.configurations[configuration_name].damping
     if damping != "linear" and method not in OF_QUADRATIC:
         raise FitError(
             f"the vehicle file says damping: {damping}, and the model of method '{method}' has linear damping alone: "
@@ -55,8 +55,10 @@ def refuse_damping(method: str, file: VehicleFile, configuration: str) -> None:
 def judged(fit: Estimator) -> Estimator:
     """Return the estimator with its results passed through `answered`; it refuses a dive without a solution."""
 
-    def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+    def estimate(
+        dive: Dive, file: VehicleFile, configuration_name: str, progress: Progress
+    ) -> Identification:
         with solvable(dive):
-            return answered(in_numbers(fit(dive, file, configuration, progress)), dive, file)
+            return answered(in_numbers(fit(dive, file, configuration_name, progress)), dive, file)
 
     return estimate

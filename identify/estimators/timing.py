@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, build_axes, delayed, later
+from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, axes_with_delay, axis_with_delay, build_axes
 from identify.estimators.lateness import Timing
 from identify.estimators.likelihood_axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
 from identify.estimators.likelihood_fit import JointFit, rough_maximum
@@ -148,16 +148,16 @@ def with_delay(
     if not near and profile.best == 0.0:
         return None
     known = sorted(profile.tops)
-    place = known.index(profile.best)
-    apart_s = 0.5 * (known[min(place + 1, len(known) - 1)] - known[max(place - 1, 0)])
+    index = known.index(profile.best)
+    apart_s = 0.5 * (known[min(index + 1, len(known) - 1)] - known[max(index - 1, 0)])
     first_s, half_s = _near(profile, profile.best, apart_s)
     if first_s < LEAST_S or profile.tops[first_s] - profile.tops[0.0] < LEAST_GAIN:
         return None
-    built = delayed(built, forces, first_s)
+    built = axes_with_delay(built, forces, first_s)
     fit, forces = refit(built), replace(forces, time_s=forces.time_s + first_s)
     more_s, half_s = _near(_profile(forces, built, fit.joint, fit.theta), 0.0, half_s)
     if abs(more_s) > SETTLED * half_s:
-        built = delayed(built, forces, more_s)
+        built = axes_with_delay(built, forces, more_s)
         fit = refit(built)
     by_s = first_s + more_s
     return Delayed(ThrustDelay(by_s, by_s - half_s, by_s + half_s, in_file_s), built, fit)
@@ -202,7 +202,8 @@ def likeliest_delay(
 def _profile(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> _Profile:
     def at(by_s: float) -> JointLikelihood:
         moved = (
-            replace(problem, axis=later(problem.axis, built, forces, by_s)) for problem in joint.problems
+            replace(problem, axis=axis_with_delay(problem.axis, built, forces, by_s))
+            for problem in joint.problems
         )
         return replace(joint, problems=tuple(problem.reshaped() for problem in moved))
 
@@ -250,7 +251,7 @@ class _Fit:
     precision: Array
 
 
-def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
+def dated(dive: Dive, file: VehicleFile, configuration_name: str) -> Dive:
     """Return the dive with an autopilot's filtered velocity dated at the time of the motion, and with its smoothing.
 
     Lateness and smoothing are those at which surge and sway agree best with the thrust and with their own turning.
@@ -265,16 +266,16 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     ):
         return dive
     middle = _middle_of(dive)
-    rough_s, of_yaw = _rough_delay(middle, file, name)
+    rough_s, of_yaw = _rough_delay(middle, file, configuration_name)
     lag_s = 0.0
     if of_yaw and rough_s + float(of_yaw[0].timing[0]) > LATE_ENOUGH_S:
-        lag_s = _rough_lag(dive, rough_s, file, name)
+        lag_s = _rough_lag(dive, rough_s, file, configuration_name)
         if lag_s > 0:
             file, rough_s, of_yaw = _with_lag(file, lag_s), 0.0, []
-    agreed = _agreed(dive, file, name, middle, (rough_s, of_yaw), (SURGE, SWAY, YAW))
+    agreed = _agreed(dive, file, configuration_name, middle, (rough_s, of_yaw), (SURGE, SWAY, YAW))
     if agreed.delay_s > LATE_ENOUGH_S and agreed.late_s < agreed.smoothing_s:
         # No filter tells a velocity before the motion: surge and sway may contradict the delay that yaw seems to show.
-        other = _agreed(dive, file, name, middle, (0.0, []), (SURGE, SWAY))
+        other = _agreed(dive, file, configuration_name, middle, (0.0, []), (SURGE, SWAY))
         agreed = other if other.log_posterior > agreed.log_posterior + FAR else agreed
     result = dated_back(dive, agreed.late_s - agreed.smoothing_s, agreed.smoothing_s)
     return replace(result, thrust_delay_s=agreed.delay_s, thrust_lag_s=lag_s)
@@ -293,7 +294,7 @@ class _Agreed:
 def _agreed(
     dive: Dive,
     file: VehicleFile,
-    name: str,
+    configuration_name: str,
     middle: Dive,
     delayed_yaw: tuple[float, list[_Fit]],
     dofs: tuple[int, ...],
@@ -302,13 +303,13 @@ def _agreed(
     delay if it is among `dofs`; delayed_yaw: a rough delay and yaw's fit there; middle: the part of the dive that
     tells rough values."""
     rough_s, of_yaw = delayed_yaw
-    rough_late_s, fits = _rough_lateness(middle, rough_s, file, name)
+    rough_late_s, fits = _rough_lateness(middle, rough_s, file, configuration_name)
     fits, timing = [*of_yaw, *fits], np.array([rough_late_s, 0.5 * rough_late_s, rough_s])
     best, likeliest, known = -np.inf, timing, fits
     for _ in range(TURNS):
         late_s, smoothing_s, delay_s = timing.tolist()
         early = dated_back(dive, late_s - smoothing_s, smoothing_s)
-        fits = _fitted(early, delay_s, file, name, dofs, known)
+        fits = _fitted(early, delay_s, file, configuration_name, dofs, known)
         if (agreement := _of_velocity(fits)) < best - APART:
             # Far from the best agreement, a step along the slope may lead further away.
             timing = 0.5 * (likeliest + timing)
@@ -348,13 +349,13 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
     )
 
 
-def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
+def _rough_delay(dive: Dive, file: VehicleFile, configuration_name: str) -> tuple[float, list[_Fit]]:
     """The thrust delay among DELAYS_S that fits yaw best, and yaw's fit there; 0 without yaw."""
     tried: list[tuple[float, list[_Fit]]] = []
     fits: list[_Fit] = []
-    built, forces = build_axes(dive, file, name, (YAW,)), wrench(dive, file, name)
+    built, forces = build_axes(dive, file, configuration_name, (YAW,)), wrench(dive, file, configuration_name)
     for delay_s in DELAYS_S:
-        fits = _fits_of(delayed(built, forces, delay_s), file, name, fits)
+        fits = _fits_of(axes_with_delay(built, forces, delay_s), file, configuration_name, fits)
         if fits:
             tried.append((delay_s, fits))
         if _is_past([each.log_posterior for _, (each,) in tried]):
@@ -362,16 +363,16 @@ def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[
     return max(tried, key=lambda each: each[1][0].log_posterior, default=(0.0, []))
 
 
-def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> float:
+def _rough_lag(dive: Dive, delay_s: float, file: VehicleFile, configuration_name: str) -> float:
     """The extra lag of the thrusters that fits yaw best; 0 if a delay does as well."""
     later = _settled_on(dive, file, max(LAGS_S))
-    fits = _fitted(later, delay_s, file, name, (YAW,), ())
+    fits = _fitted(later, delay_s, file, configuration_name, (YAW,), ())
     if not fits:
         return 0.0
     by_delay = fits[0].log_posterior
     tried: list[tuple[float, float]] = []
     for lag_s in LAGS_S:
-        fits = _fitted(later, 0.0, _with_lag(file, lag_s), name, (YAW,), fits)
+        fits = _fitted(later, 0.0, _with_lag(file, lag_s), configuration_name, (YAW,), fits)
         if fits:
             tried.append((lag_s, fits[0].log_posterior))
         if _is_past([value for _, value in tried]):
@@ -403,14 +404,16 @@ def _settled_on(dive: Dive, file: VehicleFile, lag_s: float) -> Dive:
     return replace(dive, gyro=dive.gyro.between(start_s, np.inf), attitude=attitude)
 
 
-def _rough_lateness(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
+def _rough_lateness(
+    dive: Dive, delay_s: float, file: VehicleFile, configuration_name: str
+) -> tuple[float, list[_Fit]]:
     """The lateness among LATE_S that fits surge and sway best with thrust delayed by `delay_s`, and their fits
     there."""
     tried: list[tuple[float, list[_Fit]]] = []
     fits: list[_Fit] = []
     for late_s in LATE_S:
         early = dated_back(dive, 0.5 * late_s, 0.5 * late_s)
-        fits = _fitted(early, delay_s, file, name, (SURGE, SWAY), fits)
+        fits = _fitted(early, delay_s, file, configuration_name, (SURGE, SWAY), fits)
         tried.append((late_s, fits))
         if _is_past([_of_velocity(each) for _, each in tried]):
             break
@@ -442,19 +445,24 @@ def _further(fits: Sequence[_Fit], delay_s: float) -> Array:
 
 
 def _fitted(
-    dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tuple[int, ...], near: Sequence[_Fit]
+    dive: Dive,
+    delay_s: float,
+    file: VehicleFile,
+    configuration_name: str,
+    dofs: tuple[int, ...],
+    near: Sequence[_Fit],
 ) -> list[_Fit]:
     """Fits of each axis alone with thrust delayed by `delay_s`, each started from its fit in `near`; axes that the
     recording lacks are left out."""
     curve = replace(file.vehicle.thrust_curve, delay_s=file.vehicle.thrust_curve.delay_s + delay_s)
     late = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
-    return _fits_of(build_axes(dive, late, name, dofs), file, name, near)
+    return _fits_of(build_axes(dive, late, configuration_name, dofs), file, configuration_name, near)
 
 
-def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) -> list[_Fit]:
+def _fits_of(built: Axes, file: VehicleFile, configuration_name: str, near: Sequence[_Fit]) -> list[_Fit]:
     """Fits of each axis alone, each started from its fit in `near`; axes without a solution are left out."""
-    shape = file.vehicle.configurations[name]
-    masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
+    configuration = file.vehicle.configurations[configuration_name]
+    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     starts = {fit.dof: fit.theta for fit in near}
     for dof, theta in starts.items():
         # A guess would leave a drifting hull's turning (Munk 1924) to yaw, which would take it for another timing.
@@ -465,12 +473,12 @@ def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) ->
         if not axis.timing:
             thrust_timing = Timing(axis.by_lateness(), DELAY_SPREAD_S)
             axis = replace(axis, timing=(thrust_timing,))
-        problem = likelihood_of(axis, shape, masses, (), "both")
+        problem = likelihood_of(axis, configuration, masses, (), "both")
         if axis.dof in starts:
             with suppress(np.linalg.LinAlgError):
                 return _climbed(problem, starts[axis.dof])
         try:
-            rough = rough_maximum(problem, rigid_mass(shape, axis.dof), shape.model, ENOUGH)
+            rough = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model, ENOUGH)
             return _climbed(problem, rough.theta)
         except np.linalg.LinAlgError:
             # An axis without a solution gives no timing; the fit of all axes reports why.
@@ -482,14 +490,14 @@ def _fits_of(built: Axes, file: VehicleFile, name: str, near: Sequence[_Fit]) ->
 
 def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
     """Fit an axis alone from a point nearby; raises LinAlgError if there is no solution."""
-    place = slice(problem.noise_place - len(problem.axis.timing), problem.noise_place)
+    index = slice(problem.noise_index - len(problem.axis.timing), problem.noise_index)
     theta = near.copy()
     # The dive has since been dated with the timing found at `near`, so the remaining timing starts at zero.
-    theta[place] = 0.0
+    theta[index] = 0.0
     maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
-    precision = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
-    by_readings: Array = np.asarray(precision - np.diag(problem.prior_precision[place]), dtype=np.float64)
-    pull: Array = np.asarray(precision @ maximum.theta[place], dtype=np.float64)
+    precision = np.linalg.inv(np.linalg.inv(maximum.precision)[index, index])
+    by_readings: Array = np.asarray(precision - np.diag(problem.prior_precision[index]), dtype=np.float64)
+    pull: Array = np.asarray(precision @ maximum.theta[index], dtype=np.float64)
     timing = np.asarray(np.linalg.solve(by_readings, pull), dtype=np.float64)
     if not np.isfinite(timing).all():
         raise np.linalg.LinAlgError("its readings say nothing of its timing")
@@ -498,13 +506,13 @@ def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
     return _Fit(problem.axis.dof, maximum.theta, log_posterior, timing, by_readings)
 
 
-def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
+def lasting_axes(dive: Dive, file: VehicleFile, configuration_name: str) -> Axes:
     """The axes that were read for long enough to be identified. Raises FitError if there are none, if nothing was
     pushed, and in the cases of `build_axes`."""
     lasting(dive)
-    refuse_unpushed(dive, file, name)
+    refuse_unpushed(dive, file, configuration_name)
     refuse_unmoved(dive)
-    built = build_axes(dated(dive, file, name), file, name)
+    built = build_axes(dated(dive, file, configuration_name), file, configuration_name)
     short = {axis.dof: reason for axis in built.axes if (reason := too_short(dive, axis.dof))}
     kept = tuple(axis for axis in built.axes if axis.dof not in short)
     return replace(built, axes=kept, missing=built.missing | short)

@@ -116,8 +116,8 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
     joint, theta = begun.joint, begun.maximum.theta
     doubts = doubts_of(joint, theta)
     lacking = [
-        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
-        for problem, place in zip(joint.at(theta), joint.places, strict=True)
+        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[of_axis])))
+        for problem, of_axis in zip(joint.at(theta), joint.slices, strict=True)
         if doubts[problem.axis.dof].lacks_drag
     ]
     late = [

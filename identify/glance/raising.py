@@ -45,8 +45,8 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
+from identify.align import AlignedDive, aligned, low_pass
 from identify.dive import Array, Dive
-from identify.filters import AlignedDive, aligned, low_pass
 from identify.glance.foretold import Held, MadeUp
 from identify.validate import (
     CUTOFF_HZ,

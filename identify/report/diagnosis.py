@@ -173,7 +173,7 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
         return ()
     matches = [entry for entry in gap.disturbance if entry.dof == DOFS[dof]]
     return (
-        (f"{wording.force_words(matches[0])}, {wording.percent_sure(matches[0].share)}",)
+        (f"{wording.force_words(matches[0])}, {wording.percent_bounded(matches[0].share)}",)
         if matches
         else (MISSING,)
     )
@@ -206,7 +206,7 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows: list[tuple[str, ...]] = []
     for finding in d.findings:
         cause = wording.effect_words(finding.cause.effect)
-        values = wording.told_parameters(finding)
+        values = wording.shown_parameters(finding)
         rows += [(cause, wording.parameter(name), *_cells(value)) for name, value in values.items()] or [
             (cause, MISSING, MISSING, MISSING, MISSING)
         ]
@@ -372,7 +372,7 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
         cause = wording.effect_words(lacking.cause.effect)
-        values = wording.told_parameters(lacking)
+        values = wording.shown_parameters(lacking)
         rows += [
             (f"{cause}, {wording.parameter(name)}", "none", *_cells(value), MISSING)
             for name, value in values.items()

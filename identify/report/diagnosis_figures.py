@@ -132,7 +132,7 @@ def candidates(
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
     _, unlikely = wording.sorted_by_likelihood(findings)
     possible = {
-        candidate.cause.effect.label: wording.percent_sure(candidate.probability) for candidate in unlikely
+        candidate.cause.effect.label: wording.percent_bounded(candidate.probability) for candidate in unlikely
     }
     rows = [
         Bar(

@@ -13,8 +13,8 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
+from identify.align import low_pass
 from identify.dive import Array, Dive, Signal
-from identify.filters import low_pass
 from identify.glance.foretold import verdict_of
 from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, signal_line, time_panel

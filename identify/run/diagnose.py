@@ -18,7 +18,7 @@ from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import of_one_dive, recording_files
 from identify.progress import Step, Steps, unheard
-from identify.run.identify import runs_as_data
+from identify.run.identify import runs_as_json
 from identify.statistics import Z95
 from identify.words import listed, significant, unit, with_interval
 
@@ -42,31 +42,33 @@ LEAST_DRAG: Final = 1e-9
 """A drag that is published as none, N/(m/s) and alike: only a positive value has a logarithm."""
 
 
-def published(shape: Configuration, hull: Damping) -> Before:
+def published(configuration: Configuration, hull: Damping) -> Before:
     """The `model` of a vehicle file's configuration as an accepted model, each number known to its `model_std`.
 
     `hull`: the drag that the hull of the dive has. Of a degree of freedom with one of two drags stated, the other is
     none; a mass or a drag that the model does not state is held against nothing. Raises ConfigError without a model,
     or if it has a drag that the hull of the dive lacks.
     """
-    if not shape.model:
+    if not configuration.model:
         raise ConfigError(
             "its configuration has no model: write the published numbers there, as model: {M_u: ...}"
         )
     lacking = {"linear": QUADRATICS, "quadratic": DAMPINGS, "both": ()}[hull]
-    strange = [c.name for c in lacking if shape.model.get(c.name)]
+    strange = [c.name for c in lacking if configuration.model.get(c.name)]
     if strange:
         raise ConfigError(
             f"its model has {', '.join(strange)}, and the hull of the dive has damping: {hull}; write damping: both "
             "into the vehicle file of the dive"
         )
-    values = dict(shape.model)
+    values = dict(configuration.model)
     for pair in zip(DAMPINGS, QUADRATICS, strict=True):
         if any(values.get(c.name) for c in pair):
             values |= {c.name: 0.0 for c in pair if c.name not in values}
     of_hull = {c.name for c in OF_HULL.values() if c not in lacking}
     priors = {
-        name: Prior(max(value, LEAST_DRAG), max(value, LEAST_DRAG) * shape.model_std, "published", "thrust")
+        name: Prior(
+            max(value, LEAST_DRAG), max(value, LEAST_DRAG) * configuration.model_std, "published", "thrust"
+        )
         for name, value in values.items()
         if name in of_hull and (value > 0 or OF_HULL[name].kind != "mass")
     }
@@ -103,13 +105,13 @@ class Diagnosed:
     def to_json(self) -> dict[str, Any]:
         """The answer, followed by the texts and values shown on a page."""
         words = with_words(self.diagnosis, "" if self.check is None else self.check.name)
-        return words | runs_as_data(self.dive)
+        return words | runs_as_json(self.dive)
 
 
 def diagnose(
     dive: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     *,
     check: Dive | None = None,
     without: Collection[str] = (),
@@ -122,14 +124,14 @@ def diagnose(
     Raises ConfigError for a name that is no effect, LogError for a check dive that is of the same dive, and FitError,
     as `identify.diagnose.diagnose` does, for a recording that can't be diagnosed.
     """
-    effects = effects_without(without, configuration, file) if without else None
+    effects = effects_without(without, configuration_name, file) if without else None
     if check is not None:
         refuse_the_same(check, dive)
     try:
         searched_fit = search.diagnose(
             dive,
             file,
-            configuration,
+            configuration_name,
             check=check,
             effects=effects,
             accepted=before.values,
@@ -160,9 +162,9 @@ def _sources(dive: Dive) -> list[Path]:
     return [source for source in sources if source.exists()]
 
 
-def effects_without(names: Collection[str], configuration: str, file: VehicleFile) -> tuple[Effect, ...]:
+def effects_without(names: Collection[str], configuration_name: str, file: VehicleFile) -> tuple[Effect, ...]:
     """Return the library without the named effects. Raises ConfigError for a name that is not in the library."""
-    effects = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    effects = library(file.vehicle.configurations[configuration_name], file.vehicle.thrust_curve.lag_s)
     known = {effect.name for effect in effects}
     for name in names:
         if name not in known:
@@ -210,6 +212,6 @@ def _cause(finding: Finding) -> dict[str, Any]:
         "sentence": wording.cause_sentence(finding),
         "alike": wording.alike_sentence(finding) if finding.also else "",
         "values": [
-            wording.value_words(name, value) for name, value in wording.told_parameters(finding).items()
+            wording.value_words(name, value) for name, value in wording.shown_parameters(finding).items()
         ],
     }

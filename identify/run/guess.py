@@ -25,10 +25,11 @@ HOLDER: Final = "SYSID_MYGCS"
 
 @dataclass(frozen=True)
 class Guess:
-    """`file` fits the wiring; `base` names the bundled file that it comes from.
+    """A vehicle file proposed for a recording by the autopilot's parameters in it.
 
-    `findings` are sentences on what the motion contradicts; `judged` the degrees of freedom that were compared, and
-    `unjudged` why none was, if none; `hints` are sentences on parameters that would trouble a companion.
+    `file` fits the wiring; `base` names the bundled file that it comes from. `findings` are sentences on what the
+    motion contradicts; `judged` the degrees of freedom that were compared, and `unjudged` why none was, if none;
+    `hints` are sentences on parameters that would trouble a companion.
     """
 
     base: str
@@ -44,10 +45,13 @@ class Guess:
         """The vehicle file, as YAML."""
         bundled = load_vehicle(self.base).path
         data = yaml.safe_load(bundled.read_text(encoding="utf-8"))
-        shape = data["configurations"][self.configuration]
+        configuration = data["configurations"][self.configuration]
         fitted = self.file.vehicle.configurations[self.configuration].thrusters
-        shape["thrusters"] = [
-            {**shape["thrusters"][motor - 1], "direction": [value + 0.0 for value in thruster.direction]}
+        configuration["thrusters"] = [
+            {
+                **configuration["thrusters"][motor - 1],
+                "direction": [value + 0.0 for value in thruster.direction],
+            }
             for motor, thruster in zip(self.wiring.motors, fitted, strict=True)
         ]
         head = (
@@ -78,14 +82,13 @@ def guess(path: Path) -> Guess:
     """
     values = autopilot_parameters(path)
     bases = {frame: load_vehicle(name) for frame, name in FILES.items()}
-    shapes = {frame: next(iter(base.vehicle.configurations.items())) for frame, base in bases.items()}
-    wired = wiring(values, {frame: len(shape.thrusters) for frame, (_, shape) in shapes.items()})
-    base, (configuration, shape) = bases[wired.frame], shapes[wired.frame]
-    vehicle = replace(base.vehicle, configurations={configuration: wired.fitted(shape)})
-    file = replace(base, vehicle=vehicle, configuration=configuration)
-    findings, judged, unjudged = _by_motion(path, file, configuration, wired)
-    name = FILES[wired.frame]
-    return Guess(name, file, configuration, wired, findings, judged, unjudged, companion_hints(values))
+    configurations = {frame: next(iter(base.vehicle.configurations.items())) for frame, base in bases.items()}
+    wired = wiring(values, {frame: len(each.thrusters) for frame, (_, each) in configurations.items()})
+    base, (name, configuration) = bases[wired.frame], configurations[wired.frame]
+    vehicle = replace(base.vehicle, configurations={name: wired.fitted(configuration)})
+    file = replace(base, vehicle=vehicle, configuration=name)
+    findings, judged, unjudged = _by_motion(path, file, name, wired)
+    return Guess(FILES[wired.frame], file, name, wired, findings, judged, unjudged, companion_hints(values))
 
 
 def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
@@ -108,14 +111,14 @@ def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def _by_motion(
-    path: Path, file: VehicleFile, configuration: str, wired: Wiring
+    path: Path, file: VehicleFile, configuration_name: str, wired: Wiring
 ) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     """Findings, the degrees of freedom that they rest on, and why there are none of these."""
     try:
         dive = read_dive(path, vehicle=file)
         if never_armed(dive):
             return (), (), "the vehicle was never armed, so that the thrusters did not push"
-        axes = build_axes(dive, file, configuration).axes
+        axes = build_axes(dive, file, configuration_name).axes
     except SeatrialError as error:
         return (), (), str(error)
     judged = tuple(
@@ -123,7 +126,7 @@ def _by_motion(
     )
     if not judged:
         return (), (), "it holds no velocity and no rate of turn"
-    wrong = miswired(dive, file, configuration, axes)
+    wrong = miswired(dive, file, configuration_name, axes)
     if wrong is not None:
         return (_sentence(wrong, wired),), judged, ""
     return mounting_hints(mirrored(axes), swapped(axes)), judged, ""

@@ -42,13 +42,13 @@ class Identified:
     def to_json(self) -> dict[str, Any]:
         """The answer as plain data, with its comparison, if there is one."""
         compared = {"comparison": self.comparisons[0].to_json()} if self.comparisons else {}
-        return self.answer.to_json() | runs_as_data(self.dive) | compared
+        return self.answer.to_json() | runs_as_json(self.dive) | compared
 
 
 def identify(
     dive: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     methods: Mapping[str, Estimator] | None = None,
     progress: Steps = unheard,
 ) -> Identified:
@@ -57,18 +57,18 @@ def identify(
 
     A dive with too little information gives an answer that says so. Steps are reported from several threads.
     """
-    chosen = methods or {name: estimator(name) for name in usual_methods(file, [configuration])}
+    chosen = methods or {name: estimator(name) for name in usual_methods(file, [configuration_name])}
     works = [
-        partial(_answer, dive, file, configuration, name, estimate_by, progress)
+        partial(_answer, dive, file, configuration_name, name, estimate_by, progress)
         for name, estimate_by in chosen.items()
     ]
     first, *others = together(works)
-    priors = file.vehicle.configurations[configuration].priors
+    priors = file.vehicle.configurations[configuration_name].priors
     comparisons = tuple(compare(first, other, priors) for other in others)
     return Identified(dive, file, doubted(comparisons[0]) if comparisons else first, comparisons)
 
 
-def runs_as_data(dive: Dive) -> dict[str, Any]:
+def runs_as_json(dive: Dive) -> dict[str, Any]:
     """The runs of a dive made of several, and why others were left out, as plain data; nothing for a single one."""
     if not dive.runs:
         return {}
@@ -95,7 +95,7 @@ def usual_methods(file: VehicleFile, configurations: Sequence[str]) -> tuple[str
 def _answer(
     dive: Dive,
     file: VehicleFile,
-    configuration: str,
+    configuration_name: str,
     method: str,
     estimate_by: Estimator,
     progress: Steps,
@@ -111,9 +111,9 @@ def _answer(
         progress(Step(method, share, words, values, False))
 
     try:
-        answer = estimate_by(dive, file, configuration, passed_on)
+        answer = estimate_by(dive, file, configuration_name, passed_on)
     except FitError as error:
-        answer = nothing(dive, file, configuration, method, error.reason)
+        answer = nothing(dive, file, configuration_name, method, error.reason)
     progress(Step(method, 1.0, ANSWERED, _values_of(answer), True))
     return replace(answer, notes=(*answer.notes, *((f"{capital(ended)}.",) if ended else ())))
 
@@ -127,16 +127,18 @@ def _values_of(answer: Identification) -> Values:
     }
 
 
-def nothing(dive: Dive, file: VehicleFile, configuration: str, method: str, reason: str) -> Identification:
+def nothing(
+    dive: Dive, file: VehicleFile, configuration_name: str, method: str, reason: str
+) -> Identification:
     """An answer in which no parameter could be fitted, all for the same reason."""
     nan = math.nan
     totals = tuple(estimate(coefficient.name, nan, nan, nan, nan, reason) for coefficient in COEFFICIENTS)
-    shape = file.vehicle.configurations[configuration]
+    configuration = file.vehicle.configurations[configuration_name]
     return Identification(
         method,
         Outcome.NOT_IDENTIFIABLE,
-        (*totals, *(added_mass(total, shape) for total in totals[: len(MASSES)])),
-        configuration,
+        (*totals, *(added_mass(total, configuration) for total in totals[: len(MASSES)])),
+        configuration_name,
         dive.name,
         dive.sha256,
         file.vehicle.name,

@@ -63,19 +63,19 @@ def plan(
         progress(Step(OF, share, words))
 
     if known is None:
-        configuration = file.configuration or _only(file)
-        knowledge = before_any_dive(file, configuration)
+        configuration_name = file.configuration or _only(file)
+        knowledge = before_any_dive(file, configuration_name)
     else:
         if isinstance(known, Dive):
-            configuration = file.configuration_of(known.configuration_index())
-            known = estimator(DEFAULT)(known, file, configuration, passed_on).to_json()
+            configuration_name = file.configuration_of(known.configuration_index())
+            known = estimator(DEFAULT)(known, file, configuration_name, passed_on).to_json()
         else:
-            configuration = file.configuration or file.vehicle.configuration_named(
+            configuration_name = file.configuration or file.vehicle.configuration_named(
                 str(known.get("configuration"))
             )
-        knowledge = after(known, file, configuration, source)
-    proposal = propose(file, configuration, knowledge, limits, seconds, dofs, passed_on)
-    return Planned(file, configuration, knowledge, limits, proposal)
+        knowledge = after(known, file, configuration_name, source)
+    proposal = propose(file, configuration_name, knowledge, limits, seconds, dofs, passed_on)
+    return Planned(file, configuration_name, knowledge, limits, proposal)
 
 
 def _only(file: VehicleFile) -> str:

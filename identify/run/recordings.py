@@ -40,18 +40,19 @@ class Recording:
                 f"{filed:.1f}"
             )
         if self.carried_kg:
-            shapes = {name: self._heavier(shape) for name, shape in vehicle.configurations.items()}
-            vehicle = replace(vehicle, configurations=shapes)
+            configurations = {name: self._heavier(each) for name, each in vehicle.configurations.items()}
+            vehicle = replace(vehicle, configurations=configurations)
             changes.append(
                 f"{self.carried_kg:+g} kg of ballast and payload on top of the vehicle file's dry mass"
             )
         return replace(file, vehicle=vehicle), tuple(f"{self.path.name}: {sentence}" for sentence in changes)
 
-    def _heavier(self, shape: Configuration) -> Configuration:
+    def _heavier(self, configuration: Configuration) -> Configuration:
         model = {
-            name: value + self.carried_kg * (name in TOTAL_MASSES) for name, value in shape.model.items()
+            name: value + self.carried_kg * (name in TOTAL_MASSES)
+            for name, value in configuration.model.items()
         }
-        return replace(shape, dry_mass_kg=shape.dry_mass_kg + self.carried_kg, model=model)
+        return replace(configuration, dry_mass_kg=configuration.dry_mass_kg + self.carried_kg, model=model)
 
 
 @dataclass(frozen=True)

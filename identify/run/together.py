@@ -49,10 +49,10 @@ def together(readings: Sequence[Reading]) -> Reading:
     _refuse_twice([reading.dive for reading in readings])
     readings = _in_order(readings)
     first = readings[0]
-    configuration = _refuse_others(readings)
+    configuration_name = _refuse_others(readings)
     used, left_out = [], {}
     for reading in readings:
-        if reason := _useless(reading, configuration):
+        if reason := _useless(reading, configuration_name):
             left_out[reading.dive.name] = reason
         else:
             used.append(reading.dive)
@@ -196,13 +196,13 @@ def _commands(dive: Dive) -> str:
     return f"{signal.value.shape[1]} thruster commands in {'us' if dive.pwm is not None else 'N'}"
 
 
-def _useless(reading: Reading, configuration: str) -> str:
+def _useless(reading: Reading, configuration_name: str) -> str:
     """Why nothing can be learnt from a run; "" if something can."""
     dive = reading.dive
     if dive.duration_s < LEAST_RUN_S:
         return f"it lasts {significant(dive.duration_s, 2)} s"
     try:
-        refuse_unpushed(dive, reading.file, configuration)
+        refuse_unpushed(dive, reading.file, configuration_name)
     except FitError as error:
         return error.reason
     return ""

@@ -81,7 +81,8 @@ class Validation:
 def validate(dives: Sequence[Dive], file: VehicleFile, foretelling: Foretelling | None = None) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
-    `foretelling`: contents of the sidecar of an accepted diagnosis; later dives are compared with it.
+    `foretelling`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared
+    with it.
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
@@ -117,14 +118,14 @@ def _judged(
     """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
     vehicle file can't decide that."""
     try:
-        configuration = file.configuration_of(whole.configuration_index())
+        configuration_name = file.configuration_of(whole.configuration_index())
     except ConfigError:
         return run
     held: tuple[Held, ...] = ()
     gains: tuple[MadeUp, ...] = ()
-    is_of_it = foretelling is not None and (file.vehicle.name, configuration) == (
-        foretelling.vehicle,
-        foretelling.configuration,
+    is_of_it = foretelling is not None and (foretelling.vehicle, foretelling.configuration) == (
+        file.vehicle.name,
+        configuration_name,
     )
     if (
         foretelling is not None
@@ -133,8 +134,8 @@ def _judged(
         and mode.applies_feedforward
         and is_next(whole, foretelling)
     ):
-        gains = made_up(allocated_gains(run.dive, file, configuration), foretelling.credits)
+        gains = made_up(allocated_gains(run.dive, file, configuration_name), foretelling.credits)
         # A dive in which the accepted values were not in force is not the one that was foretold.
         in_force = not any(gain.unmended for gain in gains)
         held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
-    return replace(run, held=held, raising=go_no_go(whole, file, configuration, held, gains))
+    return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains))

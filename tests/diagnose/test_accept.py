@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, A
 from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
-from identify.diagnose.accepted import known_beside
+from identify.diagnose.accepted import known_with_causes
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import (
     Shift,
@@ -50,7 +50,7 @@ def found(effect, *values, width=0.01, also=()):
 
 def accepted_of(causes, now, shape):
     """The result of accepting causes whose fit is `now`."""
-    return diagnose_accepted.accepted_of(causes, known_beside([one.cause for one in causes], now), shape)
+    return diagnose_accepted.accepted_of(causes, known_with_causes([one.cause for one in causes], now), shape)
 
 
 def of_effects(accepted):
@@ -163,7 +163,7 @@ def test_an_axis_that_the_dive_hardly_moves_keeps_what_the_vehicle_has(nominal, 
 
 
 def test_axes_whose_controller_used_what_was_not_recorded_stay_as_the_vehicle_has_them(nominal, shape):
-    heard = replace(nominal, doubted=(0, 5))
+    heard = replace(nominal, feedback_unrecorded=(0, 5))
     accepted = accepted_of((), heard, shape)
     assert not {"M_u", "D_u", "I_r", "D_r"} & set(accepted.values)
     assert "M_v" in accepted.values
@@ -248,9 +248,9 @@ def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     assert (own.accepted, own.acts) == ((drag,), ())
     surge, before = own.joint.problems[0].axis, nominal.joint.problems[0].axis
     assert (surge.quadratic, before.quadratic) == (DRAG[0], 0.0)
-    problem, place = own.joint.problems[0], own.joint.places[0]
+    problem, of_axis = own.joint.problems[0], own.joint.slices[0]
     free = replace(problem, axis=replace(surge, quadratic=0.0))
-    braked = problem.mean_force(own.theta[place]) - free.mean_force(own.theta[place])
+    braked = problem.mean_force(own.theta[of_axis]) - free.mean_force(own.theta[of_axis])
     # About the speed that is expected: what the slope there brakes the filter takes from its own speed.
     expected = DRAG[0] * (problem.slope - np.abs(surge.speed)) * surge.speed
     np.testing.assert_allclose(braked, np.column_stack([expected, expected]))
@@ -428,7 +428,7 @@ def test_linear_damping_that_quadratic_drag_may_replace_begins_at_none(nominal, 
 
 def test_an_axis_whose_thrust_follows_what_was_not_recorded_is_not_called_late(nominal, shape, fit):
     fit(late=changing(8.0, 0.02, OF_MASS, 0.1))
-    assert accepted_of((ASTERN,), replace(nominal, doubted=(SURGE,)), shape).doubts == ()
+    assert accepted_of((ASTERN,), replace(nominal, feedback_unrecorded=(SURGE,)), shape).doubts == ()
 
 
 @pytest.mark.parametrize("times", [3.0, 0.2])
@@ -492,5 +492,5 @@ def test_a_second_change_counts_by_what_is_left_unexplained(elsewhere, nats):
     """Published numbers that are off everywhere leave a shift that no effect has, and any effect takes some of it."""
     effects, patterns = (ADDED_PAYLOAD, FOULING), np.eye(4)[:2]
     shift = Shift(np.array([0.5, 0.1, elsewhere, elsewhere]), 1e4 * np.eye(4), effects, patterns)
-    assert shift.best_beside([]) == [(pytest.approx(1250.0), 0), (pytest.approx(50.0), 1)]
-    assert shift.best_beside([0]) == [(pytest.approx(nats), 1)]
+    assert shift.best_further([]) == [(pytest.approx(1250.0), 0), (pytest.approx(50.0), 1)]
+    assert shift.best_further([0]) == [(pytest.approx(nats), 1)]

@@ -292,7 +292,7 @@ def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recordi
     nominal = planted_nominal(case)
     mass = nominal.course.mass
     told = {"M_u": value(1.3 * mass[0]), "D_u": Value(20.0, "N/(m/s)", 1.0, 1000.0)}
-    held = Simulator(told, ()).beside(nominal)
+    held = Simulator(told, ()).filters_of(nominal)
     assert held.course.mass[0] == pytest.approx(0.98 * 1.3 * mass[0], rel=0.005)
     assert held.course.damping[0] == pytest.approx(nominal.course.damping[0], rel=0.005)
 

@@ -13,7 +13,7 @@ from identify.challenge.case import draw_case
 from identify.challenge.nearest import course_of
 from identify.diagnose import confidence as module
 from identify.diagnose import search
-from identify.diagnose.accepted import known_beside, likely_accepted
+from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
 from identify.diagnose.result import Disturbance, Finding
@@ -45,7 +45,7 @@ class Weighed:
         labels = tuple(sorted(cause.effect.label for cause in causes))
         return replace(fit_of(self.gains[labels], *(cause.effect for cause in causes)), causes=tuple(causes))
 
-    def candidates_beside(self, _fit: Fitted) -> None:
+    def candidates_with_fit(self, _fit: Fitted) -> None:
         return None
 
     def candidates_beyond_forms(self, _fit: Fitted) -> None:
@@ -202,7 +202,7 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
     drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
     found = explained_by([drag], nominal, library)
     sure = Finding(found.causes[0], (), {}, 0.9, {}, 30.0)
-    known = known_beside(found.causes, found.now)
+    known = known_with_causes(found.causes, found.now)
     whole = likely_accepted([sure], found, known, nominal, library, (), shape)
     none = likely_accepted([replace(sure, probability=0.42)], found, known, nominal, library, (), shape)
     assert [one.name for one in whole.effects] == ["quadratic_drag"]
@@ -341,7 +341,7 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
         left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     # The last of an axis, how even its two poles are, hardly matters where they are one.
-    ends = [place.stop - 1 for place in nominal.joint.places]
+    ends = [of_axis.stop - 1 for of_axis in nominal.joint.slices]
     np.testing.assert_allclose(
         np.delete(left.now.theta, ends), np.delete(nominal.theta, ends), rtol=0.02, atol=0.05
     )

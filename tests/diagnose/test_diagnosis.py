@@ -87,6 +87,12 @@ def test_a_simulator_that_is_known_by_a_dive_holds_also_a_cause_that_is_not_acce
     assert unsure.numbers["D_u"].value < unsure.accepted.values["D_u"].value
 
 
+def test_without_any_effect_to_try_no_cause_is_named_and_the_gap_is_unknown(case):
+    bare = diagnose(dive_of(case), case.file, case.configuration, effects=(), progress=quiet)
+    assert (bare.findings, bare.tried) == ((), ())
+    assert bare.verdict == "unknown"
+
+
 def test_against_a_model_accepted_before_the_feed_forward_gains_by_masses_and_dampings_too(case, found):
     accepted = {name: Prior(1.5 * one.value, 0.01 * one.value) for name, one in found.numbers.items()}
     later = diagnosed(case, *SMALL, accepted=accepted)
@@ -117,7 +123,7 @@ def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
     said = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
     *unread, unseen = said.provisos
     assert [one.split(" was")[0] for one in unread] == ["Surge", "Sway", "Heave"]
-    assert "depth alone says too little of it" in unread[2]
+    assert "depth alone does not determine it" in unread[2]
     assert all("no velocity" in one and "record the DVL" in one for one in unread)
     assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
     assert "I_r" in said.numbers
@@ -149,9 +155,9 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
     )
     tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, QUADRATIC_DRAG)
     shape = case.file.vehicle.configurations[case.configuration]
-    assert {*tried} - {*module._judged(tried, lacks, shape)} == {*unjudged}
+    assert {*tried} - {*module._able(tried, lacks, shape)} == {*unjudged}
     # A hull that has the drag itself can't lack it.
-    left = {*tried} - {*module._judged(tried, lacks, replace(shape, damping="both"))}
+    left = {*tried} - {*module._able(tried, lacks, replace(shape, damping="both"))}
     assert left == {*unjudged, QUADRATIC_DRAG}
     for sentence, told in zip(unjudged_causes(lacks), words, strict=True):
         assert told in sentence

@@ -78,8 +78,8 @@ def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at
 
 def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nominal):
     force = np.concatenate([drawn(nominal, np.random.default_rng(seed))[0] for seed in range(8)])
-    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
-        own, dof = nominal.theta[place], problem.axis.dof
+    for problem, position in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
+        own, dof = nominal.theta[position], problem.axis.dof
         sigma, memory_s = np.exp(own[DISTURBANCE]), np.exp(own[TIME_CONSTANT])
         assert np.std(force[:, dof]) == pytest.approx(sigma, rel=0.25)
         together = np.mean(force[1:, dof] * force[:-1, dof]) / np.mean(force[:, dof] ** 2)
@@ -93,7 +93,7 @@ def test_the_noise_of_a_drawn_step_has_the_covariance_that_the_filters_take_it_t
     for k in range(4):
         normal = np.zeros((2, 5))
         normal[1, k] = 1.0
-        true, place, pushed, _ = drift._coloured_motion(
+        true, position, pushed, _ = drift._coloured_motion(
             table,
             np.array([-1, 0]),
             np.full(2, np.nan),
@@ -104,7 +104,7 @@ def test_the_noise_of_a_drawn_step_has_the_covariance_that_the_filters_take_it_t
             False,
             normal,
         )
-        columns.append((true[1], place[1], pushed[1]))
+        columns.append((true[1], position[1], pushed[1]))
     root = np.array(columns).T
     nu, nu_x, nu_d, x, x_d, d = table[0, 11:17]
     expected = np.array([[nu, nu_x, nu_d], [nu_x, x, x_d], [nu_d, x_d, d]])

@@ -266,7 +266,7 @@ def test_columns_by_blocks_are_added_and_multiplied_as_all_rows_are(blocks):
 def test_columns_put_after_others_come_last_and_leave_these_as_they_are(blocks):
     before = np.zeros((160, 2))
     before[:100, 1] = 3.0
-    both = blocks.blocks_of(before).beside(blocks)
+    both = blocks.blocks_of(before).with_columns(blocks)
     np.testing.assert_array_equal(both.dense(), np.hstack([before, blocks.dense()]))
     assert 1 not in both.parts[1].of
 

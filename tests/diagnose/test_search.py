@@ -309,7 +309,7 @@ def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log
     weighing = SimpleNamespace(
         now=SimpleNamespace(log_posterior=0.0),
         fitted=lambda causes: SimpleNamespace(causes=causes),
-        candidates_beside=lambda _: None,
+        candidates_with_fit=lambda _: None,
     )
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(9.0, 9.0, strong), (8.0, 8.0, weaker)])
     monkeypatch.setattr(search, "_settled", lambda *given: (instead, given[2]))
@@ -351,7 +351,7 @@ def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
     planted = weighing.rows.columns([Cause(DEAD_ZONE, np.array([width_n])).act(course)], course)[:, 0]
     weighing = replace(weighing, rows=replace(weighing.rows, value=weighing.rows.value + planted))
     none = weighing.fitted(())
-    (_, _, cause), *_ = search.ranked_candidates(weighing.candidates_beside(none), none)
+    (_, _, cause), *_ = search.ranked_candidates(weighing.candidates_with_fit(none), none)
     fit = weighing.fitted((cause,))
     assert fit.causes[0].values == pytest.approx([width_n], rel=0.03)
     std = np.sqrt(confidence.covariance_of(weighing, fit)[0, 0])

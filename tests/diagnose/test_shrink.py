@@ -73,7 +73,7 @@ def test_a_parameter_that_one_piece_alone_tells_stays_near_what_it_is_without_th
     value = rng.normal(size=len(piece))
     nothing = np.zeros(0)
     joint = SimpleNamespace(
-        problems=(), places=(), mass_places=(), prior_precision=nothing, prior_mean=nothing
+        problems=(), slices=(), mass_indices=(), prior_precision=nothing, prior_mean=nothing
     )
     nuisance = Blocks((Block(np.zeros(0, dtype=np.intp), np.zeros((len(piece), 0))),), 0)
     rows = SimpleNamespace(piece=piece, nuisance=nuisance, nominal_precision=nothing)

@@ -277,9 +277,9 @@ def fitted(case: Case) -> Nominal:
 
 def time_s(now: Nominal, dof: int) -> float:
     """The correlation time that was fitted to an axis's disturbance."""
-    problems = zip(now.joint.problems, now.joint.places, strict=True)
-    (place,) = [place for problem, place in problems if problem.axis.dof == dof]
-    return float(np.exp(now.theta[place][TIME_CONSTANT]))
+    problems = zip(now.joint.problems, now.joint.slices, strict=True)
+    (of_axis,) = [of_axis for problem, of_axis in problems if problem.axis.dof == dof]
+    return float(np.exp(now.theta[of_axis][TIME_CONSTANT]))
 
 
 @pytest.fixture(scope="module")
@@ -298,8 +298,8 @@ def still(quiet: Case) -> Nominal:
 def with_times(now: Nominal, times_s: dict[int, float]) -> Nominal:
     """The same filters with other correlation times by degree of freedom."""
     theta = now.theta.copy()
-    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
-        theta[place.start + TIME_CONSTANT] = np.log(times_s[problem.axis.dof])
+    for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True):
+        theta[of_axis.start + TIME_CONSTANT] = np.log(times_s[problem.axis.dof])
     return replace(now, theta=theta)
 
 

@@ -95,8 +95,8 @@ def test_what_the_filter_of_an_autopilot_is_off_by_is_that_of_its_quieter_axis(s
 
     problems = tuple(replace(one, axis=with_colour(one.axis)) for one in still.joint.problems[:2])
     joint = replace(still.joint, problems=problems)
-    theta = np.concatenate([still.theta[place] for place in joint.places])
-    surge, sway = (place.stop - 2 for place in joint.places)
+    theta = np.concatenate([still.theta[of_axis] for of_axis in joint.slices])
+    surge, sway = (of_axis.stop - 2 for of_axis in joint.slices)
     theta[[surge, sway]] = np.log([0.032, 0.005])
     tied, at = _alike(joint, theta, (0, 1, 2))
     assert np.exp(at[[surge, sway]]) == pytest.approx([0.005, 0.005])

@@ -90,9 +90,9 @@ def test_a_force_lies_where_it_acts_however_far_the_nominal_model_is_bent_to_mak
     course, pushed = nominal.course, np.zeros_like(nominal.course.nu)
     pushed[:, 0] = 2.0 * np.sin(course.time_s)
     bent = nominal.theta.copy()
-    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
+    for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
         if problem.axis.dof == 5:
-            bent[place.start + DAMPING] += 2.0
+            bent[of_axis.start + DAMPING] += 2.0
     before, after = (simulation_of(nominal, theta, nominal.motion.nu) for theta in (bent, nominal.theta))
     still = np.zeros_like(after.nu)
     found = missing_of(before, after.less(pushed[::EACH]), still, still[:, :3], nominal)
@@ -220,12 +220,12 @@ def test_a_generic_force_counts_for_no_more_than_the_nats_that_it_saves(nominal)
     left = Unexplained((GenericForce(0, "thrust", "odd", force),), (20.0,), (1000.0,))
     power = with_unexplained(nothing, left, nominal, EACH).power
     seconds = float(course.time_s[-1] - course.time_s[0])
-    (place,) = [
-        place
-        for one, place in zip(nominal.joint.problems, nominal.joint.places, strict=True)
+    (of_axis,) = [
+        of_axis
+        for one, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True)
         if one.axis.dof == 0
     ]
-    disturbances = seconds / (2 * np.exp(nominal.theta[place][TIME_CONSTANT]))
+    disturbances = seconds / (2 * np.exp(nominal.theta[of_axis][TIME_CONSTANT]))
     assert power[:, 0].mean() == pytest.approx(2 * 20.0 / disturbances, rel=0.01)
     small = with_unexplained(nothing, replace(left, forces=(1e-6,)), nominal, EACH).power
     assert 0 < small[:, 0].mean() < 1e-6
@@ -253,7 +253,7 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
 
     def possible(*given):
         return tuple(
-            one if one.cause.effect.place == "log" else replace(one, probability=0.4)
+            one if one.cause.effect.acts_on == "log" else replace(one, probability=0.4)
             for one in found_of(*given)
         )
 
@@ -263,13 +263,15 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
 
 def test_no_unknown_force_is_looked_for_where_the_controller_may_have_used_the_same_unrecorded_velocity(case):
     nominal = planted_nominal(case)
-    assert 1 in nominal.doubted
-    assert nominal.suspected == (0, 2)
+    assert 1 in nominal.feedback_unrecorded
+    assert nominal.feedback_suspected == (0, 2)
     assert "In surge and heave no unknown force" in " ".join(unjudged_notes(nominal))
-    assert not {*nominal.suspected, *nominal.doubted} & pushed(nominal)
+    assert not {*nominal.feedback_suspected, *nominal.feedback_unrecorded} & pushed(nominal)
     # As if the recorded velocity were the controller's: its answers to the sea look like forces there.
-    trusted = replace(nominal, doubted=tuple(dof for dof in nominal.doubted if dof > 2))
-    assert trusted.suspected == ()
+    trusted = replace(
+        nominal, feedback_unrecorded=tuple(dof for dof in nominal.feedback_unrecorded if dof > 2)
+    )
+    assert trusted.feedback_suspected == ()
     assert {0, 2} <= pushed(trusted)
 
 

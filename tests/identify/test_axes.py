@@ -24,12 +24,12 @@ from bridge.vehicle.config import (
     load_vehicle,
 )
 from bridge.vehicle.dynamics import coriolis
+from identify.align import aligned, low_pass
 from identify.dive import Array, Dive, Signal
 from identify.estimators import axes
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion
-from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, places_of
-from identify.filters import aligned, low_pass
+from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, poses_of
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
@@ -68,12 +68,10 @@ def test_a_roll_that_comes_of_turning_while_pitched_is_no_roll_rate():
     nu = np.zeros((200, 6))
     nu[:, 5] = turning / np.cos(roll)
     motion = Motion(TIME_S[:200], nu)
-    places = places_of(
-        recorded(attitude=attitude), vehicle_file(), motion, attitude_at(attitude, TIME_S[:200])
-    )
+    poses = poses_of(recorded(attitude=attitude), vehicle_file(), motion, attitude_at(attitude, TIME_S[:200]))
     assert np.ptp(roll) > 0.2
-    np.testing.assert_allclose(places[ROLL].reading.value[:, 0], 0.0, atol=1e-6)
-    lost = places[PITCH].carried + np.cumsum(nu[:, 5] * np.sin(roll)) * 0.02
+    np.testing.assert_allclose(poses[ROLL].reading.value[:, 0], 0.0, atol=1e-6)
+    lost = poses[PITCH].carried + np.cumsum(nu[:, 5] * np.sin(roll)) * 0.02
     np.testing.assert_allclose(lost, 0.0, atol=1e-3)
 
 
@@ -85,8 +83,8 @@ def test_depth_is_left_with_what_heave_velocity_adds_to_it():
     nu = np.zeros((len(TIME_S), 6))
     nu[:, 0], nu[:, 2] = surge, 0.05
     dive = recorded(depth=Signal(TIME_S, sunk[:, None]), attitude=attitude)
-    places = places_of(dive, vehicle_file(), Motion(TIME_S, nu), attitude.value)
-    np.testing.assert_allclose(places[2].reading.value[:, 0], 0.05 * TIME_S, atol=1e-9)
+    poses = poses_of(dive, vehicle_file(), Motion(TIME_S, nu), attitude.value)
+    np.testing.assert_allclose(poses[2].reading.value[:, 0], 0.05 * TIME_S, atol=1e-9)
 
 
 def test_the_mean_over_an_interval_is_exact_for_what_is_straight_and_zero_where_there_is_none():

@@ -271,7 +271,7 @@ def assert_score_is_the_slope(joint):
     """Masses move the Coriolis forces of the other axes: the differences over all innovations see that as well."""
     theta = joint.prior_mean.copy()
     # So large a disturbance that innovations are of the size that they are expected to be.
-    theta[[place.start + DISTURBANCE for place in joint.places]] += 3.0
+    theta[[of_axis.start + DISTURBANCE for of_axis in joint.slices]] += 3.0
     gradient, information = joint.score(theta)
     slope, curvature = score(joint, theta)
     # What a dive says little of is known by its prior.
@@ -308,4 +308,4 @@ def test_the_score_with_a_mass_apart_is_the_slope_of_the_likelihood():
     joint = JointLikelihood(axes, (HEAVE,), prior)
     assert_score_is_the_slope(joint)
     _, information = joint.score(joint.prior_mean)
-    assert information[joint.places[heave].start + MASS, -1] == 0.0
+    assert information[joint.slices[heave].start + MASS, -1] == 0.0

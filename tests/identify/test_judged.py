@@ -15,9 +15,9 @@ from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
-from identify.estimators.filters import filters_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood import estimate
+from identify.estimators.start import start_of
 from identify.forces import wrench
 from identify.ingest.commands import (
     logged_at_changes,
@@ -45,8 +45,8 @@ def moved(dof: int, changes_s: np.ndarray, force: np.ndarray) -> tuple[np.ndarra
     speed = np.zeros(len(time_s))
     for k in range(1, len(time_s)):
         speed[k] = keep * speed[k - 1] + (1.0 - keep) * push[k - 1] / DAMPING[dof]
-    place = np.concatenate([[0.0], np.cumsum(0.5 * FINE_S * (speed[1:] + speed[:-1]))])
-    return time_s, speed, place
+    index = np.concatenate([[0.0], np.cumsum(0.5 * FINE_S * (speed[1:] + speed[:-1]))])
+    return time_s, speed, index
 
 
 def steps(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -68,8 +68,8 @@ def one_axis(dof: int, every: int = 10, noise: float = 1e-4, rate: bool = False)
     """A dive of one axis: depth alone, heading alone, or rate of turn alone, and the wrench as it changed."""
     rng = np.random.default_rng(4)
     changes_s, force = steps(rng)
-    time_s, speed, place = (part[::every] for part in moved(dof, changes_s, force))
-    read = (speed if rate else place) + noise * rng.normal(size=len(time_s))
+    time_s, speed, index = (part[::every] for part in moved(dof, changes_s, force))
+    read = (speed if rate else index) + noise * rng.normal(size=len(time_s))
     dive = Dive("one axis", Path("one.csv"), "1" * 64, tau_cmd=commanded(dof, changes_s, force))
     if dof == HEAVE:
         return replace(dive, depth=Signal(time_s, read[:, None]))
@@ -103,7 +103,7 @@ def test_a_depth_that_hardly_stands_out_of_its_noise_says_nothing_of_heave():
     built = build_axes(with_spread_commands(one_axis(HEAVE, noise=0.5)), FILE, "only")
     assert built.axes == ()
     assert built.missing[HEAVE] == (
-        "no velocity in heave was recorded, and depth alone says too little of it; record the DVL"
+        "no velocity in heave was recorded, and depth alone does not determine it; record the DVL"
     )
 
 
@@ -191,7 +191,7 @@ def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
     at_s, speed, _ = (part[::10] for part in moved(YAW, time_s, force))
     gyro = Signal(at_s, np.column_stack([0.0 * at_s, 0.0 * at_s, speed]))
     dive = Dive("slow", Path("slow.csv"), "1" * 64, tau_cmd=commanded(YAW, time_s, force), gyro=gyro)
-    late_s = late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE))
+    late_s = late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE))
     assert late_s == pytest.approx(0.25, abs=0.06)
     assert with_later_commands(dive, late_s).tau_cmd.time_s[0] == late_s
     model = nominal_of(dive, FILE, "only")
@@ -217,11 +217,11 @@ def test_thrust_of_a_fast_loop_that_was_sampled_slowly_is_late_by_its_delay_alon
 def test_a_delay_beyond_what_sampling_makes_is_left_for_the_causes():
     time_s = 0.05 * np.arange(1580)
     dive = five_a_second(4.0 * np.sin(0.4 * time_s + 0.008 * time_s**2), 0.3)
-    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) > 0.15
+    assert late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE)) > 0.15
     (recorded,), (fitted,) = build_axes(dive, FILE, "only").axes, nominal_of(dive, FILE, "only").built.axes
     np.testing.assert_array_equal(fitted.force, recorded.force)
 
 
 def test_quick_commands_are_as_late_as_they_were():
     dive = with_spread_commands(one_axis(YAW, rate=True))
-    assert late_samples_s(filters_of(build_axes(dive, FILE, "only"), SHAPE)) == 0.0
+    assert late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE)) == 0.0

@@ -174,7 +174,7 @@ def test_where_another_doubt_is_clearer_it_explains_the_force():
 def test_the_answer_to_a_force_is_the_change_of_the_predictions_by_it():
     _, fit = fitted(dived())
     problem = fit.joint.at(fit.theta)[0]
-    theta = fit.theta[fit.joint.places[0]]
+    theta = fit.theta[fit.joint.slices[0]]
     screen = screen_of(problem, theta)
     shapes = np.random.default_rng(1).normal(size=(len(problem.reading), 2))
     pushed = replace(problem, axis=replace(problem.axis, force=problem.axis.force + shapes[:, :1]))
@@ -202,7 +202,7 @@ def test_the_way_back_to_the_start_is_as_long_as_the_way_from_there_on_any_cours
 
 def test_a_force_that_the_fit_chooses_itself_is_never_lacking():
     _, fit = fitted(dived(north))
-    problem, theta = fit.joint.at(fit.theta)[0], fit.theta[fit.joint.places[0]]
+    problem, theta = fit.joint.at(fit.theta)[0], fit.theta[fit.joint.slices[0]]
     (test,) = screen_of(problem, theta).tested({Kind.WORLD: np.ones((len(problem.reading), 1))})
     assert test.score == 0.0
 

@@ -28,8 +28,8 @@ from bench.reproduce.paper import (
     window_ends,
 )
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
+from identify.align import AlignedDive, aligned
 from identify.dive import Dive, Signal
-from identify.filters import AlignedDive, aligned
 from identify.identification import Outcome
 
 TRUE = {"M_u": 96.4, "D_u": 42.13, "M_v": 110.0, "D_v": 53.0, "I_r": 16.0, "D_r": 21.8}

@@ -57,7 +57,7 @@ def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
     assert len(passes) == found.passes == 2
     assert "10 % of its standard error" in found.reason
     of_priors = torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
-    torch.testing.assert_close((found.curvature - found.told).diagonal(), of_priors)
+    torch.testing.assert_close((found.curvature - found.curvature_by_data).diagonal(), of_priors)
 
 
 def test_a_curvature_that_is_taken_for_ten_times_too_large_makes_training_creep_for_one_step_alone():
@@ -187,13 +187,13 @@ def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differenc
     middle = point.where()
     one_error = trainer.curvature_at(point).diagonal().clamp_min(0).sqrt()
     assert len(task.layout.dofs) == 6
-    for place in range(0, len(middle), each):
+    for index in range(0, len(middle), each):
         row = torch.zeros_like(middle)
-        row[place] = MOVE
+        row[index] = MOVE
         above, below = (network_tasks.at_row(trainer, point, middle + sign * row) for sign in (1, -1))
         said = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
-        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[place]) + 1e-4
-        assert float(point.slope[place]) == pytest.approx(said, abs=allowed), place
+        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[index]) + 1e-4
+        assert float(point.slope[index]) == pytest.approx(said, abs=allowed), index
 
 
 SHAPE = Configuration(

@@ -155,9 +155,9 @@ def test_a_hull_with_quadratic_damping_alone_takes_its_earlier_linear_one_back(s
 
 
 def test_of_a_sum_that_is_known_loosely_nothing_is_kept(both):
-    places = [both.covariance_of.index(name) for name in ("D_u", "X_uu")]
+    indices = [both.covariance_of.index(name) for name in ("D_u", "X_uu")]
     covariance = both.covariance.copy()
-    covariance[np.ix_(places, places)] = np.diag([40.0**2, 80.0**2])
+    covariance[np.ix_(indices, indices)] = np.diag([40.0**2, 80.0**2])
     loose = [replace(one, identifiable=False, reason="too little") for one in both.parameters]
     found = with_drag_forces(replace(both, covariance=covariance, parameters=tuple(loose)))
     assert not found["D_u"].identifiable

@@ -131,4 +131,4 @@ def test_a_singular_matrix_and_a_value_that_is_no_number_are_both_refused():
 def test_forces_that_are_no_numbers_leave_their_axes_out_with_the_reason():
     dive = changed(closed_loop.dive(np.random.default_rng(3), seconds=30.0), at_the_middle(np.nan), "tau_cmd")
     found = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
-    assert found["M_u"].reason.startswith("the forces in surge are no numbers: a thruster command")
+    assert found["M_u"].reason.startswith("the forces in surge are not finite: a thruster command")

@@ -167,7 +167,7 @@ class Sampled:
 
     def __init__(self, n):
         self.n = n
-        self.places = (slice(0, 4),)
+        self.slices = (slice(0, 4),)
         self.prior_precision = np.zeros(4)
 
     def score_of(self, axis, theta):

@@ -10,7 +10,7 @@ import pytest
 
 from identify.dive import Signal
 from identify.estimators import timing as delay
-from identify.estimators.axes import build_axes, delayed, later
+from identify.estimators.axes import axes_with_delay, axis_with_delay, build_axes
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
 from identify.identification import Outcome
@@ -100,13 +100,13 @@ def test_the_interval_of_a_mass_holds_what_its_delay_is_unsure_by():
 def test_axes_that_are_moved_are_those_of_a_vehicle_file_with_that_delay():
     dive = recorded(0.0)
     plain, slow = (build_axes(dive, file, "only") for file in (FILE, with_curve(delay_s=0.13)))
-    (moved,) = delayed(plain, wrench(dive, FILE, "only"), 0.13).axes
+    (moved,) = axes_with_delay(plain, wrench(dive, FILE, "only"), 0.13).axes
     (right,) = slow.axes
     shared = np.intersect1d(moved.time_s, right.time_s)[1:]
     one, other = (axis.force[np.isin(axis.time_s, shared)] for axis in (moved, right))
     assert len(shared) > 1000
     assert one == pytest.approx(other, abs=1e-7)
-    (same,) = (later(axis, plain, wrench(dive, FILE, "only"), 0.0) for axis in plain.axes)
+    (same,) = (axis_with_delay(axis, plain, wrench(dive, FILE, "only"), 0.0) for axis in plain.axes)
     assert same.force == pytest.approx(plain.axes[0].force)
 
 

@@ -393,13 +393,13 @@ def surge():
     """The fit of surge, where its noise stands in theta, and the standard deviation of the velocity."""
     dive = closed_loop.dive(np.random.default_rng(5), seconds=60.0)
     found = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
-    return found, found.joint.problems[0].noise_place, float(np.std(dive.velocity.value[:, 0]))
+    return found, found.joint.problems[0].noise_index, float(np.std(dive.velocity.value[:, 0]))
 
 
 def noisy(surge, noise, pushed=(0,)):
-    found, place, _ = surge
+    found, index, _ = surge
     theta = found.theta.copy()
-    theta[place] = np.log(noise)
+    theta[index] = np.log(noise)
     return loud(found.joint, theta, pushed)
 
 

@@ -61,6 +61,7 @@ def test_the_sensor_that_is_shown_takes_nothing_that_is_broken_and_holds_on_to_l
     line = page.encode_lines((0.1, 0.2, 0.3), 0.004, 1.84)
     (lost,) = page.LinesParser().feed(page.encode_lines((float("nan"),) * 3, 0.0, float("nan")), 1.0)
     assert not lost.locked
+    assert page.LinesParser().feed(page.encode_lines((0.1, 0.2, 0.3), float("inf"), 1.84), 1.0) == []
     for bit in range(8 * (len(line) - 2)):
         broken = bytearray(line)
         broken[bit // 8] ^= 1 << bit % 8

@@ -329,7 +329,7 @@ def test_parameters_have_units_and_intervals_that_a_crew_reads_and_no_cause_is_c
         wording.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
         == "low end loss 0.20 (95 %: 0.10 to 0.30)"
     )
-    assert [wording.percent_sure(p) for p in (1.0, 0.0, 0.87)] == ["over 99 %", "under 1 %", "87 %"]
+    assert [wording.percent_bounded(p) for p in (1.0, 0.0, 0.87)] == ["over 99 %", "under 1 %", "87 %"]
     assert wording.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
     assert wording.candidate_words(effect("thruster_misalignment", 2)).startswith(
         "thruster misalignment (thruster 2)"

@@ -26,8 +26,8 @@ from bridge.errors import FitError
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
+from identify.align import AlignedDive
 from identify.dive import Dive, Signal
-from identify.filters import AlignedDive
 
 BY_TITLE = {point.title: point for point in points(72.0)}
 

@@ -33,7 +33,7 @@ from identify.identification import Outcome, worst
 from identify.repeats.answer import plain, sentences
 from identify.repeats.marks import Usual, usual_from
 from identify.run.diagnose import Before, diagnose, effects_without, published
-from identify.run.identify import compiles_first, runs_as_data
+from identify.run.identify import compiles_first, runs_as_json
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_of
 from tui import show
@@ -140,7 +140,7 @@ def run_repeats(arguments: argparse.Namespace, reading: Reading, usual: Usual) -
     said = (*sentences(judged), *unlike, *(f"{remark}." for remark in reading.remarks), *dive.notes)
     with Files() as files:
         words = {"dive": dive.name, "verdict": said[0], "notes": said[1:]}
-        files.json({**plain(judged), **runs_as_data(dive), "told": words}, arguments.json)
+        files.json({**plain(judged), **runs_as_json(dive), "told": words}, arguments.json)
         console = show.results(arguments.json)
         show.say(console, said[0], *(f"  {sentence}" for sentence in said[1:]), *files.written)
     return files.code(exit_codes.DONE)
@@ -261,7 +261,7 @@ def run_against(arguments: argparse.Namespace) -> int:
     gap = replace(gap, vehicle=replace(gap.vehicle, notes=notes))
     # Files first: the reader of the table may close the pipe before its end.
     with Files() as files:
-        files.json({**against.plain(gap), **runs_as_data(real)}, arguments.json)
+        files.json({**against.plain(gap), **runs_as_json(real)}, arguments.json)
         files.publish(arguments, partial(page_of_both, gap), (real, sim), file)
         console = show.results(arguments.json)
         tell_against(console, gap)

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 def named(nominal: Nominal, library: Sequence[Effect]) -> Said:
     """The effect of least criterion; none if the nominal model alone has the least."""
-    rows = regression_of(nominal.joint, nominal.theta, nominal.doubted)
+    rows = regression_of(nominal.joint, nominal.theta, nominal.feedback_unrecorded)
     settings, acts = settings_of(tuple(library), nominal.course)
     square, right = _beside_nominal(rows, rows.columns(acts, nominal.course))
     price = 0.5 * np.log(len(rows.value))

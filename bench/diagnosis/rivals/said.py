@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.align import low_pass
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.shrink import flight_of
@@ -13,7 +14,6 @@ from identify.diagnose.simulation import Simulation, simulation_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.estimators.likelihood_axis import DISTURBANCE
-from identify.filters import low_pass
 
 Array = NDArray[np.float64]
 
@@ -56,8 +56,8 @@ def missing(nominal: Nominal) -> Missing:
     slow = low_pass(along.lacking, rate_hz, SMOOTH_HZ)
     grid = np.arange(0, len(slow), max(round(rate_hz / RATE_HZ), 1))
     std = np.ones(6)
-    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
-        std[problem.axis.dof] = float(np.exp(nominal.theta[place][DISTURBANCE]))
+    for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
+        std[problem.axis.dof] = float(np.exp(nominal.theta[of_axis][DISTURBANCE]))
     at = np.searchsorted(course.time_s, along.time_s[grid] - 1e-9)
     return Missing(slow[grid] / std, std, at, along.dofs)
 

@@ -22,22 +22,22 @@ from identify.identification import Doubt, Identification, Information, Nuisance
 from identify.progress import Progress
 
 
-def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: Progress) -> Identification:
     """Return total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
 
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began_s = time.perf_counter()
     long_enough(dive)
-    axes = shared_axes(dive, file, configuration)
+    axes = shared_axes(dive, file, configuration_name)
     built = axes.value
-    fit = fit_network(dive, file, configuration, built, progress) if built.axes else None
+    fit = fit_network(dive, file, configuration_name, built, progress) if built.axes else None
     fitted = _fitted(fit)
     tests = doubts_of(fitted.joint, fitted.theta)
     late = any(test.is_late for test in tests.values())
     spoilt = {each.dof: each for each in unrecorded(dive, file.vehicle.water)} if late else {}
     answer = answer_of(
-        fitted, tests, built, dive, file, configuration, spoilt, weighs_others=False, began_s=began_s
+        fitted, tests, built, dive, file, configuration_name, spoilt, weighs_others=False, began_s=began_s
     )
     return replace(answer, information=None if fit is None else _information(fit))
 
@@ -52,9 +52,9 @@ def _fitted(fit: Fit | None) -> Fitted:
         return Fitted("pinn", value, covariance, stretch, JointLikelihood(()), np.zeros(0))
     dofs = fit.layout.dofs
     rows = [*dofs, *(6 + dof for dof in dofs)]
-    places = [*dofs, *range(6, 6 + len(dofs))]
-    value[rows] = fit.values[places]
-    covariance[np.ix_(rows, rows)] = fit.covariance[np.ix_(places, places)]
+    indices = [*dofs, *range(6, 6 + len(dofs))]
+    value[rows] = fit.values[indices]
+    covariance[np.ix_(rows, rows)] = fit.covariance[np.ix_(indices, indices)]
     stretch[rows] = fit.stretch
     joint, theta = fit.filters.joint, fit.filters.theta
     return Fitted("pinn", value, covariance, stretch, joint, theta, _nuisance(fit), _unsettled(fit))
@@ -63,13 +63,13 @@ def _fitted(fit: Fit | None) -> Fitted:
 def _information(fit: Fit) -> Information:
     """Information of the dive on mass, damping and trim of all axes, all other parameters projected out; trims in
     shares of the force that drove their axis."""
-    names, places, scale = [], [], []
+    names, indices, scale = [], [], []
     n = len(fit.layout.dofs)
     for axis, dof in enumerate(fit.layout.dofs):
         names += [MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim"]
-        places += [dof, 6 + axis, 6 + n + axis]
+        indices += [dof, 6 + axis, 6 + n + axis]
         scale += [1.0, 1.0, float(np.sqrt(np.mean(fit.layout.push[:, axis] ** 2)))]
-    return Information(tuple(names), fit.information_of(places) * np.outer(scale, scale))
+    return Information(tuple(names), fit.information_of(indices) * np.outer(scale, scale))
 
 
 def _unsettled(fit: Fit) -> tuple[Doubt, ...]:
@@ -89,6 +89,6 @@ def _nuisance(fit: Fit) -> dict[Nuisance, float]:
         out[identification.trim(dof)] = float(fit.values[6 + n + axis])
     for channel, name in enumerate(fit.layout.channel_name):
         dof = fit.layout.dofs[fit.layout.channel_axis[channel]]
-        of_place = fit.layout.channel_reads[channel] == POSITION
-        out[identification.noise(dof, name, of_place)] = float(fit.sensor[channel])
+        of_pose = fit.layout.channel_reads[channel] == POSITION
+        out[identification.noise(dof, name, of_pose)] = float(fit.sensor[channel])
     return out

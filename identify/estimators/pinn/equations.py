@@ -29,7 +29,7 @@ from identify.estimators.pinn.network import (
     of_disturbance,
     pull,
     selected_inverse,
-    short_of_one,
+    shortfall,
     solve,
     spent,
     stretches,
@@ -67,7 +67,7 @@ class Equations:
     """The equations at given coefficients and noise, with the state eliminated.
 
     gradient (p,): of half the loss. information (6, 6): of the masses of axes that are not fitted, zero elsewhere.
-    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best state. on, beside: blocks of its covariance.
+    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best state. on, adjacent: blocks of its covariance.
     moments: expectations for the noise levels.
     """
 
@@ -76,7 +76,7 @@ class Equations:
     tilt: Tensor
     state: Tensor
     on: Tensor
-    beside: Tensor
+    adjacent: Tensor
     moments: Moments
     loss: float
 
@@ -162,7 +162,7 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Sums:
     """Sums over all intervals. loss: the residuals' part of the loss at the best state; slope (p,) of half the
     expected loss; sensor and wander of `Moments`."""
 
@@ -174,11 +174,11 @@ class _Told:
 
 def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, adjacent: Tensor
-) -> _Told:
+) -> _Sums:
     """The loss at the best state, and the slope of its expectation about that state, by automatic differentiation."""
     half = torch.full((), 0.5, dtype=raw.dtype, device=raw.device)
 
-    def told(some: Stretch) -> tuple[Tensor, ...]:
+    def sums(some: Stretch) -> tuple[Tensor, ...]:
         with torch.enable_grad():
             asked = raw.detach().clone().requires_grad_()
             there = pull(between(data, some.intervals), map_, asked, state[some.nodes], noise)
@@ -189,10 +189,10 @@ def _expected(
             squares, by_before, by_after = expected_squares(there, on[some.nodes], adjacent[some.intervals])
             slope = torch.autograd.grad(hangs, asked, (by_before, by_after, there.residual, half))[0]
             loss = (there.residual**2).sum() + cost
-            return loss, slope, *short_of_one(there, squares, data.axes)
+            return loss, slope, *shortfall(there, squares, data.axes)
 
-    parts = worked(told, stretches(len(adjacent), state.device))
-    return _Told(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
+    parts = worked(sums, stretches(len(adjacent), state.device))
+    return _Sums(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
 
 
 def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:

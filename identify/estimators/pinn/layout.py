@@ -46,11 +46,11 @@ class Readings:
     scale: Array
 
 
-def readings_in(axis: Axis, channel: int, time_s: Array, width: int, first: int, place: int) -> Readings:
+def readings_in(axis: Axis, channel: int, time_s: Array, width: int, first: int, integral: int) -> Readings:
     """Return the readings of a channel of an axis between the nodes' times; readings in the same interval become
     their mean.
 
-    `own` and `place` are the indices of velocity and its integral among the `width` values of a state.
+    `first` and `integral` are the indices of velocity and its integral among the `width` values of a state.
     """
     count = len(time_s) - 1
     mine = (axis.channel == channel) & np.isfinite(axis.reading)
@@ -64,7 +64,7 @@ def readings_in(axis: Axis, channel: int, time_s: Array, width: int, first: int,
     before, after = np.zeros((len(at), width)), np.zeros((len(at), width))
     if reads == POSITION:
         bow = 0.5 * s * (1 - s) * h
-        before[:, place], after[:, place] = 1 - s, s
+        before[:, integral], after[:, integral] = 1 - s, s
         before[:, first], after[:, first] = bow, -bow
         swung = curved = np.zeros(len(at))
     elif reads == INCREMENT:
@@ -110,7 +110,7 @@ NEAREST = 0.75
 
 @dataclass(frozen=True)
 class Layout:
-    """n axes, N intervals between N + 1 instants, C channels of readings.
+    """A dive as the network takes it: n axes, N intervals between N + 1 instants, C channels of readings.
 
     A node's state is (nu (n), d (n), x (placed)): velocity, disturbance, and, if a sensor reads a position, the
     integral of velocity; s values in all. In interval k, with nu0, d0 and nu1, d1 at its ends and s = t / h,
@@ -158,13 +158,13 @@ class Layout:
         return 2 * len(self.dofs) + len(self.placed)
 
 
-def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step_s: float) -> Layout:
+def lay_out(dive: Dive, file: VehicleFile, configuration_name: str, built: Axes, step_s: float) -> Layout:
     """Return the layout of the readings of a dive's axes, of which there is at least one."""
     axes = built.axes
     time_s = instants(axes, step_s)
     start_s, end_s = time_s[:-1], time_s[1:]
     dofs = tuple(axis.dof for axis in axes)
-    halves = wrench(dive, file, configuration).halves_between(start_s, end_s)[:, :, list(dofs)]
+    halves = wrench(dive, file, configuration_name).halves_between(start_s, end_s)[:, :, list(dofs)]
     held = [built.motion.mean_between(built.restoring[dof], start_s, end_s) for dof in dofs]
     push = halves.mean(axis=1) - np.column_stack(held)
     others = np.column_stack([built.motion.mean_between(nu, start_s, end_s) for nu in built.motion.nu.T])
@@ -180,8 +180,8 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
                 continue
             names.append((i, channel))
             readings.append(np.count_nonzero(np.isfinite(axis.reading[axis.channel == c])))
-            place = 2 * len(axes) + placed.index(i) if i in placed else -1
-            columns.append(readings_in(axis, c, time_s, width, i, place))
+            integral = 2 * len(axes) + placed.index(i) if i in placed else -1
+            columns.append(readings_in(axis, c, time_s, width, i, integral))
 
     def stacked(part: str) -> Array:
         return np.stack([getattr(column, part) for column in columns], axis=1)
@@ -229,8 +229,8 @@ def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
     """Every few of the ends, about `step_s` apart; ends next to a gap are all kept."""
     kept = [0]
     for i in range(1, len(ends)):
-        beside_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
-        if beside_gap or ends[i] - ends[kept[-1]] >= NEAREST * step_s:
+        next_to_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
+        if next_to_gap or ends[i] - ends[kept[-1]] >= NEAREST * step_s:
             kept.append(i)
     chosen: Array = ends[kept]
     return np.asarray(chosen[np.concatenate([[True], np.diff(chosen) > 1e-6])])
@@ -276,7 +276,7 @@ def coriolis_forms() -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """mass (6,), of all degrees of freedom; damping and trim (n,) of the fitted axes; SI units."""
+    """Coefficients in SI units: mass (6,) of all degrees of freedom, damping and trim (n,) of the fitted axes."""
 
     mass: Tensor
     damping: Tensor

@@ -182,10 +182,10 @@ def _straight(data: Data, kept: Tensor, width: int) -> tuple[Tensor, Tensor]:
     placed, x = list(known.placed), len(known.placed)
     before = torch.zeros(len(kept), n + x + data.value.shape[1], width, dtype=kept.dtype, device=kept.device)
     after = torch.zeros_like(before)
-    each, place = torch.arange(n, device=kept.device), torch.arange(x, device=kept.device)
+    each, integral = torch.arange(n, device=kept.device), torch.arange(x, device=kept.device)
     before[:, each, n + each], after[:, each, n + each] = -kept, torch.ones_like(kept)
-    before[:, n + place, 2 * n + place], after[:, n + place, 2 * n + place] = -1.0, 1.0
-    before[:, n + place, placed] = after[:, n + place, placed] = -0.5 * known.step_s[:, None]
+    before[:, n + integral, 2 * n + integral], after[:, n + integral, 2 * n + integral] = -1.0, 1.0
+    before[:, n + integral, placed] = after[:, n + integral, placed] = -0.5 * known.step_s[:, None]
     before[:, n + x :], after[:, n + x :] = data.before, data.after
     return before, after
 
@@ -213,7 +213,7 @@ def expected_squares(pulled: Pull, on: Tensor, adjacent: Tensor) -> tuple[Tensor
     return pulled.residual**2 + spread, by_before, by_after
 
 
-def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
+def shortfall(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
     """Shortfall of the expected `squares`: `sensor` and `wander` of `noise.Moments`."""
     short = (pulled.known - squares) * (pulled.known > 0)
     thrown, read = (short * pulled.wander).sum(dim=0), (short * (1 - pulled.wander)).sum(dim=0)
@@ -404,7 +404,7 @@ def _doubled(step: _Round, on: Tensor, adjacent: Tensor) -> tuple[Tensor, Tensor
     """Blocks of the inverse including the nodes that a round eliminated, from the blocks without them."""
     count = len(step.inverse)
     new_on = on.new_empty(len(on) + count, *on.shape[1:])
-    new_beside = on.new_empty(len(on) + count - 1, *on.shape[1:])
+    new_adjacent = on.new_empty(len(on) + count - 1, *on.shape[1:])
     new_on[0::2] = on
 
     def put_back(some: Stretch) -> None:
@@ -415,12 +415,12 @@ def _doubled(step: _Round, on: Tensor, adjacent: Tensor) -> tuple[Tensor, Tensor
         from_first = -(to_before @ first + to_after @ between.mT)
         from_second = -(to_before @ between + to_after @ second)
         new_on[1::2][cut] = step.inverse[cut] - from_first @ to_before.mT - from_second @ to_after.mT
-        new_beside[0::2][cut] = from_first.mT
-        to_second = new_beside[1::2][cut]
+        new_adjacent[0::2][cut] = from_first.mT
+        to_second = new_adjacent[1::2][cut]
         to_second[:] = from_second[: len(to_second)]
 
     worked(put_back, stretches(count, on.device))
-    return new_on, new_beside
+    return new_on, new_adjacent
 
 
 def _padded(blocks: Tensor, count: int) -> Tensor:

@@ -75,12 +75,13 @@ class Raw:
         return torch.arange(len(like), device=like.device) < 6 + self.axes
 
 
-def raw_of(shape: Configuration, dofs: tuple[int, ...], device: torch.device) -> Raw:
-    """Return the map and priors for a vehicle's shape with fitted axes `dofs`; the priors are the likelihood's own."""
-    rigid = np.array([rigid_mass(shape, dof) for dof in range(6)])
+def raw_of(configuration: Configuration, dofs: tuple[int, ...], device: torch.device) -> Raw:
+    """Return the map for a vehicle's configuration with fitted axes `dofs`, and the priors, which are the
+    likelihood's."""
+    rigid = np.array([rigid_mass(configuration, dof) for dof in range(6)])
     fitted = rigid[list(dofs)]
     trim = np.array(
-        [max(TRIM_SHARE * shape.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs]
+        [max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs]
     )
     mass_spread = [PRIOR_STD[0] if dof in dofs else UNMEASURED_SHARE / MASS_RATIO for dof in range(6)]
     scale = np.concatenate([rigid, DAMPING_RATIO * fitted, trim])
@@ -96,7 +97,8 @@ DISTURBANCE_SPREAD, TIME_SPREAD = 3.0, 1.0
 
 @dataclass(frozen=True)
 class Noise:
-    """sensor (C,): standard deviations; disturbance (n,): N or N m, and its time_constant_s (n,)."""
+    """Noise levels: of each channel, sensor (C,), and of each axis, disturbance (n,), N or N m, with its
+    time_constant_s (n,); all but the last are standard deviations."""
 
     sensor: Tensor
     disturbance: Tensor

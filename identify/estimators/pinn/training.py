@@ -20,13 +20,13 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes
-from identify.estimators.filters import Filters, Levels, filters_of
 from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import Data, data_of, wild, without
 from identify.estimators.pinn.parameters import Noise, Prior, Raw, of_logarithm, raw_of, slope
 from identify.estimators.refusals import no_solution
+from identify.estimators.start import StartFit, StartValues, start_of
 from identify.progress import Progress
 from identify.statistics import Z95
 
@@ -99,14 +99,14 @@ class Trained:
     """End of training, and the reason for it.
 
     point: the last that was evaluated. raw (p,): the raw parameters after a last small step from there. curvature,
-    told (p + C + 2 n,) squared: curvature of half the loss there, in raw parameters and logarithms of noise levels,
+    curvature_by_data (p + C + 2 n,) squared: of half the loss there, in raw parameters and logarithms of noise levels,
     with the priors and without.
     """
 
     point: Point
     raw: Tensor
     curvature: Tensor
-    told: Tensor
+    curvature_by_data: Tensor
     passes: int
     settled: bool
     reason: str
@@ -204,12 +204,12 @@ class Guide:
 
     dofs: tuple[int, ...]
     map_: Raw
-    filters: Filters
+    filters: StartFit
     share: Tensor
 
     def start(self) -> tuple[Tensor, Noise]:
         """Raw parameters and noise levels at which the filters start the network."""
-        begin, middle = self.filters.start, self.map_.middle
+        begin, middle = self.filters.values, self.map_.middle
 
         def tensor(values: object) -> Tensor:
             return torch.as_tensor(values, dtype=middle.dtype, device=middle.device)
@@ -224,10 +224,10 @@ class Guide:
         """Curvature of half the loss without priors, ordered as `Point.where`: from the filters, and from the
         network's own equations for masses that are not fitted."""
         like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
-        by_filters = self.filters.curvature(self._levels(like, noise))
+        by_filters = self.filters.curvature(self._values(like, noise))
         # In the network's order the sensors come before the disturbances.
         sensors = len(noise.sensor)
-        place = [
+        index = [
             *self.dofs,
             *range(6, count),
             *range(count + sensors, count + sensors + 2 * n),
@@ -235,22 +235,22 @@ class Guide:
         ]
         # A sensor's noise shows in the means of intervals, which are fewer than the readings of a filter.
         ones = torch.ones(2 * n, dtype=like.dtype, device=like.device)
-        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[place]
+        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[index]
         out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
         others = [dof for dof in range(6) if dof not in self.dofs]
         out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
-        out[np.ix_(place, place)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
+        out[np.ix_(index, index)] = torch.as_tensor(by_filters, device=like.device) * torch.outer(unit, unit)
         return out
 
-    def near(self, raw: Tensor, noise: Noise) -> Filters:
-        """See `Filters.near`."""
-        return self.filters.near(self._levels(raw, noise))
+    def near(self, raw: Tensor, noise: Noise) -> StartFit:
+        """See `StartFit.near`."""
+        return self.filters.near(self._values(raw, noise))
 
-    def _levels(self, raw: Tensor, noise: Noise) -> Levels:
+    def _values(self, raw: Tensor, noise: Noise) -> StartValues:
         values, n = self.map_.values(raw), len(self.dofs)
         parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
         levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
-        return Levels(*(part.cpu().numpy() for part in (*parts, *levels)))
+        return StartValues(*(part.cpu().numpy() for part in (*parts, *levels)))
 
 
 @dataclass(frozen=True)
@@ -268,19 +268,19 @@ class Fit:
     covariance: Array
     stretch: Array
     information: Array
-    filters: Filters
+    filters: StartFit
     sensor: Array
     disturbance: Array
     time_constant_s: Array
     settled: bool
     reason: str
 
-    def information_of(self, places: list[int]) -> Array:
+    def information_of(self, indices: list[int]) -> Array:
         """Information of these values with all other parameters projected out."""
-        others = [i for i in range(len(self.information)) if i not in places]
-        cross = self.information[np.ix_(places, others)]
+        others = [i for i in range(len(self.information)) if i not in indices]
+        cross = self.information[np.ix_(indices, others)]
         return np.asarray(
-            self.information[np.ix_(places, places)]
+            self.information[np.ix_(indices, indices)]
             - cross @ np.linalg.pinv(self.information[np.ix_(others, others)], hermitian=True) @ cross.T
         )
 
@@ -296,15 +296,20 @@ class Task:
 
 
 def task_of(
-    dive: Dive, file: VehicleFile, configuration: str, built: Axes, device: torch.device, progress: Progress
+    dive: Dive,
+    file: VehicleFile,
+    configuration_name: str,
+    built: Axes,
+    device: torch.device,
+    progress: Progress,
 ) -> Task:
     """Return the task for a dive; there is at least one axis."""
-    shape = file.vehicle.configurations[configuration]
-    layout = lay_out(dive, file, configuration, built, _step_s(dive))
-    map_ = raw_of(shape, layout.dofs, device)
+    configuration = file.vehicle.configurations[configuration_name]
+    layout = lay_out(dive, file, configuration_name, built, _step_s(dive))
+    map_ = raw_of(configuration, layout.dofs, device)
     share = torch.as_tensor(layout.channel_share, device=device)
-    guide = Guide(layout.dofs, map_, filters_of(built, shape), share)
-    prior = _prior(shape, layout, device)
+    guide = Guide(layout.dofs, map_, start_of(built, configuration), share)
+    prior = _prior(configuration, layout, device)
     watch = _telling(map_, layout.dofs, progress)
     trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
     raw, noise = guide.start()
@@ -313,7 +318,9 @@ def task_of(
     return Task(layout, trainer, trainer.at(raw, noise, state), guide)
 
 
-def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
+def fit_network(
+    dive: Dive, file: VehicleFile, configuration_name: str, built: Axes, progress: Progress
+) -> Fit:
     """Train a network on the readings of a dive's axes; there is at least one axis. Runs on CUDA if there is a card.
 
     Raises FitError if the readings leave its equations without a solution.
@@ -321,7 +328,7 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     try:
         with _one_thread():
-            task = task_of(dive, file, configuration, built, device, progress)
+            task = task_of(dive, file, configuration_name, built, device, progress)
             trainer, trained = _trained(task)
             progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
             return _fit(task, trainer, trained)
@@ -385,7 +392,7 @@ def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
         _array(map_.values(trained.raw)),
         _array(covariance),
         filters.stretch(std.cpu().numpy()),
-        _array(trained.told * torch.outer(per_unit, per_unit)),
+        _array(trained.curvature_by_data * torch.outer(per_unit, per_unit)),
         filters,
         _array(noise.sensor),
         _array(noise.disturbance),
@@ -412,8 +419,8 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
     return watch
 
 
-def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
-    rigid = np.array([rigid_mass(shape, dof) for dof in layout.dofs])
+def _prior(configuration: Configuration, layout: Layout, device: torch.device) -> Prior:
+    rigid = np.array([rigid_mass(configuration, dof) for dof in layout.dofs])
     parts = (
         layout.channel_noise,
         DISTURBANCE_SHARE * rigid,

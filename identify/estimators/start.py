@@ -1,7 +1,7 @@
 """The filters of all axes at a rough joint fit: the start of a diagnosis' nominal model and of the network's training.
 
-For the network they also give the expected curvature of their innovations (Gupta and Mehra 1974). From a worse start
-it reaches the same end, in more passes.
+For the network they also give the expected curvature of their innovations (Gupta and Mehra 1974). The network reaches
+the same optimum from a worse start, in more passes.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ NEAR = 1.0
 
 
 @dataclass(frozen=True)
-class Levels:
+class StartValues:
     """Coefficients and noise levels of n axes with C channels, in SI units: mass, damping, trim, disturbance,
     time_constant_s (n,), sensor (C,)."""
 
@@ -41,42 +41,44 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Filters:
-    """The filters of all axes, with their channels in the order of the layout, and the start that they give the
-    network: as `Levels`, and as their own theta with all other fitted parameters."""
+class StartFit:
+    """The filters of all axes at a rough joint fit, with their channels in the order of the network's layout.
+
+    values: what they give the network to start from; theta: the same with all other fitted parameters of the filters.
+    """
 
     built: Axes
     joint: JointLikelihood
-    start: Levels
+    values: StartValues
     theta: Array
 
     def velocity(self, time_s: Array) -> Array:
         """The filters' velocities at the start, (N, n) at `time_s` (N,)."""
-        pairs = zip(self.joint.at(self.theta), self.joint.places, strict=True)
+        pairs = zip(self.joint.at(self.theta), self.joint.slices, strict=True)
         return np.column_stack(
             [
-                np.interp(time_s, problem.axis.time_s, problem.speed(self.theta[place]))
-                for problem, place in pairs
+                np.interp(time_s, problem.axis.time_s, problem.speed(self.theta[of_axis]))
+                for problem, of_axis in pairs
             ]
         )
 
-    def curvature(self, at: Levels) -> Array:
+    def curvature(self, at: StartValues) -> Array:
         """Curvature of half the loss without priors, in logarithms (trims: as they are), (5 n + C,) squared, ordered
-        as `Levels.row`; all other parameters of the filters are projected out."""
+        as `StartValues.row`; all other parameters of the filters are projected out."""
         theta = self._theta(at)
         joint = self.joint.with_better_forces(self.built.motion, theta)
         _, information = joint.score(theta)
-        kept = self._places()
+        kept = self._indices()
         others = np.setdiff1d(np.arange(len(theta)), kept)
         nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
         cross = information[np.ix_(kept, others)]
         return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
 
-    def near(self, at: Levels) -> "Filters":
+    def near(self, at: StartValues) -> "StartFit":
         """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay the
         filters' own, because their readings are not the network's."""
         theta = self.theta.copy()
-        coefficients = self._places()[: 3 * len(self.joint.problems)]
+        coefficients = self._indices()[: 3 * len(self.joint.problems)]
         theta[coefficients] = self._theta(at)[coefficients]
         return replace(self, joint=self.joint.with_better_forces(self.built.motion, theta), theta=theta)
 
@@ -96,46 +98,46 @@ class Filters:
                 out[row] = stretches(fits[axis].problem, fits[axis].maximum.theta, (MASS, DAMPING)[kind])
         return out
 
-    def _theta(self, at: Levels) -> Array:
+    def _theta(self, at: StartValues) -> Array:
         theta = self.theta.copy()
         n = len(self.joint.problems)
         row = at.row()
         logarithm = np.ones(len(row), np.bool_)
         logarithm[2 * n : 3 * n] = False
-        theta[self._places()] = np.where(logarithm, np.log(np.where(logarithm, row, 1.0)), row)
+        theta[self._indices()] = np.where(logarithm, np.log(np.where(logarithm, row, 1.0)), row)
         return theta
 
-    def _places(self) -> NDArray[np.intp]:
-        """Index of each value of `Levels.row` in the filters' theta."""
-        first = [place.start for place in self.joint.places]
+    def _indices(self) -> NDArray[np.intp]:
+        """Index of each value of `StartValues.row` in the filters' theta."""
+        first = [of_axis.start for of_axis in self.joint.slices]
         coefficients = [
             [start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)
         ]
         sensors = [
-            range(place.start + problem.noise_place, place.start + problem.white_place)
-            for problem, place in zip(self.joint.problems, self.joint.places, strict=True)
+            range(of_axis.start + problem.noise_index, of_axis.start + problem.white_index)
+            for problem, of_axis in zip(self.joint.problems, self.joint.slices, strict=True)
         ]
-        return np.array([place for group in (*coefficients, *sensors) for place in group])
+        return np.array([index for group in (*coefficients, *sensors) for index in group])
 
 
-def filters_of(built: Axes, configuration: Configuration) -> Filters:
+def start_of(built: Axes, configuration: Configuration) -> StartFit:
     """Return the filters of a dive's axes, and their start for the network: each axis alone, then roughly together."""
     begun = rough_fit(built, configuration, ())
     theta = begun.value.maximum.theta
     joint = begun.value.joint.with_better_forces(built.motion, theta)
     theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
-    return Filters(built, joint, _levels(joint, theta), theta)
+    return StartFit(built, joint, _values(joint, theta), theta)
 
 
-def _levels(joint: JointLikelihood, theta: Array) -> Levels:
+def _values(joint: JointLikelihood, theta: Array) -> StartValues:
     """The coefficients and noise levels in theta."""
-    thetas = [theta[place] for place in joint.places]
+    thetas = [theta[of_axis] for of_axis in joint.slices]
     mass, damping, disturbance, time_s = (
         np.array([np.exp(part[at]) for part in thetas]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
     )
     sensor = [
-        np.exp(part[problem.noise_place : problem.white_place])
+        np.exp(part[problem.noise_index : problem.white_index])
         for part, problem in zip(thetas, joint.problems, strict=True)
     ]
     trim = np.array([part[FORCES] for part in thetas])
-    return Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))
+    return StartValues(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))
