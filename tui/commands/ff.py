@@ -2,7 +2,7 @@
 
 import argparse
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final, Self
 
 from rich.console import Console
@@ -14,7 +14,7 @@ from bridge.errors import LinkError, ParamRejected
 from bridge.exit_codes import UsageError
 from bridge.links import secured
 from bridge.links.link import Link
-from bridge.vehicle.mode import ORDERS, Mode, word_of
+from bridge.vehicle.mode import BY_WORD, Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.feedforward import Switch, sent_text
@@ -39,7 +39,7 @@ Tell = Callable[[str], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    mode = ORDERS[arguments.mode]
+    mode = BY_WORD[arguments.mode]
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = links.link_for(arguments.link, opener.open)
@@ -106,6 +106,8 @@ def permitted(
         raise ParamRejected(
             f"vehicle {system} has no parameters in force to feed forward; nothing was sent, upload some first"
         )
+    for sentence in _warnings(mode, system, present, armed=client.armed):
+        show.say(show.words(), sentence)
     if arguments.yes:
         return system, present[MODE]
     change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"
@@ -116,6 +118,21 @@ def permitted(
         return (system, present[MODE]) if agreed else None
     typed = show.asked(client, f"{change}, and it is ARMED; type {word_of(mode)} to do it: ", "switch")
     return (system, present[MODE]) if typed == word_of(mode) else None
+
+
+def _warnings(mode: Mode, system: int, present: Mapping[str, float], *, armed: bool) -> list[str]:
+    """What the vehicle takes without a word, and a crew should know first."""
+    was = present[MODE]
+    if not mode.applies_feedforward and present.get(ACTIVE) == 0.0:
+        return [
+            f"warning: vehicle {system} has no parameters in force: {mode.word} computes zero; upload some first"
+        ]
+    if not armed and mode.raises(Mode(int(was)) if was in set(Mode) else Mode.OFF):
+        return [
+            f"warning: disarmed, vehicle {system} takes {mode.word} whatever its shadow showed, and flies it once "
+            "armed; the go of `seatrial validate` for a dive in shadow says whether it may"
+        ]
+    return []
 
 
 class Course:
