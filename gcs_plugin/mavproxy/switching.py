@@ -9,7 +9,7 @@ from bridge.errors import ParamRejected
 from bridge.vehicle.mode import BY_WORD, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward import Switch, caution
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED
 from gcs_plugin.off_orders import OffMarks, OffOrders
@@ -102,6 +102,8 @@ class Switching:
             )
         self._asked, self._orders = (BY_WORD[mode], system, now_s), OffOrders()
         armed = self._fleet.peers.armed(system)
+        if warning := caution(BY_WORD[mode], system, float(Mode.OFF), self._active.get(source), armed=armed):
+            self._say(warning)
         self._say(
             f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"
         )

@@ -2,7 +2,7 @@
 
 import argparse
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Final, Self
 
 from rich.console import Console
@@ -17,7 +17,7 @@ from bridge.links.link import Link
 from bridge.vehicle.mode import BY_WORD, Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.feedforward import Switch, sent_text
+from gcs_plugin.feedforward import Switch, caution, sent_text
 from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
@@ -106,8 +106,8 @@ def permitted(
         raise ParamRejected(
             f"vehicle {system} has no parameters in force to feed forward; nothing was sent, upload some first"
         )
-    for sentence in _warnings(mode, system, present, armed=client.armed):
-        show.say(show.words(), sentence)
+    if warning := caution(mode, system, present[MODE], present.get(ACTIVE), armed=client.armed):
+        show.say(show.words(), warning)
     if arguments.yes:
         return system, present[MODE]
     change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"
@@ -118,21 +118,6 @@ def permitted(
         return (system, present[MODE]) if agreed else None
     typed = show.asked(client, f"{change}, and it is ARMED; type {word_of(mode)} to do it: ", "switch")
     return (system, present[MODE]) if typed == word_of(mode) else None
-
-
-def _warnings(mode: Mode, system: int, present: Mapping[str, float], *, armed: bool) -> list[str]:
-    """What the vehicle takes without a word, and a crew should know first."""
-    was = present[MODE]
-    if not mode.applies_feedforward and present.get(ACTIVE) == 0.0:
-        return [
-            f"warning: vehicle {system} has no parameters in force: {mode.word} computes zero; upload some first"
-        ]
-    if not armed and mode.raises(Mode(int(was)) if was in set(Mode) else Mode.OFF):
-        return [
-            f"warning: disarmed, vehicle {system} takes {mode.word} whatever its shadow showed, and flies it once "
-            "armed; the go of `seatrial validate` for a dive in shadow says whether it may"
-        ]
-    return []
 
 
 class Course:
