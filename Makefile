@@ -21,7 +21,11 @@ STAMP := .venv/.installed
 COMPILED := .venv/.compiled
 KERNELS := $(shell grep -rl --include='*.py' '^@njit' bench bridge identify)
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
-PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
+PIP := $(BIN)/python -m pip --disable-pip-version-check install $(PIP_FLAGS)
+# Of all that pip says: what it fetches, where that is large, and that it installs.
+LARGE := sed -n 's/^ *\(Downloading\|Using cached\) \(.*\/\)*\([A-Za-z0-9_.]*\)-[0-9].*(\([0-9.]* [MG]B\)).*/  \3, \4/p; s/^Installing collected.*/  installing what was fetched .../p'
+# pip with these arguments; sed would hide how it ended.
+pip = { rm -f .venv/.done; { $(PIP) $(1) && touch .venv/.done; } | $(LARGE); rm .venv/.done 2>/dev/null; }
 
 .PHONY: install demo test lint check format docs pictures bench power soak wheel bundle clean
 
@@ -35,8 +39,9 @@ $(STAMP): pyproject.toml
 	  echo "$(PYTHON) can't make a virtual environment; install its venv package (Debian, Ubuntu: python3-venv)" >&2; \
 	  exit 1; }
 	@echo "installing into .venv (PyTorch $(TORCH), its CPU build where there is one) ..."
-	@$(PIP) "torch==$(TORCH)+cpu" 2>/dev/null || $(PIP) "torch==$(TORCH)"
-	@$(PIP) --editable '.[dev]'
+	@$(call pip,"torch==$(TORCH)+cpu" 2>/dev/null) || $(call pip,"torch==$(TORCH)")
+	@echo "what else it needs ..."
+	@$(call pip,--editable '.[dev]')
 	@touch $(STAMP)
 	@echo "installed; try: $(BIN)/seatrial --help"
 
@@ -71,7 +76,7 @@ pictures: $(STAMP)
 	$(BIN)/python -m docs.make.pictures
 
 bench: $(COMPILED)
-	@$(PIP) --editable '.[dev,bench]'
+	@$(call pip,--editable '.[dev,bench]')
 	$(BIN)/python -m bench
 
 soak: $(STAMP)
@@ -79,7 +84,7 @@ soak: $(STAMP)
 	$(BIN)/python -m docs.make
 
 power: $(STAMP)
-	@$(PIP) --editable '.[dev,bench]'
+	@$(call pip,--editable '.[dev,bench]')
 	$(BIN)/python -m bench power
 
 wheel:

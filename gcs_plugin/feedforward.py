@@ -65,6 +65,21 @@ REASONS: Final = {
 ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
 
 
+def caution(mode: Mode, system: int, was: float, active: float | None, *, armed: bool) -> str:
+    """A sentence on what a vehicle in mode `was` takes though it may not be meant, "" if nothing is to be said.
+
+    `active` is its FF_ACTIVE, None if unknown.
+    """
+    if not mode.applies_feedforward and active == 0.0:
+        return f"warning: vehicle {system} has no parameters in force: {mode.word} computes zero; upload some first"
+    if not armed and mode.raises(Mode(int(was)) if was in set(Mode) else Mode.OFF):
+        return (
+            f"warning: disarmed, vehicle {system} takes {mode.word} whatever its shadow showed, and flies it once "
+            "armed; the go of `seatrial validate` for a dive in shadow says whether it may"
+        )
+    return ""
+
+
 def sent_text(count: int) -> str:
     """Text for a number of sends."""
     return "sent once" if count == 1 else f"sent {count} times"

@@ -19,11 +19,6 @@ from gcs_plugin.recording.recorder import Recorder
 AFLOAT_M = 0.2
 
 
-def lasts_s(mission: Mission) -> float:
-    """How long its recording lasts: dated that far back, a recording made at once has no stamp in the future."""
-    return WARM_UP_S + mission.duration_s
-
-
 def record_dive(
     file: VehicleFile,
     configuration: str,
@@ -41,6 +36,8 @@ def record_dive(
 ) -> DiveFolder:
     """Dive a mission into a new folder under `root`; the recorder reads the vehicle's link tick by tick.
 
+    The vehicle boots at `unix_s`. Give it the present, so that the dive comes after what was uploaded for it; one that
+    is simulated faster than real time ends later than now.
     `mode` None leaves FF_MODE as in the parameters; `truth` None means the truth file next to the vehicle file.
     `links` get the same frames, `pace` may delay a tick.
     """
@@ -107,14 +104,14 @@ def dive_with_pid(
     unix_s: float,
     progress: Callable[[float], None],
 ) -> DiveFolder:
-    """Dive a mission with the PID alone, so that it ends at `unix_s`; its parameters are not stored."""
+    """Dive a mission with the PID alone from `unix_s` on; its parameters are not stored."""
     return record_dive(
         file,
         configuration,
         mission,
         root,
         seed=seed,
-        unix_s=unix_s - lasts_s(mission),
+        unix_s=unix_s,
         parameters=parameters_of(file, None),
         mode=Mode.OFF,
         progress=progress,

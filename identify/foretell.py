@@ -8,7 +8,7 @@ third is not foretold. Then it flies with the accepted values, by the feed-forwa
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,9 +100,17 @@ def credits_of(accepted: Accepted, dive: Dive, file: VehicleFile, configuration:
 
 
 def foretell(
-    accepted: Accepted, hull: Hull | None, dive: Dive, file: VehicleFile, configuration: str
+    accepted: Accepted,
+    hull: Hull | None,
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Foresight:
-    """Foretell the next dive with the accepted causes; `dive` is the diagnosed dive, `hull` its fit."""
+    """Foretell the next dive with the accepted causes; `dive` is the diagnosed dive, `hull` its fit.
+
+    `progress` gets the share of the simulated missions that are flown.
+    """
     shape = file.vehicle.configurations[configuration]
     credits = credits_of(accepted, dive, file, configuration)
 
@@ -127,11 +135,12 @@ def foretell(
     try:
         truth = twin_of(hull, values)
         twin = Twin(file, configuration, mission, truth)
-        again = twin.errors(part.mode, fed)
-        after = {mode: twin.errors(mode, fed | values) for mode in (Mode.ALONE, Mode.BOTH)}
+        again = twin.errors(part.mode, fed, lambda share: progress(share / 3))
+        alone = twin.errors(Mode.ALONE, fed | values, lambda share: progress((1 + share) / 3))
+        both = twin.errors(Mode.BOTH, fed | values, lambda share: progress((2 + share) / 3))
     except (SeatrialError, ValueError) as error:
         return without(f"the model can't be flown ({error})")
-    rows, why = _compared(flown, again, after, part.mode)
+    rows, why = _compared(flown, again, {Mode.ALONE: alone, Mode.BOTH: both}, part.mode)
     return Foresight(rows, credits, why)
 
 
@@ -260,12 +269,15 @@ class Twin:
     mission: Again
     truth: Truth
 
-    def errors(self, mode: Mode, fed: Mapping[str, float]) -> dict[str, WholeError]:
+    def errors(
+        self, mode: Mode, fed: Mapping[str, float], progress: Callable[[float], None] = lambda _: None
+    ) -> dict[str, WholeError]:
         """Its errors by axis, fed with these coefficients; rms over several seas if the mission is short."""
         seas = min(max(round(LONG_S / max(self.mission.duration_s, 1.0)), 1), MOST_SEAS)
-        noise = Noise()
-        runs = [
-            simulate_truth(
+        noise, each = Noise(), []
+        for seed in range(seas):
+            progress(seed / seas)
+            run = simulate_truth(
                 self.file,
                 self.configuration,
                 self.mission,
@@ -275,9 +287,7 @@ class Twin:
                 noise=noise,
                 truth=self.truth,
             )
-            for seed in range(seas)
-        ]
-        each = [{error.axis: error for error in whole_errors(seen(run, noise))} for run in runs]
+            each.append({error.axis: error for error in whole_errors(seen(run, noise))})
         return {axis: _mean([of[axis] for of in each]) for axis in each[0]}
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bridge.command_line import actions_of, port, seconds, seed, size
 from bridge.onboard import program
-from bridge.vehicle.mode import BY_WORD, ORDERS, Mode
+from bridge.vehicle.mode import BY_WORD, Mode
 from tui.options import (
     MissionTarget,
     NewFile,
@@ -558,7 +558,7 @@ def _params(options: Options) -> None:
 )
 def _ff(options: Options) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
-    options.value("mode", "MODE", modes, choices=ORDERS)
+    options.value("mode", "MODE", modes, choices=BY_WORD)
     options.link()
     options.system("its MAVLink system, where several beat (default of off: each of them)")
     options.yes()

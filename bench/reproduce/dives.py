@@ -182,7 +182,7 @@ def dive(trial: Trial, root: Path, seed: int, unix_s: float, progress: Callable[
         mission,
         root,
         seed=seed,
-        unix_s=unix_s - simulated.lasts_s(mission),
+        unix_s=unix_s,
         parameters=carrying(file, trial.configuration, trial.coefficients),
         mode=trial.mode,
         progress=progress,

@@ -33,8 +33,6 @@ _WORDS = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "ff", Mode.BOTH: "
 _LEFT_TO_IT = {Mode.OFF: 0, Mode.SHADOW: 0, Mode.BOTH: 1, Mode.ALONE: 2}
 
 BY_WORD = {mode.word: mode for mode in Mode}
-ORDERS = {**BY_WORD, "only": Mode.ALONE}
-"""Words that order a mode: its name, and for `ff` also `only`, as crews' scripts may have it."""
 
 
 def word_of(value: float) -> str:

@@ -282,18 +282,15 @@ def recordings(folder: Path) -> list[Path]:
 
 
 def order(folder: Path) -> tuple[float, str]:
-    """Sort key of dives, the oldest first: when it ended, then name; a dive without a date comes first.
+    """Sort key of dives, the oldest first: when it began, then name; a dive without a date comes first.
 
-    By its end, because a dive simulated at once is dated back by its length, to before one that ended meanwhile. One
-    without a message yet is as late as the minute in its name lets it be.
+    One without a message yet is as late as the minute in its name lets it be.
     """
     began_unix_s = began(folder)
     if began_unix_s is None:
         return 0.0, folder.name
     by_name = began_unix_s == date_in_name(folder.name)
-    latest_s = began_unix_s + MINUTE_S if by_name else began_unix_s
-    last_s = max(filter(None, map(_last_stamp_s, recordings(folder))), default=latest_s)
-    return (last_s if 0.0 <= last_s - began_unix_s <= LONGEST_S else began_unix_s), folder.name
+    return began_unix_s + (MINUTE_S if by_name else 0.0), folder.name
 
 
 def began(folder: Path) -> float | None:

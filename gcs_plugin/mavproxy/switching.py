@@ -6,10 +6,10 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected
-from bridge.vehicle.mode import ORDERS, Mode
+from bridge.vehicle.mode import BY_WORD, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward import Switch, caution
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED
 from gcs_plugin.off_orders import OffMarks, OffOrders
@@ -36,15 +36,15 @@ class Switching:
     def command(self, words: list[str]) -> bool:
         """Handle `ff WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
-            case [mode] if ORDERS.get(mode) is Mode.OFF:
+            case [mode] if BY_WORD.get(mode) is Mode.OFF:
                 # Off needs no confirmation. It goes to the vehicle chosen, otherwise to every vehicle that is or was
                 # heard.
                 self._begin(
                     Switch(Mode.OFF, self._fleet.chosen, self._fleet.peers.known(self._clock.boot_s()))
                 )
-            case [mode] if mode in ORDERS:
+            case [mode] if mode in BY_WORD:
                 self._ask(mode)
-            case ["yes", mode, *armed] if mode in ORDERS and armed in ([], [ARMED]):
+            case ["yes", mode, *armed] if mode in BY_WORD and armed in ([], [ARMED]):
                 self._agree(mode, bool(armed))
             case _:
                 return False
@@ -96,12 +96,14 @@ class Switching:
         now_s = self._clock.boot_s()
         source = self._fleet.meant(now_s)
         system = source[0]
-        if ORDERS[mode].applies_feedforward and self._active.get(source) == 0.0:
+        if BY_WORD[mode].applies_feedforward and self._active.get(source) == 0.0:
             raise ParamRejected(
                 f"vehicle {system} has no parameters in force to feed forward; upload some first"
             )
-        self._asked, self._orders = (ORDERS[mode], system, now_s), OffOrders()
+        self._asked, self._orders = (BY_WORD[mode], system, now_s), OffOrders()
         armed = self._fleet.peers.armed(system)
+        if warning := caution(BY_WORD[mode], system, float(Mode.OFF), self._active.get(source), armed=armed):
+            self._say(warning)
         self._say(
             f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"
         )
@@ -111,7 +113,7 @@ class Switching:
         now_s = self._clock.boot_s()
         system, _ = self._fleet.meant(now_s)
         asked, self._asked = self._asked, None
-        if asked is None or asked[:2] != (ORDERS[mode], system) or now_s - asked[2] > AGREE_WITHIN_S:
+        if asked is None or asked[:2] != (BY_WORD[mode], system) or now_s - asked[2] > AGREE_WITHIN_S:
             raise ParamRejected(
                 f"`seatrial ff {mode}` comes first, within {AGREE_WITHIN_S:.0f} s; nothing was sent"
             )
@@ -120,7 +122,7 @@ class Switching:
             raise ParamRejected(
                 f"the vehicle is ARMED; to set it all the same: seatrial ff yes {mode} {ARMED}"
             )
-        self._begin(Switch(ORDERS[mode], system))
+        self._begin(Switch(BY_WORD[mode], system))
 
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None

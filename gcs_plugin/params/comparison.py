@@ -39,7 +39,7 @@ from gcs_plugin.params.plan import (
 from gcs_plugin.params.plausible import half_a_model, implausible, other_half
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
-from gcs_plugin.params.transfer import Source
+from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Upload
 
 CONVERGED: Final = "converged"
@@ -125,9 +125,9 @@ def wanted_by(path: Path, option: str, *, despite_doubts: bool, any_vehicle: boo
     return Wanted(values, (origin,), True, sidecar, system)
 
 
-COLUMNS = ("name", "on the vehicle", "in the file", "change", "unit", "last accepted", "halves", "verdict")
+COLUMNS = ("name", "on the vehicle", "in the file", "change", "unit", "last accepted", "Δ/±95%", "verdict")
 NUMBERS = (*COLUMNS[1:4], *COLUMNS[5:7])
-LEGEND = "halves: the change in halves of the 95 % interval that the file gives; below 1 it is within it"
+LEGEND = "Δ/±95%: the change, by half of the 95 % interval that the file gives; below 1 it is within it"
 MOST_PERCENT = 999.0
 
 
@@ -378,7 +378,12 @@ class Planned:
 
         Returns the lines to show, and the receipt, with `unkept` if they could not be written.
         """
-        lines = [f"{receipt.outcome.value}: {receipt.sentence}", f"values before: {receipt.preimage}"]
+        wrote = receipt.outcome is not Outcome.SAME
+        lines = (
+            [f"{receipt.outcome.value}: {receipt.sentence}", f"values before: {receipt.preimage}"]
+            if wrote
+            else [f"nothing to do: {receipt.sentence}"]
+        )
         if not receipt.unkept:
             lines.insert(1, f"receipt: {path_of(receipt.preimage, RECEIPT)}")
             try:

@@ -23,7 +23,7 @@ from bridge.vehicle.parameters import (
 )
 from gcs_plugin.params import float32
 
-MODES: Final = (0.0, 1.0, 2.0, 3.0)
+MODE_WORDS: Final = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
 READ_ONLY: Final = {
     COMMIT: "the upload raises it itself, last of all",
     ACTIVE: "the vehicle alone says which set is active",
@@ -182,8 +182,8 @@ def is_staged(name: str) -> bool:
 
 def objection(name: str, value: float) -> str:
     """Why a vehicle must not get this value (not a mode, or out of range), "" if it may."""
-    if name == MODE and value not in MODES:
-        return f"{value:g} is not one of 0 off, 1 shadow, 2 feed-forward only, 3 with the PID"
+    if name == MODE and value not in set(Mode):
+        return f"{value:g} is not one of {MODE_WORDS}"
     coefficient = coefficient_of(name)
     if coefficient is None or value == 0.0:
         return ""  # 0 is how the vehicle says "not set": a pre-image may hold it

@@ -23,6 +23,7 @@ from bridge.vehicle.coefficients import (
     effect_coefficients,
 )
 from bridge.vehicle.config import Configuration
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.parameters import bounds
 from identify.checks.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts
@@ -51,6 +52,10 @@ MOST_CHANGE = 3.0
 
 LEAST_KNOWN = 0.2
 """Relative standard error of a mass from which its axis is not sent, and the vehicle keeps its present values."""
+
+WELL_KNOWN = 0.05
+"""The same, misfit included, of an axis that has no feed-forward, and to which no quadratic drag was accepted: nothing
+on board is lost by keeping what another dive told better."""
 
 ROW = {name: row for row, name in enumerate(OF_HULL)}
 
@@ -151,7 +156,7 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
     """
     quadratic, now = _quadratic_dofs(findings), known.now
     misfit = misfit_of(now, quadratic)
-    values, sentences = _of_hull(known, configuration, misfit, quadratic)
+    values, sentences = _of_hull(known, configuration, misfit, quadratic, WELL_KNOWN)
     of_effects: dict[str, Value] = {}
     for finding in findings:
         coefficients = _coefficients(finding, now.course)
@@ -211,11 +216,13 @@ def _of_hull(
     configuration: Configuration,
     misfit: Misfit = NO_MISFIT,
     quadratic: Collection[int] = (),
+    idle_known: float = np.inf,
 ) -> tuple[dict[str, Value], list[str]]:
     """The hull's determined coefficients, with intervals that include the misfit.
 
-    Coefficients biased by a closed loop through an unrecorded reading are left out. Where drag is linear and quadratic,
-    by the vehicle file or by a cause in the degrees of freedom `quadratic`, either may be absent.
+    `idle_known`: relative error of a mass, misfit included, from which an axis is left out that has no feed-forward.
+    Coefficients biased by a closed loop through an unrecorded reading are left out. Where drag is linear and
+    quadratic, by the vehicle file or by a cause in the degrees of freedom `quadratic`, either may be absent.
     """
     values, sentences, now = {}, [], known.now
     mass = now.course.mass
@@ -236,12 +243,14 @@ def _of_hull(
         if dof in now.feedback_unrecorded:
             continue
         outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
-        far = float(np.exp(Z95 * np.hypot(stds[MASS], misfit.off[dof])))
+        spread = float(np.hypot(stds[MASS], misfit.off[dof]))
+        far = float(np.exp(Z95 * spread))
         if is_too_light(MASSES[dof], mass[dof] * far, configuration) or is_too_heavy(
             MASSES[dof], mass[dof] / far, configuration
         ):
             outside.append(MASSES[dof].name)
-        if not stds[MASS] < LEAST_KNOWN or outside:
+        acts = dof in FEEDFORWARD_DOFS or dof in quadratic
+        if not (stds[MASS] < LEAST_KNOWN and (acts or spread < idle_known)) or outside:
             why = (
                 f"{outside[0]} came out where no such vehicle can be"
                 if outside

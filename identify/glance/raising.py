@@ -131,7 +131,7 @@ class Raising:
         remark = f" Not known from this dive: {_listed(unknown)}." if unknown else ""
         if self.flown is self.to:
             return f"GO: the feed-forward may stay at {flown}.{remark}"
-        return f"GO: the feed-forward may be raised from {flown} to {to} (seatrial ff {to}).{remark}"
+        return f"GO: the feed-forward may be raised from {flown} to {to} (seatrial ff {to}, in the app Ctrl-U).{remark}"
 
     def to_json(self) -> dict[str, Any]:
         return {

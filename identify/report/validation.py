@@ -21,7 +21,7 @@ from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
 from identify.report.traces import MODES, Traces
-from identify.run.validate import Validation
+from identify.run.validate import Validation, verdict
 from identify.validate import (
     AXES,
     CUTOFF_HZ,
@@ -52,9 +52,6 @@ STEP_S = 0.1
 
 AROUND_S = 3.0
 """Shown before the reference moves, and after."""
-
-ALIKE = 0.05
-"""Modes whose errors differ by a smaller share are called alike in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -117,37 +114,6 @@ def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
 def _moved(errors: Mapping[str, TrackingErrors]) -> list[int]:
     """The degrees of freedom that any run has errors in."""
     return [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
-
-
-def verdict(errors: Mapping[str, TrackingErrors]) -> str:
-    """Which mode errs least, axis by axis, by its mean absolute error over all phases, and by how much."""
-    axes_by_mode: dict[str, list[str]] = {}
-    for dof in AXES:
-        axis_errors = {
-            label: axis for label, run in errors.items() if (axis := run.axis(DOFS[dof])) is not None
-        }
-        known = {label: axis.overall for label, axis in axis_errors.items() if math.isfinite(axis.overall)}
-        if known:
-            best = min(known, key=known.__getitem__)
-            axes_by_mode.setdefault(best, []).append(
-                f"in {DOFS[dof]} by {speed(known[best], axis_errors[best].unit)} on average{_less(best, known)}"
-            )
-    if not axes_by_mode:
-        return "No dive has a reference that moves and a measured speed beside it: nothing to compare."
-    least = " least" if len(errors) > 1 else ""
-    return " ".join(f"'{best}' errs{least}: {', '.join(axes)}." for best, axes in axes_by_mode.items())
-
-
-def _less(best: str, errors: Mapping[str, float]) -> str:
-    """How much less than the others, in brackets."""
-    words = []
-    for label, error in errors.items():
-        share = 1 - errors[best] / error if error > 0 else 0.0
-        if label != best:
-            words.append(
-                f"{fixed(100 * share, 0)} % less than '{label}'" if share >= ALIKE else f"like '{label}'"
-            )
-    return f" ({', '.join(words)})" if words else ""
 
 
 def _criteria(judged: Mapping[str, Raising]) -> Section | None:

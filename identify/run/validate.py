@@ -2,11 +2,12 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3, VehicleFile
 from bridge.vehicle.mode import Mode
 from identify import validate as tracking
@@ -23,10 +24,14 @@ from identify.glance.foretold import (
     verdict_of,
 )
 from identify.glance.raising import Raising, go_no_go, in_one_mode
-from identify.validate import Row, TrackingErrors, tracking_errors
+from identify.validate import AXES, Row, TrackingErrors, tracking_errors
+from identify.words import fixed, speed
 
 DAY: Final = re.compile(r"\d{4}-\d\d-\d\dT")
 """With it the name of a dated dive begins."""
+
+ALIKE: Final = 0.05
+"""Modes whose errors differ by a smaller share are called alike in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -139,3 +144,36 @@ def _judged(
         in_force = not any(gain.unmended for gain in gains)
         held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
     return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains))
+
+
+def verdict(errors: Mapping[str, TrackingErrors]) -> str:
+    """Which mode errs least, axis by axis, by its mean absolute error while it is asked to move, and by how much."""
+    axes_by_mode: dict[str, list[str]] = {}
+    for dof in AXES:
+        axis_errors = {
+            label: axis for label, run in errors.items() if (axis := run.axis(DOFS[dof])) is not None
+        }
+        known = {label: axis.overall for label, axis in axis_errors.items() if math.isfinite(axis.overall)}
+        if known:
+            best = min(known, key=known.__getitem__)
+            axes_by_mode.setdefault(best, []).append(
+                f"{DOFS[dof]} {speed(known[best], axis_errors[best].unit)}{_less(best, known)}"
+            )
+    if not axes_by_mode:
+        return "No dive has a reference that moves and a measured speed beside it: nothing to compare."
+    least = " least" if len(errors) > 1 else ""
+    return " ".join(
+        f"'{best}' errs{least}, mean absolute: {', '.join(axes)}." for best, axes in axes_by_mode.items()
+    )
+
+
+def _less(best: str, errors: Mapping[str, float]) -> str:
+    """How much less than the others, in brackets."""
+    words = []
+    for label, error in errors.items():
+        share = 1 - errors[best] / error if error > 0 else 0.0
+        if label != best:
+            words.append(
+                f"{fixed(100 * share, 0)} % less than '{label}'" if share >= ALIKE else f"like '{label}'"
+            )
+    return f" ({', '.join(words)})" if words else ""

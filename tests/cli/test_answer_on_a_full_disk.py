@@ -90,7 +90,7 @@ def test_validate_shows_its_errors_and_writes_its_page(dive, full, tmp_path, cap
     page = tmp_path / "page.html"
     assert verb("validate", dive, "--json", full / "v.json", "--report", page) == exit_codes.BAD_INPUT
     output = capsys.readouterr()
-    assert "mean absolute tracking error" in output.out
+    assert "mean absolute error by phase" in output.out
     assert f"{full / 'v.json'}: the JSON can't be written" in output.err
     assert page.exists()
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from bridge import exit_codes
+from bridge import exit_codes, reports
 from bridge.errors import ConfigError, FitError
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
@@ -20,13 +21,15 @@ from identify.diagnose import against as compared_by
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
+from identify.dive import Dive
 from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
 from identify.effects.library import library
 from identify.effects.rigid_body import ADDED_PAYLOAD
+from identify.foretell import Foresight
 from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import effects_without
 from tui import cli
-from tui.commands.diagnose import _sends, tell_diagnosis
+from tui.commands.diagnose import _sends, accept, tell_diagnosis
 
 DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}
@@ -69,6 +72,23 @@ def test_an_upload_is_promised_to_send_only_what_the_feed_forward_can_make_up_fo
     payload = replace(DRAG, cause=Cause(ADDED_PAYLOAD, np.array([1.0])))
     sent = _sends(path, diagnosis(payload, accepted=Accepted(D_U, (), ())), SHAPE)
     assert sent == f"{upload} it to the vehicle"
+
+
+def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path, monkeypatch, capsys):
+    def flies(*given):
+        given[-1](0.5)
+        return Foresight((), (), ("foretold",))
+
+    monkeypatch.setattr("identify.foretell.foretell", flies)
+    monkeypatch.setattr("tui.commands.diagnose.contradictions", lambda *_: ())
+    monkeypatch.setenv(reports.VARIABLE, reports.FORM)
+    accepted = Accepted(D_U, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0}),), ())
+    file = load_vehicle("ruvifist")
+    found = diagnosis(DRAG, configuration="hovering", accepted=accepted)
+    dive = Dive("dive", tmp_path, "1" * 64)
+    assert "foretold" in accept(tmp_path / "x.param", found, dive, file)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert (json.loads(line)["of"], json.loads(line)["share"]) == ("foretelling the next dive", 0.5)
 
 
 CASE = draw_case(300051, names=[], seconds=30.0)

@@ -138,17 +138,35 @@ def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsy
 
 
 @pytest.mark.parametrize(
-    ("typed", "word", "mode"),
-    [("shadow", "shadow", 1), ("ff", "ff", 2), ("only", "ff", 2), ("both", "both", 3)],
+    ("word", "mode", "warned"), [("shadow", 1, False), ("ff", 2, True), ("both", 3, True)]
 )
-def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, typed, word, mode, capsys):
+def test_a_disarmed_vehicle_is_switched_for_who_says_yes_and_warned_where_no_shadow_is_asked_for(
+    vehicle, monkeypatch, word, mode, warned, capsys
+):
     vehicle.give_a_model()
     monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
-    assert run(typed) == exit_codes.DONE
+    assert run(word) == exit_codes.DONE
     assert vehicle.server.mode == mode
     shown = capsys.readouterr()
+    warning = f"warning: disarmed, vehicle 1 takes {word} whatever its shadow showed, and flies it once armed"
+    assert (warning in " ".join(shown.err.split())) == warned
     assert f"feed-forward of vehicle 1 from off to {word}? [yes/no]" in shown.err
     assert f"vehicle 1: {word}, as read back" in shown.out
+
+
+def test_shadow_without_a_model_says_that_it_computes_nothing(vehicle, capsys):
+    assert run("shadow", "--yes") == exit_codes.DONE
+    assert "vehicle 1 has no parameters in force: shadow computes zero" in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert vehicle.server.mode == 1
+
+
+def test_lowering_a_disarmed_vehicle_warns_of_nothing(vehicle, capsys):
+    vehicle.give_a_model()
+    vehicle.server.write("FF_MODE", 2.0, armed=False)
+    assert run("both", "--yes") == exit_codes.DONE
+    assert "warning" not in capsys.readouterr().err
 
 
 def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_sent(

@@ -228,8 +228,10 @@ def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path,
     (run,) = json.loads(shown.out)
     assert (run["raising"]["from"], run["raising"]["to"]) == ("shadow", "both")
     told = " ".join(shown.err.split())
-    assert f"shadow: {run['raising']['sentence']}" in told
+    verdict = told.index(f"shadow: {run['raising']['sentence']}")
     assert all(f"{item['what']}: {item['words']}" in told for item in run["raising"]["criteria"])
+    assert told.startswith("'shadow' errs, mean absolute: ")
+    assert verdict < told.index("rms over the whole mission of") < told.index("mean absolute error by phase")
 
 
 @needs_shared
@@ -240,7 +242,7 @@ def test_validate_writes_a_page_that_begins_with_which_mode_errs_least(minute, t
     line = ("validate", *files, "--vehicle", VEHICLE, "--report", page, "--figures", drawn)
     assert cli.main([str(word) for word in line]) == exit_codes.DONE
     html = page.read_text(encoding="utf-8")
-    assert re.search(r'class="verdict">[^<]*errs least: in ', html)
+    assert re.search(r'class="verdict">[^<]*errs least, mean absolute: ', html)
     assert html.index("</h2>") < html.index("<h2>Provenance</h2>")
     assert all(sha in html for sha in (hashlib.sha256(file.read_bytes()).hexdigest() for file in files))
     assert (drawn / "errors-in-surge-by-phase.svg").is_file() or (

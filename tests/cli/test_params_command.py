@@ -219,6 +219,19 @@ def test_roll_back_without_a_file_goes_back_one_upload_at_a_time(vehicle, file, 
     assert len(list((tmp_path / "receipts").glob("*-accepted.param"))) == 2
 
 
+def test_what_is_uploaded_twice_is_nothing_to_do_and_one_roll_back_takes_it_back(vehicle, file, capsys):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    capsys.readouterr()
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    shown = capsys.readouterr().out
+    assert "nothing to do: the vehicle holds all of it already; nothing was written" in shown
+    assert "values before" not in shown
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert "M_u" not in vehicle.server.active(1)
+
+
 def test_a_roll_back_lowers_the_mode_of_the_feed_forward_and_never_raises_it(vehicle, file):
     vehicle.server.write("FF_MODE", 1.0, armed=False)
     assert run("upload", file, "--yes") == exit_codes.DONE

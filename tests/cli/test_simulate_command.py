@@ -15,8 +15,7 @@ from bridge.clock import SystemClock
 from bridge.links.link import memory_pair
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
-from gcs_plugin import simulated
-from gcs_plugin.dives.folder import load_folder
+from gcs_plugin.dives.folder import began, load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.session import Order
@@ -208,20 +207,14 @@ def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkey
     assert any(frame.message_id == 0 and frame.system == 1 for frame in heard)
 
 
-@pytest.mark.parametrize(("speed", "earlier"), [("max", 1.0), ("4", 0.75), ("1", 0.0), ("0.5", 0.0)])
-def test_a_dive_faster_than_real_time_ends_now_and_not_in_the_future(
-    speed, earlier, tmp_path, mission, monkeypatch
+def test_a_dive_is_dated_from_when_it_was_asked_for_and_so_after_the_upload_that_it_flies_with(
+    tmp_path, mission, monkeypatch, capsys
 ):
-    asked = []
-
-    def recorded(*_, unix_s, **__):
-        asked.append(unix_s)
-        raise exit_codes.UsageError("that was all")
-
-    monkeypatch.setattr("gcs_plugin.simulated.record_dive", recorded)
     monkeypatch.setattr(SystemClock, "unix_s", lambda _: 1_790_000_000.0)
-    assert simulate(tmp_path, mission, "--speed", speed) == exit_codes.BAD_INPUT
-    assert asked == [1_790_000_000.0 - earlier * (simulated.WARM_UP_S + 6.0)]
+    assert simulate(tmp_path, mission, "--json", "-") == exit_codes.DONE
+    folder = Path(json.loads(capsys.readouterr().out)["folder"])
+    assert read_dive(folder).unix_at_boot_s == 1_790_000_000.0
+    assert began(folder) == pytest.approx(1_790_000_000.0, abs=1.0)
 
 
 def test_effects_set_in_during_a_dive_as_asked(tmp_path, mission, capsys):
@@ -235,7 +228,19 @@ def test_effects_set_in_during_a_dive_as_asked(tmp_path, mission, capsys):
     assert speeds[1][1] < speeds[0][1] - 0.02
 
 
-@pytest.mark.parametrize("onset", [("120",), ("soon", "X_uu=3"), ("120", "X_uu"), ("120", "wind=3")])
+@pytest.mark.parametrize(
+    "onset",
+    [
+        ("2",),
+        ("soon", "X_uu=3"),
+        ("2", "X_uu"),
+        ("2", "wind=3"),
+        ("2", "T9_gain=0.5"),
+        ("7", "X_uu=3"),
+        ("-1", "X_uu=3"),
+    ],
+    ids=" ".join,
+)
 def test_an_onset_that_says_no_effect_is_refused_before_a_folder_is_made(tmp_path, mission, onset, capsys):
     assert simulate(tmp_path, mission, "--onset", *onset) == exit_codes.BAD_INPUT
     assert f"--onset {' '.join(onset)}: " in capsys.readouterr().err

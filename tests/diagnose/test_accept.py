@@ -162,6 +162,23 @@ def test_an_axis_that_the_dive_hardly_moves_keeps_what_the_vehicle_has(nominal, 
     assert "M_u and D_u stay as the vehicle has them: this dive hardly tells them." in accepted.sentences
 
 
+@pytest.mark.parametrize(
+    ("causes", "kept"),
+    [((), False), ((found(hydrodynamics.QUADRATIC_DRAG, 0, 0, 20.0, 0, 0, 0),), True)],
+    ids=["nothing accepted there", "drag accepted there"],
+)
+def test_an_axis_without_feed_forward_is_rewritten_only_by_a_dive_that_tells_it_well(
+    nominal, shape, monkeypatch, causes, kept
+):
+    monkeypatch.setattr("identify.diagnose.accepted.WELL_KNOWN", 1e-6)
+    accepted = accepted_of(causes, nominal, shape)
+    assert ("M_w" in accepted.values, "D_w" in accepted.values) == (kept, kept)
+    assert {"M_u", "D_u", "M_v", "D_v", "I_r", "D_r"} <= set(accepted.values)
+    assert (
+        "M_w and D_w stay as the vehicle has them: this dive hardly tells them." in accepted.sentences
+    ) != kept
+
+
 def test_axes_whose_controller_used_what_was_not_recorded_stay_as_the_vehicle_has_them(nominal, shape):
     heard = replace(nominal, feedback_unrecorded=(0, 5))
     accepted = accepted_of((), heard, shape)

@@ -54,7 +54,7 @@ def recorded(root, name, began_s, telemetry="telemetry.tlog", lasts_s=0.0):
     return DiveFolder(folder)
 
 
-def test_dives_are_in_the_order_in_which_they_ended_whatever_they_are_called(tmp_path):
+def test_dives_are_in_the_order_in_which_they_began_whatever_they_are_called(tmp_path):
     second = recorded(tmp_path, "a-off", SECOND_S + 90)
     third = recorded(tmp_path, "2026-11-20T0912Z-both", SECOND_S + 100, "telemetry.tlog.gz")
     fourth = recorded(tmp_path, "2026-11-20T0912Z-again", SECOND_S + 110)
@@ -62,10 +62,12 @@ def test_dives_are_in_the_order_in_which_they_ended_whatever_they_are_called(tmp
     assert list_folders(tmp_path) == [first, second, third, fourth]
 
 
-def test_a_dive_simulated_at_once_comes_after_those_that_ended_before_it_was_made(tmp_path):
-    afloat = recorded(tmp_path, "afloat", SECOND_S, lasts_s=60.0)
-    simulated = recorded(tmp_path, "dated-back", SECOND_S + 70 - 112, lasts_s=112.0)
-    assert list_folders(tmp_path) == [afloat, simulated]
+def test_a_dive_simulated_at_once_comes_before_what_was_recorded_after_it_although_that_ended_sooner(
+    tmp_path,
+):
+    simulated = recorded(tmp_path, "at-once", SECOND_S, lasts_s=112.0)
+    afloat = recorded(tmp_path, "afloat", SECOND_S + 10, lasts_s=60.0)
+    assert list_folders(tmp_path) == [simulated, afloat]
 
 
 def test_a_recording_without_a_message_yet_comes_after_a_dive_that_ended_in_the_minute_of_its_name(tmp_path):

@@ -96,8 +96,14 @@ def before() -> Dive:
 
 
 @pytest.fixture(scope="module")
-def foresight(before: Dive) -> Foresight:
-    return foretell(accepted(MENDED), fitted(), before, FILE, "hovering")
+def shares() -> list[float]:
+    """The progress of what was foretold."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def foresight(before: Dive, shares: list[float]) -> Foresight:
+    return foretell(accepted(MENDED), fitted(), before, FILE, "hovering", shares.append)
 
 
 def told(foresight: Foresight, dive: Dive) -> Foretelling:
@@ -130,6 +136,13 @@ def test_it_is_told_from_how_much_the_error_falls_in_words_and_figures(foresight
     assert " mm/s, yaw " in ff
     assert ff.endswith(" deg/s")
     assert foresight.why == ()
+
+
+@pytest.mark.usefixtures("foresight")
+def test_its_progress_runs_through_all_missions_that_are_flown(shares):
+    assert shares == sorted(shares)
+    assert (shares[0], len(set(shares))) == (0.0, len(shares))
+    assert {0.0, 1 / 3, 2 / 3} <= set(shares)
 
 
 def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):

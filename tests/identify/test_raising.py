@@ -78,7 +78,7 @@ def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late
     assert found.go
     assert all(one.passed for one in found.criteria)
     assert "may be raised" in found.sentence
-    assert found.sentence.endswith("to both (seatrial ff both).")
+    assert found.sentence.endswith("to both (seatrial ff both, in the app Ctrl-U).")
 
 
 def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:

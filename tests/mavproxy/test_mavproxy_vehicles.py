@@ -18,8 +18,10 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
         mavproxy.until("seatrial vehicle 2", "vehicle: 2")
         mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +kg +- +- +changed")
         mavproxy.ask("seatrial ff both", "vehicle 2 has no parameters in force to feed forward")
+        mavproxy.ask("seatrial ff shadow", "vehicle 2 has no parameters in force: shadow computes zero")
         upload(mavproxy, f"seatrial params upload {name}")
         assert second.server.value("FF0_M_U") == 111.0
+        mavproxy.ask("seatrial ff both", "disarmed, vehicle 2 takes both whatever its shadow showed")
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
         mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +kg +- +- +changed")
     finally:

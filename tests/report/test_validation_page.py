@@ -15,8 +15,8 @@ from identify.glance.foretold import Held
 from identify.glance.raising import Criterion, Raising
 from identify.report.page import Figure, Report, render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
-from identify.report.validation import Reference, error_line, tracking_section, validation_report, verdict
-from identify.run.validate import Run, Validation, validate
+from identify.report.validation import Reference, error_line, tracking_section, validation_report
+from identify.run.validate import Run, Validation, validate, verdict
 from identify.validate import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe
 
@@ -73,21 +73,21 @@ def labels(figure: Figure) -> list[str]:
     [
         (
             {"off": errs(0.04), "ff": errs(0.02), "both": errs(0.01)},
-            "'both' errs least: in surge by 10 mm/s on average (75 % less than 'off', 50 % less than 'ff').",
+            "'both' errs least, mean absolute: surge 10 mm/s (75 % less than 'off', 50 % less than 'ff').",
         ),
         (
             {"off": errs(0.0400), "shadow": errs(0.0401)},
-            "'off' errs least: in surge by 40 mm/s on average (like 'shadow').",
+            "'off' errs least, mean absolute: surge 40 mm/s (like 'shadow').",
         ),
         (
             {
                 "off": TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes)),
                 "both": TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes)),
             },
-            "'off' errs least: in surge by 10 mm/s on average (50 % less than 'both'). "
-            "'both' errs least: in sway by 10 mm/s on average (75 % less than 'off').",
+            "'off' errs least, mean absolute: surge 10 mm/s (50 % less than 'both'). "
+            "'both' errs least, mean absolute: sway 10 mm/s (75 % less than 'off').",
         ),
-        ({"off": errs(0.04)}, "'off' errs: in surge by 40 mm/s on average."),
+        ({"off": errs(0.04)}, "'off' errs, mean absolute: surge 40 mm/s."),
         (
             {"off": errs(math.nan)},
             "No dive has a reference that moves and a measured speed beside it: nothing to compare.",
@@ -178,7 +178,7 @@ def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
     report = validation_report(Validation(FILE, (run,), AT_ORIGIN))
     assert report.verdict.startswith(
         "both: As foretold: surge 13 (ff)\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}6.0\N{NO-BREAK SPACE}mm/s, flown 6.1. "
-        "'both' errs: in surge"
+        "'both' errs, mean absolute: surge"
     )
 
 

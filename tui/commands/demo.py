@@ -251,7 +251,7 @@ def _validation(
         mission,
         root,
         seed=seed,
-        unix_s=unix_s - simulated.lasts_s(mission),
+        unix_s=unix_s,
         parameters=parameters,
         mode=mode,
         progress=progress,

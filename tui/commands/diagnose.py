@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 NOT_ACCEPTED: Final = (
     "to make up for it: the same with --accept FILE writes a model for `seatrial params upload FILE`"
 )
+FORETELLING: Final = "foretelling the next dive"
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -188,7 +189,15 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
     outcome = worst(doubt.outcome for doubt in doubts)
     from identify.foretell import foretell, foretold_lines  # loads scipy.optimize
 
-    foresight = foretell(diagnosis.accepted, diagnosis.hull, dive, file, diagnosis.configuration)
+    with show.progress(FORETELLING) as tell:
+        foresight = foretell(
+            diagnosis.accepted,
+            diagnosis.hull,
+            dive,
+            file,
+            diagnosis.configuration,
+            lambda share: tell(share, FORETELLING),
+        )
     write_accepted(path, diagnosis, dive, file, doubted, outcome, foresight)
     shape = file.vehicle.configurations[diagnosis.configuration]
     how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"

@@ -14,10 +14,10 @@ from bridge.errors import LinkError, ParamRejected
 from bridge.exit_codes import UsageError
 from bridge.links import secured
 from bridge.links.link import Link
-from bridge.vehicle.mode import ORDERS, Mode, word_of
+from bridge.vehicle.mode import BY_WORD, Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.feedforward import Switch, sent_text
+from gcs_plugin.feedforward import Switch, caution, sent_text
 from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
@@ -39,7 +39,7 @@ Tell = Callable[[str], None]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    mode = ORDERS[arguments.mode]
+    mode = BY_WORD[arguments.mode]
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
     link = links.link_for(arguments.link, opener.open)
@@ -106,6 +106,8 @@ def permitted(
         raise ParamRejected(
             f"vehicle {system} has no parameters in force to feed forward; nothing was sent, upload some first"
         )
+    if warning := caution(mode, system, present[MODE], present.get(ACTIVE), armed=client.armed):
+        show.say(show.words(), warning)
     if arguments.yes:
         return system, present[MODE]
     change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"

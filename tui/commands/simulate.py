@@ -19,12 +19,12 @@ from bridge.links.link import Link
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.signing.link import Trouble
 from bridge.simulator.body import Start
-from bridge.simulator.dive import SimulatedVehicle, real_time
+from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, real_time
 from bridge.simulator.json_plant import PORT, json_body, serve
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.text import say, say_warning
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import BY_NAME, gain_name
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import BY_WORD, Mode
@@ -127,7 +127,13 @@ def dive(
         truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
         show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
     if arguments.onset:
-        truth = with_onset(truth or load_truth(file, configuration), arguments.onset)
+        thrusters = len(file.vehicle.configurations[configuration].thrusters)
+        truth = with_onset(
+            truth or load_truth(file, configuration),
+            arguments.onset,
+            thrusters,
+            WARM_UP_S + mission.duration_s,
+        )
     with show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,
@@ -135,8 +141,7 @@ def dive(
             mission,
             Path(arguments.out),
             seed=arguments.seed,
-            # Faster than real time, the dive starts earlier so that it ends now and not in the future.
-            unix_s=unix_s - simulated.lasts_s(mission) * max(0.0, 1.0 - 1.0 / times),
+            unix_s=unix_s,
             parameters=parameters,
             mode=BY_WORD.get(arguments.mode),
             truth=truth,
@@ -186,18 +191,24 @@ def idle(
     return exit_codes.DONE
 
 
-def with_onset(truth: Truth, parts: Sequence[str]) -> Truth:
+def with_onset(truth: Truth, parts: Sequence[str], thrusters: int, lasts_s: float = math.inf) -> Truth:
     """The truth with effects that set in during the dive: parts `S NAME=VALUE ...`, S seconds after boot.
 
-    Raises UsageError for anything else.
+    Raises UsageError for anything else, a thruster beyond the number of `thrusters`, and a time at which the dive,
+    that `lasts_s`, is over.
     """
     try:
-        onset_s, *effects = parts
-        pairs = (effect.split("=") for effect in effects)
+        onset_s, pairs = float(parts[0]), (effect.split("=") for effect in parts[1:])
         onset = {name: float(value) for name, value in pairs}
         if not onset:
             raise ValueError("it names no effect")
-        return replace(truth, onset=onset, onset_s=float(onset_s))
+        if not 0.0 <= onset_s < lasts_s:
+            raise ValueError(f"nothing would set in: the dive lasts from 0 to {lasts_s:.0f} s")
+        gains = {gain_name(number) for number in range(1, thrusters + 1)}
+        absent = [name for name in onset if GAIN.fullmatch(name) and name not in gains]
+        if absent:
+            raise ValueError(f"{', '.join(absent)} is of no thruster: this vehicle has {thrusters}")
+        return replace(truth, onset=onset, onset_s=onset_s)
     except ValueError as error:
         raise UsageError(
             f"--onset {' '.join(parts)}: {error}; give seconds and effects, such as --onset 120 T2_gain=0.6"
@@ -221,7 +232,8 @@ def under_ardusub(arguments: argparse.Namespace, file: VehicleFile, configuratio
         truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
         show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
     if arguments.onset:
-        truth = with_onset(truth, arguments.onset)
+        thrusters = len(file.vehicle.configurations[configuration].thrusters)
+        truth = with_onset(truth, arguments.onset, thrusters)
     body = json_body(file, configuration, truth, seed=arguments.seed)
 
     def work(stop: threading.Event) -> None:

@@ -17,7 +17,7 @@ from identify.dive import Dive, Kind
 from identify.glance.foretold import Foretelling, verdict_of
 from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
-from identify.run.validate import Validation, validate
+from identify.run.validate import Validation, validate, verdict
 from identify.validate import METHOD, Row, TrackingErrors
 from identify.words import speed
 from tui import show
@@ -38,7 +38,17 @@ def run(arguments: argparse.Namespace) -> int:
     done = validate(dives, file, foretold)
     console = show.results(arguments.json)
     errors = {run.label: run.errors for run in done.runs}
+    if any(run.compared for run in done.runs):
+        show.say(console, verdict(errors))
+    for run in done.runs:
+        if run.held:
+            show.say(console, f"{run.label}: {verdict_of(run.held)}")
+        if run.raising is not None:
+            show.say(console, f"{run.label}: {run.raising.sentence}")
+        elif run.mode == Mode.OFF.word and run.compared:
+            show.say(console, f"{run.label}: {BASELINE}")
     if whole := whole_table(errors):
+        show.say(console, "")
         show.put(console, whole)
     if rows := done.rows():
         show.put(console, error_table(list(errors), rows))
@@ -55,12 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
                 if run.dive.frozen or getattr(note, "kind", None) in (Kind.LACKING, Kind.UNHEARD):
                     show.say(console, f"note: {run.label}: {note}")
         for run in done.runs:
-            if run.held:
-                show.say(console, f"{run.label}: {verdict_of(run.held)}")
             if run.raising is not None:
-                show.say(console, *raising_lines(run.label, run.raising))
-            elif run.mode == Mode.OFF.word and run.compared:
-                show.say(console, f"{run.label}: {BASELINE}")
+                show.say(console, *criteria_lines(run.label, run.raising))
         show.say(console, *files.written)
         nothing = [run.dive for run in done.runs if not run.compared]
         show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))
@@ -105,7 +111,7 @@ def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:
     if not rows:
         return None
     return show.Table(
-        "every axis over the whole mission: measured less wanted, rms",
+        "rms over the whole mission of measured less wanted, every axis",
         ("axis", "part", *errors),
         rows,
         numbers=tuple(errors),
@@ -122,10 +128,10 @@ def page_of(done: Validation) -> "Report":
     return validation_report(done)
 
 
-def raising_lines(label: str, judged: Raising) -> list[str]:
-    """Lines for a dive: go or no-go, then each criterion."""
+def criteria_lines(label: str, judged: Raising) -> list[str]:
+    """What go or no-go rests on in a dive, a line for each criterion."""
     return [
-        f"{label}: {judged.sentence}",
+        f"{label}: what {'GO' if judged.go else 'NO-GO'} rests on",
         *(
             f"  {MARKS[criterion.passed]:<7} {criterion.what}: {criterion.words}"
             for criterion in judged.criteria
@@ -135,7 +141,7 @@ def raising_lines(label: str, judged: Raising) -> list[str]:
 
 def error_table(runs: Sequence[str], rows: Sequence[Row]) -> Table:
     return show.Table(
-        "mean absolute tracking error",
+        "mean absolute error by phase, while the axis is asked to move",
         ("motion", "phase", *runs),
         [(r.axis, r.phase, *(_speed(v, r.axis) for v in r.values)) for r in rows],
         numbers=runs,
