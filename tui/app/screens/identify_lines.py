@@ -408,7 +408,7 @@ def result(shown: Identified, cells: int) -> Lines:
 
 def _outcome(shown: Identified) -> str:
     second = shown.comparison
-    other = f"; {second.method} beside it: {second.outcome}" if second else ""
+    other = f"; by {second.method}: {second.outcome}" if second else ""
     counts = f"{shown.count} of {len(shown.coefficients)}"
     return f"{capital(shown.outcome)}: {counts} coefficients identified by {shown.method}{other}."
 
