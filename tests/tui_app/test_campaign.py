@@ -284,9 +284,13 @@ def test_a_vehicle_that_fell_silent_while_armed_comes_before_all_else(place, arm
 
 
 def test_a_verb_with_only_its_page_to_draw_is_not_waited_for(place):
-    at_work = JobState(("identify", "first"), 0.0)
-    for reports, working in (((), "identify"), ((Report(PAGE, 0.5, "draws"),), "")):
-        place.desk.jobs._states["identify"] = replace(at_work, reports=reports)
+    page = (Report(PAGE, 0.5, "draws"),)
+    for verb, reports, working in (
+        ("identify", (), "identify"),
+        ("identify", page, ""),
+        ("diagnose", page, "diagnose"),  # which leaves its model after its page
+    ):
+        place.desk.jobs._states[verb] = JobState((verb, "first"), 0.0, reports)
         assert place.campaign().working == working
 
 

@@ -16,14 +16,15 @@ from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back
 from gcs_plugin.watch.picture import Armed
 from tui.app.campaign import AXES, Campaign
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
-from tui.app.jobs import written_ns
+from tui.app.jobs import JobState, written_ns
 from tui.app.screens.fly import FLY
 from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
 
 VALIDATED: Final = "validation.json"
-LONG: Final = ("identify", "diagnose", "validate")
+DIAGNOSE: Final = "diagnose"
+LONG: Final = ("identify", DIAGNOSE, "validate")
 """Verbs that take long enough for the user to wait, and to miss their work if it were lost."""
 ORDER: Final = "ff"
 """The job that sets the feed-forward's mode."""
@@ -55,7 +56,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         linked=bool(desk.links()),
         flies=picture.flies,
         flying=desk.jobs.runs(FLY),
-        working=next((verb for verb in LONG if (job := desk.jobs.state(verb)) and not job.answered), ""),
+        working=next((verb for verb in LONG if _works(desk.jobs.state(verb))), ""),
         writing=any(map(desk.jobs.runs, (WRITE, ORDER))),
         dive=dive.name if dive is not None else "",
         shown=dive is None or desk.chosen() == dive,
@@ -78,6 +79,11 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         and not view.over,
         gate=_gate(since),
     )
+
+
+def _works(job: JobState | None) -> bool:
+    """Whether its result is to be waited for. A diagnosis leaves its model after its page."""
+    return job is not None and (job.runs if job.words[0] == DIAGNOSE else not job.answered)
 
 
 def _dive(desk: Desk) -> Path | None:
