@@ -13,19 +13,22 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.tlog import read_tlog
+from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding, held
 from gcs_plugin.watch.watcher import Watcher
-from tui.app.app import SeatrialApp
+from tui.app.app import LOOK_EVERY_S, SeatrialApp
 from tui.app.desk import Desk
 from tui.app.view import View
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
 VEHICLE = "ruvifist:hovering"
+RECEIPTS = Path("receipts")
 DISK_LEFT_S = 41 * 3600.0
 LINK = "udpin:127.0.0.1:14550"
 WATCHED_S = 52.0
@@ -38,20 +41,22 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class Picture:
-    """A screen after these steps: keys, or `after VERB`, which waits for that job's end; of the chosen `dive`."""
+    """A screen after these steps: keys, or `after VERB`, which waits for that job's end; of the chosen `dive`.
+    `before`: the vehicle is the one of the first dive, and nothing was uploaded to it."""
 
     name: str
     steps: tuple[str, ...] = ()
     size: Size = (124, 32)
     dive: str = ""
+    before: bool = False
 
 
 OLDEST = ("2", "after dives", "end", "enter")
 PICTURES = (
     Picture("watch"),
     Picture("dives", ("2", "after dives")),
-    Picture("identify", (*OLDEST, "i", "after identify")),
-    Picture("parameters", (*OLDEST, "3", "p", "after params diff")),
+    Picture("identify", (*OLDEST, "i", "after identify"), before=True),
+    Picture("parameters", (*OLDEST, "3", "p", "after params diff"), before=True),
     Picture(
         "validate", ("2", "after dives", "down", "enter", "6", "c", "c", "v", "after validate"), (160, 50)
     ),
@@ -77,7 +82,7 @@ class Still:
 
 def at(telemetry: Path, seconds: float) -> View:
     """What the watcher makes of a recording up to `seconds` after its beginning."""
-    watcher = Watcher(load_vehicle(VEHICLE))
+    watcher = Watcher(load_vehicle(VEHICLE), accepted=partial(accepted_values, RECEIPTS))
     began_us, now_s = 0, 0.0
     for unix_us, frame in read_tlog(telemetry):
         began_us = began_us or unix_us
@@ -136,13 +141,15 @@ def weak_vehicle() -> str:
     return "weak.yaml:hovering"
 
 
-def dive() -> Path:
-    """The dives of the tutorial; the telemetry of the last, with both."""
+def dives() -> tuple[Path, Path]:
+    """The dives of the tutorial; the telemetry of the last, with both, and of the first."""
     seatrial(*simulate("validation", "--parameters", "memory.json"))
     (first,) = Path("dives").iterdir()
     seatrial("identify", str(first), "--vehicle", "ruvifist", "--param", "first.param")
     with afloat("memory.json"):
-        seatrial("params", "upload", "first.param", "--vehicle", "ruvifist", "--yes", "--receipts", "kept")
+        seatrial(
+            "params", "upload", "first.param", "--vehicle", "ruvifist", "--yes", "--receipts", str(RECEIPTS)
+        )
     for mode in ("shadow", "both"):
         seatrial(*simulate("validation", "--mode", mode, "--parameters", "memory.json"))
     weak = weak_vehicle()
@@ -150,19 +157,28 @@ def dive() -> Path:
         seatrial(*simulate("validation", "--seed", seed, "--out", "weak", vehicle=weak))
     # The app asks with the file that a dive was recorded with; this one knows of the thruster.
     one, other = sorted(Path("weak").iterdir())
-    found = ("--check", str(other), "--json", str(one / "diagnosis.json"))
+    found = (
+        "--check",
+        str(other),
+        "--json",
+        str(one / "diagnosis.json"),
+        "--accept",
+        str(one / "diagnosed.param"),
+    )
     seatrial("diagnose", str(one), "--vehicle", VEHICLE, *found)
     (last,) = Path("dives").glob("*-both")
-    return last / "telemetry.tlog"
+    return last / "telemetry.tlog", first / "telemetry.tlog"
 
 
-def drawn(picture: Picture, view: View) -> str:
-    """The screen as SVG."""
+def drawn(picture: Picture, views: Sequence[View]) -> str:
+    """The screen as SVG, of the vehicle with the feed-forward or of the one before it."""
 
     async def work() -> str:
         chosen = min(Path().glob(picture.dive)) if picture.dive else None
-        desk = Desk(VEHICLE, Path("dives"), Path("receipts"), chosen)
-        app = SeatrialApp(Still(view), keep_theme=lambda _: None, desk=desk)
+        out = Path("dives") if chosen is None else chosen.parent
+        receipts = Path("none") if picture.before else RECEIPTS
+        desk = Desk(VEHICLE, out, receipts, chosen, links=lambda: (LINK,))
+        app = SeatrialApp(Still(views[picture.before]), keep_theme=lambda _: None, desk=desk)
         async with app.run_test(size=picture.size) as pilot:
             await pilot.pause(0.5)
             for step in picture.steps:
@@ -171,7 +187,7 @@ def drawn(picture: Picture, view: View) -> str:
                 await pilot.pause(0.5)
                 while step.startswith(AFTER) and desk.jobs.runs(step.removeprefix(AFTER)):
                     await pilot.pause(0.1)
-            await pilot.pause(0.5)
+            await pilot.pause(LOOK_EVERY_S + 0.5)  # what is to be done next is looked up anew
             return app.export_screenshot(title="seatrial tui")
 
     # No net is needed to look at a picture: fonts are those of whoever looks.
@@ -184,11 +200,11 @@ def main(names: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
         os.environ |= {"XDG_STATE_HOME": name, "PYTHONPATH": str(ROOT)}
-        view = at(dive(), WATCHED_S)
+        views = [at(telemetry, WATCHED_S) for telemetry in dives()]
         with afloat("new.json"):
             for picture in PICTURES:
                 if not names or picture.name in names:
-                    (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, view), encoding="utf-8")
+                    (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, views), encoding="utf-8")
         os.chdir(ROOT)
 
 

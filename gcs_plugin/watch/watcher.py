@@ -46,6 +46,9 @@ however long it is silent."""
 PASSED_S: Final = 10.0
 """A vehicle with fewer heartbeats, and none for this long, has passed by if another vehicle sends heartbeats."""
 
+SILENT_S: Final = 3.0
+"""Between two heartbeats, of a vehicle that was switched off and on, or dives anew."""
+
 HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
@@ -87,6 +90,8 @@ class Watcher:
         """Forget everything heard, and watch `system` from now on."""
         self.system = system
         self._system_beats: dict[int, Heartbeat] = {}
+        # Of components heard again after a silence: whether they were disarmed before it.
+        self._rested: dict[int, bool] = {}
         self._beats_counted: dict[int, tuple[int, float]] = {}
         self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
         self._channels |= {signal: Channel(always) for signal in _OTHERS}
@@ -166,6 +171,9 @@ class Watcher:
 
     def _beat(self, source: Source, beat: Heartbeat) -> None:
         system, component = source
+        before = self._system_beats.get(component)
+        if system == self.system and before is not None and beat.time_s - before.time_s > SILENT_S:
+            self._rested[component] = not before.armed
         if beat.is_vehicle and self._is_to_be_watched(system, beat.time_s):
             self._begin(system)
         if system == self.system and beat.is_vehicle:
@@ -234,7 +242,9 @@ class Watcher:
         if peer is not None and peer.restart is not None:
             unix_s = self._unix_at_zero_s
             words = peer.restart.words(unix_s)
-            self._said.append(Said(arrived_s + unix_s, dialect.MAV_SEVERITY_WARNING, words, arrived_s))
+            rested = self._rested.pop(peer.source[1], False)
+            severity = dialect.MAV_SEVERITY_INFO if rested else dialect.MAV_SEVERITY_WARNING
+            self._said.append(Said(arrived_s + unix_s, severity, words, arrived_s))
 
     @property
     def _unix_at_zero_s(self) -> float:

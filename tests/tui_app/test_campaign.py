@@ -1,5 +1,6 @@
 """What to do next, and whether the feed-forward may be raised: a table of states; and the files that tell the state."""
 
+import contextlib
 import json
 import os
 from dataclasses import asdict, replace
@@ -7,15 +8,19 @@ from dataclasses import asdict, replace
 import pytest
 from fake_verbs import FakeVerbs
 from fake_verbs import desk as made_desk
+from made_validation import raising, run
 from made_view import FixedViews, picture, view
-from screen_text import Lacks, Sees, played
+from screen_text import WIDE, Lacks, Sees, played
 
+from bridge.reports import PAGE, Report
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params import last_accepted
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.watch.picture import Armed
 from tui.app.campaign import Campaign, Task, lowered_to, next_of, raised_to
+from tui.app.jobs import JobState
 from tui.app.progress import campaign_of
 from tui.app.screens.overlays import AskScreen
 from tui.app.view import heard_of
@@ -28,7 +33,7 @@ AWAY = replace(DIVED, heard=False, recording=False)
 IDENTIFIED = replace(DIVED, identified=True, mode="off")
 UPLOADED = replace(IDENTIFIED, uploaded=True)
 SHADOW = replace(UPLOADED, mode="shadow")
-GO = replace(SHADOW, since=True, flown="shadow", go=True)
+GO = replace(SHADOW, since=True, flown="shadow", go=True, gate=("first", True))
 BOTH = replace(SHADOW, mode="both")
 
 
@@ -38,7 +43,7 @@ BOTH = replace(SHADOW, mode="both")
         (Campaign(), Task.CONNECT, "connect the vehicle"),
         (replace(DIVED, vehicle=False), Task.VEHICLE, "say which vehicle this is"),
         (Campaign(linked=True), Task.RECORD, "record a dive"),
-        (HERE, Task.DIVE, "once surge, sway and yaw are dived"),
+        (HERE, Task.DIVE, "dive surge, sway and yaw: it is being recorded"),
         (replace(HERE, heard=False), Task.DIVE, "switch the vehicle on, and dive surge, sway and yaw"),
         (replace(HERE, flies=True), Task.DIVE, "let it fly by itself what calibrates it"),
         (replace(DIVED, flies=True, told=5, lacking=("D_v",)), Task.DIVE_MORE, "D_v not told by first: let it fly"),
@@ -67,8 +72,13 @@ BOTH = replace(SHADOW, mode="both")
         (replace(SHADOW, since=True, reading=True), Task.VALIDATE, "validate first"),
         (GO, Task.TO_BOTH, "GO in shadow: raise the feed-forward to both"),
         (replace(GO, go=False), Task.LOOK, "first is a NO-GO: read why"),
-        (replace(GO, flown="off", go=False), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
+        (replace(GO, flown="off", go=False, gate=None), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (BOTH, Task.FLY, "once it has flown with the feed-forward"),
+        (replace(BOTH, heard=False), Task.FLY, "not heard, switch it on or mend the link; then: once it has flown"),
+        (replace(BOTH, heard=False, lost=True), Task.LOST, "the link was lost while it was armed: mend"),
+        (replace(BOTH, heard=False, lost=True, working="identify"), Task.LOST, "the link was lost while it was armed"),
+        (replace(GO, dive="second", flown=""), Task.VALIDATE, "validate second"),
+        (replace(GO, dive="second", flown="off"), Task.TO_BOTH, "GO in shadow: raise"),
         (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "once it has flown with the feed-forward"),
         (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
         (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
@@ -109,9 +119,9 @@ def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(
         (replace(UPLOADED, recording=False), None, "none runs"),
         (replace(UPLOADED, contested=True), None, "two vehicles share its address"),
         (SHADOW, None, "no dive in shadow since the upload"),
-        (replace(GO, since=False), None, "no dive in shadow since the upload"),
-        (replace(GO, flown="off"), None, "no dive in shadow since the upload"),
-        (replace(GO, go=False), None, "first is a NO-GO"),
+        (replace(GO, gate=None), None, "no dive in shadow since the upload"),
+        (replace(GO, dive="second", flown=""), "both", ""),
+        (replace(GO, gate=("first", False)), None, "first is a NO-GO"),
         (replace(GO, mode="both"), None, "acts already, in both"),
     ],
 )
@@ -209,6 +219,79 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     # What the vehicle accepted since is what the crew wanted, whichever file it came from.
     place.write(accepted)
     assert place.campaign().uploaded is True
+
+
+@pytest.fixture
+def in_shadow(place, monkeypatch):
+    """A place with an upload, and a dive in shadow after it that is a GO, which the screens show."""
+    monkeypatch.setattr("tui.app.progress.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    place.identify("2026-11-21T0800Z-first", 12.5004)
+    place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
+    place.desk.dive = place.dives / SHADOWED
+    place.dive(SHADOWED, M_u=0.01)
+    place.write(
+        place.desk.dive / "validation.json", json.dumps([run("shadow", SHADOWED, 1.0, 1.2, raising())])
+    )
+    return place
+
+
+SHADOWED, FLOWN = "2026-11-21T0910Z-shadow", "2026-11-21T0920Z-both"
+
+
+def test_the_screen_that_says_go_names_the_key_and_the_key_goes_by_it_whatever_was_flown_since(in_shadow):
+    in_shadow.dive(FLOWN, M_u=0.01)
+    assert (in_shadow.campaign().dive, in_shadow.campaign().flown) == (FLOWN, "")
+    asked = (lambda app: isinstance(app.screen, AskScreen), Sees("Type BOTH"))
+    keys = ("6", Sees("GO"), Sees("^u raises it to both."), "ctrl+u", *asked)
+    played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1, Armed.DISARMED)))
+    in_shadow.validate(FLOWN, "both", False)
+    why = f"{FLOWN} is a NO-GO; Validate says why"
+    keys = ("6", Sees("GO"), Sees(f"^u does not raise it now: {why}."), "ctrl+u")
+    notices = played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
+    assert notices == [f"not raised: {why}"]
+
+
+def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_shadow):
+    in_shadow.write(in_shadow.receipts / "2026-11-21T090000Z-accepted.param")
+    assert in_shadow.campaign().gate is None
+    keys = ("6", Sees("GO"), Sees("^u does not raise it now: no dive in shadow since the upload"))
+    played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
+
+
+def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):
+    other = "2026-11-21T0915Z-again"
+    in_shadow.dive(other, M_u=0.01)
+    both = [
+        {"dive": name, "raising": {"from": "shadow", "go": name == SHADOWED}} for name in (SHADOWED, other)
+    ]
+    in_shadow.write(in_shadow.desk.dive / "validation.json", json.dumps(both))
+    assert in_shadow.campaign().gate == (other, False)
+    in_shadow.dive(FLOWN, M_u=0.01)
+    with contextlib.closing(DiveFolder(in_shadow.dives / FLOWN).open_telemetry(2)):
+        assert in_shadow.campaign().dive == other
+    assert in_shadow.campaign().dive == FLOWN
+
+
+@pytest.mark.parametrize(
+    ("armed", "lost"), [(Armed.ARMED, True), (Armed.FAILSAFE, True), (Armed.DISARMED, False)]
+)
+def test_a_vehicle_that_fell_silent_while_armed_comes_before_all_else(place, armed, lost):
+    silent = tuple(replace(link, age_s=9.0, lost=True) for link in picture().links)
+    seen = replace(shown(3, armed), picture=replace(shown(3, armed).picture, links=silent))
+    assert place.campaign(seen).lost is lost
+    assert place.campaign(shown(3, armed)).lost is False
+
+
+def test_a_verb_with_only_its_page_to_draw_is_not_waited_for(place):
+    page = (Report(PAGE, 0.5, "draws"),)
+    for verb, reports, working in (
+        ("identify", (), "identify"),
+        ("identify", page, ""),
+        ("diagnose", page, "diagnose"),  # which leaves its model after its page
+    ):
+        place.desk.jobs._states[verb] = JobState((verb, "first"), 0.0, reports)
+        assert place.campaign().working == working
 
 
 def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_finds_nothing(

@@ -19,7 +19,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from tui.app.drawing import entry_at, width
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.dives_lines import details, known_to, listed, table, usual
-from tui.app.screens.overlays import FormScreen
+from tui.app.screens.overlays import FormScreen, HelpScreen
 
 
 def marked(name):
@@ -94,6 +94,34 @@ def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(dives_on_disk):
     _, at = dives_on_disk(held=("dives",))
     notices = played(at, "2", "i", "1", let_go, lambda _: not at.jobs.runs("identify"))
     assert notices == ["nothing was begun: Dives was left before it was read"]
+
+
+def test_what_waits_for_the_list_goes_on_after_a_question_was_asked_over_it(dives_on_disk):
+    _, at = dives_on_disk(held=("dives",))
+    covered = ("question_mark", shows(HelpScreen), "escape", Sees("then identify"))
+    notices = played(at, "2", "i", *covered, let_go, lambda _: at.jobs.state("identify") is not None)
+    assert not any("nothing was begun" in notice for notice in notices)
+
+
+def test_a_dive_that_any_program_writes_is_marked_not_meant_and_read_again_once_it_is_over(
+    tmp_path, dives_on_disk
+):
+    folder, _ = dives_on_disk()
+    older = tmp_path / "2026-11-20T0252Z-hovering"
+    rows = [HOVERING | {"folder": str(older)}, dive("deck") | {"folder": str(folder.path)}]
+    at = desk(FakeVerbs({"dives": rows}), out=tmp_path)
+    DiveFolder(older).open_telemetry(1).close()
+    written = folder.open_telemetry(1)
+    assert (at.chosen(), at.written()) == (older, {folder.path.resolve()})
+    reads = []
+
+    def ends(app):
+        reads.append(len(app.desk.jobs._work.words))
+        written.close()
+
+    marks = ("2", Sees("● 2026-11-21 04:52"), marked("hovering"), ends, Lacks("● 2026-11-21 04:52"))
+    played(at, *marks, lambda app: len(app.desk.jobs._work.words) == reads[0] + 1)
+    assert at.chosen() == folder.path
 
 
 def test_a_note_is_written_into_the_dive_and_stays_in_its_line_where_it_could_not_be(tmp_path):
@@ -213,12 +241,12 @@ def test_what_a_dive_could_tell_is_in_percent_or_no_or_unknown(std, words):
 
 
 def test_a_row_has_length_loss_letters_and_what_was_made_of_it():
-    lines = plain(table(listed(DIVES), 1, HOVERING_DIVE.folder, DECK_DIVE.folder, 80, 10))
+    lines = plain(table(listed(DIVES), 1, HOVERING_DIVE.folder, {DECK_DIVE.folder}, 80, 10))
     assert " ".join(lines[1].split()) == "● 2026-11-21 04:52 00:00:41 1.2 % ······ ······ deck"
     assert lines[2].startswith("▶◆  2026-11-21 03:52  00:13:27   1.2 %  UVw··R UVWP·R  hovering")
     assert lines[2].endswith("identified")
     assert " ".join(lines[3].split()) == "2026-11-20 02:52 -- -- ------ ------ survey"
-    (lossy,) = table(listed([dive("a", loss=0.06)]), 0, None, None, 80, 2)[1:]
+    (lossy,) = table(listed([dive("a", loss=0.06)]), 0, None, (), 80, 2)[1:]
     assert (" 6.0 %  ", "warn") in lossy
 
 
@@ -233,7 +261,7 @@ def test_a_row_has_length_loss_letters_and_what_was_made_of_it():
 )
 def test_what_was_made_of_a_dive_never_vanishes_for_its_name(cells, name, ending):
     dives = listed([dive(name, worked_on=["identified", "diagnosed"])])
-    _, row = table(dives, 0, None, None, cells, 2)
+    _, row = table(dives, 0, None, (), cells, 2)
     assert plain([row])[0].endswith(ending)
     assert width(row) == cells
 
@@ -241,7 +269,7 @@ def test_what_was_made_of_a_dive_never_vanishes_for_its_name(cells, name, ending
 def test_the_row_at_the_mark_is_always_shown_and_a_click_finds_it():
     many = listed([dive(f"d{n}", began_unix_s=1e9 - n) for n in range(30)])
     for at in range(30):
-        lines = plain(table(many, at, None, None, 80, 8))
+        lines = plain(table(many, at, None, (), 80, 8))
         assert len(lines) == 8
         (y,) = (n for n, line in enumerate(lines) if line.startswith("▶"))
         assert entry_at(y, 30, at, 8) == at

@@ -20,11 +20,11 @@ from tui.app.screens.identify_lines import (
     ended,
     load_identified,
     passes_of,
-    places,
     progress,
     result,
     words_for,
 )
+from tui.dive_list import results_beside
 
 WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
 STOPPED = Done(exit_codes.INTERRUPTED, None, ())
@@ -39,7 +39,7 @@ def beside_dive(tmp_path):
     """What is read of an identification beside a dive's folder."""
 
     def made(**what):
-        leave(words_for(str(tmp_path), "ruvifist", places(tmp_path)), identified(**what))
+        leave(words_for(str(tmp_path), "ruvifist", results_beside(tmp_path)), identified(**what))
         return load_identified(tmp_path, tmp_path)
 
     return made
@@ -213,7 +213,7 @@ def test_a_run_without_a_result_says_how_it_ended(state, words):
 
 
 def test_the_command_line_leaves_its_results_beside_the_dive(tmp_path):
-    words = words_for(str(tmp_path), "ruvifist:hovering", places(tmp_path))
+    words = words_for(str(tmp_path), "ruvifist:hovering", results_beside(tmp_path))
     assert words[:4] == ("identify", str(tmp_path), "--vehicle", "ruvifist:hovering")
     assert words[4:] == (
         *("--json", str(tmp_path / "identified.json")),

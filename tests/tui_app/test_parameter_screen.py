@@ -1,10 +1,13 @@
 """The screen Parameters: how its lines read, when the vehicle is read again, which lines are chosen and stay so."""
 
+import asyncio
 from dataclasses import replace
 
 import pytest
-from made_parameters import PARAM, FakeVehicle, has, line_of, on_screen, plan, receipt, views
-from screen_text import WIDE, Lacks, Sees
+from fake_verbs import desk as desk_of
+from made_parameters import PARAM, FakeVehicle, desk, has, line_of, on_screen, plan, receipt, views
+from screen_text import NARROW, WIDE, Lacks, Sees, made, played, pressed, settled
+from textual.widgets._toast import Toast
 
 from bridge.vehicle.config import CONFIGS
 from tui.app.screens import parameters_lines as lines
@@ -22,6 +25,42 @@ def test_each_line_tells_old_and_new_value_per_cent_unit_and_interval():
     row = ("▶■", "FF1_M_U", "96.5", "→", "111.52", "+16", "%", "kg", "2.1", "+7.2")
     unit = Sees("+10 % N m/(rad/s) ")
     on_screen(FakeVehicle(), has("FF1_M_U", *row), unit, has("FF1_D_U", "same"), Sees("7 of 7 chosen"))
+
+
+def test_where_every_change_rounds_to_nothing_no_line_is_chosen_beforehand():
+    tiny = [{**FIRST, "name": f"FF1_{n}", "present": 100.0, "target": 100.01} for n in range(3)]
+    on_screen(
+        FakeVehicle(plan(parameters=tiny)), Sees("+0.0 %"), Sees("0 of 3 chosen"), "a", Sees("3 of 3 chosen")
+    )
+    mixed = [*tiny, {**FIRST, "name": "FF1_9"}]
+    on_screen(FakeVehicle(plan(parameters=mixed)), Sees("4 of 4 chosen"))
+
+
+def test_the_interval_is_said_to_be_the_one_given_the_thrust():
+    on_screen(FakeVehicle(), Sees("95 % between 109.42 and 113.62 given the thrust"))
+
+
+def test_upload_says_so_where_nothing_was_identified(tmp_path):
+    (tmp_path / "2026-11-21T0352Z-hovering").mkdir()
+    (tmp_path / "2026-11-21T0352Z-hovering" / "telemetry.tlog").touch()
+    (notice,) = played(desk_of(FakeVehicle(), out=tmp_path), "5", "u", views=views())
+    assert notice.startswith("2026-11-21T0352Z-hovering: nothing was identified from it yet")
+
+
+def test_notices_stand_above_a_question():
+    async def work():
+        app = made(views(), desk=desk(FakeVehicle()))
+        async with app.run_test(size=NARROW, notifications=True) as pilot:
+            await settled(app, pilot)
+            await pressed(pilot, "5", "u")
+            app.notify("said just now", timeout=600)
+            while not app.screen.query(Toast) or not app.screen.query_one("#parameters-ask").region.height:
+                await pilot.pause()
+            await pilot.pause()
+            question = app.screen.query_one("#parameters-ask").region
+            assert all(toast.region.bottom <= question.y for toast in app.screen.query(Toast))
+
+    asyncio.run(work())
 
 
 def test_lines_that_have_no_room_are_counted_on_their_side_and_a_question_hides_none():

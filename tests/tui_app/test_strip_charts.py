@@ -138,14 +138,45 @@ def test_deep_is_down():
     assert len(joined(rows[-1]).rstrip()) > len(joined(rows[1]).rstrip())
 
 
-def test_headings_run_from_0_to_360_without_a_line_across():
-    trace = traces()["heading"]
-    rows = chart(QUANTITIES["heading"], replace(trace, reference=None), NOW_S, 60, 8)
-    assert joined(rows[1])[:7].strip() == "360┤"
-    assert joined(rows[-1])[:7].strip() == "0┤"
-    middle = "".join(text for text, role in rows[4] if role == "accent")
-    assert middle == ""
-    assert joined(rows[0]).split()[1] == f"{math.degrees(trace.value[-1]) % 360:.1f}"
+def headings(value, reference=None, rows=8):
+    """The chart of headings, deg, at the instants of the trace."""
+    value, reference = (None if one is None else np.radians(one) for one in (value, reference))
+    trace = replace(traces()["heading"], value=value, reference=reference)
+    return chart(QUANTITIES["heading"], trace, NOW_S, 60, rows)
+
+
+def test_a_heading_about_north_is_one_curve_and_its_reference_lies_by_it():
+    t = traces()["heading"].time_s
+    rows = headings((359.98 + 0.3 * np.sin(t)) % 360, np.zeros_like(t))
+    assert joined(rows[0]).split()[1:] == [
+        f"{round(359.98 + 0.3 * math.sin(t[-1]), 1) % 360:.1f}",
+        "deg",
+        "ref",
+        "0.0",
+    ]
+    drawn = [{role for text, role in row[1:] if set(text) - set(" ┈░")} for row in rows[1:]]
+    assert [roles for roles in drawn if roles] == [{"accent", "reference"}]
+    assert [joined(row)[:7].strip() for row in rows[1:] if "┤" in joined(row)] == [
+        "10┤",
+        "5┤",
+        "355┤",
+        "350┤",
+    ]
+
+
+def test_wide_headings_have_ticks_at_the_points_of_the_compass_and_over_a_turn_run_from_0_to_360():
+    t = traces()["heading"].time_s
+    labels = [joined(row)[:6].strip() for row in headings(60 * np.sin(t / 9), rows=12)[1:-1]]
+    assert [label for label in labels if label] == ["90", "45", "0", "315", "270"]
+    turning = headings(20 * t % 360)
+    assert (joined(turning[1])[:7].strip(), joined(turning[-1])[:7].strip()) == ("0┤", "0┤")
+
+
+def test_a_chart_of_nothing_has_no_axis():
+    for changes in (NEVER, {"time_s": traces()["u"].time_s - 90.0, "age_s": 90.0, "freshness": GONE}):
+        head, *body = lines_of("u", **changes)
+        assert joined(head).startswith("surge u")
+        assert body == [()] * 5
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3, 9])

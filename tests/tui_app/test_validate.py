@@ -11,6 +11,7 @@ from made_validation import FORETOLD, validated_desk, validation
 from made_validation import run as run_of
 from screen_text import WIDE, Sees, plain, played
 
+from bridge.reports import PAGE, Report
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
@@ -43,6 +44,12 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
         "--receipts", "receipts",
         "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
     )  # fmt: skip
+
+
+def test_the_verdict_stands_as_soon_as_it_is_there_while_the_page_is_drawn(tmp_path):
+    verbs = FakeVerbs({}, tells=(Report(PAGE, 0.3, "draws"),))
+    desk = validated_desk(tmp_path, jobs=Jobs(verbs))
+    played(desk, "6", "v", Sees("● GO"), Sees("30 % draws"), size=WIDE)
 
 
 def roles(line):

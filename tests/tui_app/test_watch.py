@@ -400,6 +400,41 @@ def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
     assert ("  57.1", "bad") in rows[1]
 
 
+def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
+    assert plain(gap_lines(GAP, "", 34, 3.0)) == ["MODEL ─ yaw 57.1, floor 2.9 mrad/s"]
+    assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──────────── heard 3 min ago"]
+
+
+def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age():
+    views = FixedViews()
+
+    def end(_):
+        gone = tuple(replace(link, age_s=100.0, lost=True) for link in picture().links)
+        nothing = {
+            key: replace(trace, time_s=trace.time_s[:0], value=trace.value[:0], reference=None, age_s=100.0)
+            for key, trace in picture().traces.items()
+        }
+        now = replace(
+            picture(), now_s=picture().now_s + 100.0, armed=Armed.DISARMED, links=gone, traces=nothing
+        )
+        views.shown = replace(view(), picture=now)
+
+    live = (Sees("surge u 0.349 m/s ref 0.400"), Lacks("its last 60 s"))
+    over = (Sees("DIVE OVER"), Sees("its last 60 s"), Sees("surge u 0.349 m/s 100 s ago"), Sees("-60 s"))
+    played(desk(), *live, end, *over, views=views, size=WIDE)
+
+
+@pytest.mark.parametrize("size", [NARROW, (80, 30), (40, 24), (48, 30)])
+def test_every_velocity_and_the_depth_have_their_value_however_many_rows_the_words_around_them_take(size):
+    long = (
+        "a trouble of the link that takes two lines, for it says what has happened and what is to be done now"
+    )
+    silent = tuple(replace(link, age_s=9.0, lost=True) for link in picture().links)
+    loud = replace(picture(), links=silent, alarms=(ALARM,), gap=GAP)
+    values = map(Sees, ("surge u 0.349", "sway v 0.010", "heave w 0.018", "yaw r -9.0", "depth 1.99"))
+    played(desk(), *values, views=FixedViews(replace(view(), picture=loud, trouble=long)), size=size)
+
+
 def test_an_alarm_rings_once_and_stands_on_every_screen(monkeypatch):
     views = FixedViews(replace(view(), picture=replace(picture(), gap=GAP, alarms=(ALARM,))))
     rung = []

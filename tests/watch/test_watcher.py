@@ -310,6 +310,18 @@ def test_other_words_values_and_vehicles_tell_nothing_of_the_set_that_flies(watc
     assert watcher.picture(3.0).active_set is None
 
 
+@pytest.mark.parametrize(("armed", "severity"), [(False, 6), (True, 4)])
+def test_a_vehicle_that_was_switched_off_disarmed_and_comes_back_is_no_warning(armed, severity):
+    watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
+    vehicle = OnAir(watcher)
+    for at_s in (*range(30), *range(60, 90)):
+        vehicle.beats(float(at_s), armed=armed and at_s < 30)
+        boot_s = at_s + 100 if at_s < 30 else at_s - 55
+        vehicle.says(mav.MAVLink_system_time_message(0, boot_s * 1000), float(at_s))
+    (said,) = watcher.picture(90.0).said
+    assert said.severity == severity
+
+
 def test_a_vehicle_that_starts_anew_is_told_of_among_its_words_and_another_is_not():
     watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
     ours, other = OnAir(watcher), OnAir(watcher, 7)

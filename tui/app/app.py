@@ -28,7 +28,7 @@ from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Armed
 from tui.app import themes
-from tui.app.campaign import Next, lowered_to, next_of, raised_to
+from tui.app.campaign import Campaign, lowered_to, next_of, raised_to
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
@@ -100,7 +100,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._ended: Path | None = None
         self._is_over = self._was_armed = self._rests = False
         self._declinable_until_s = -math.inf
-        self._step: tuple[float, Next] | None = None
+        self._step: tuple[float, Campaign] | None = None
         self._ordered: JobState | None = None
         self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
         self._unwritten_of: float | None = None
@@ -599,11 +599,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return f"; {self._key_of_id('link.connect')} connects one"
         return f"; {self._key_of_id('recording.begin')} begins one"
 
-    def _next_step(self, view: View) -> Next:
-        """The thing to do now, looked up once a second at most."""
+    def _campaign(self, view: View) -> Campaign:
+        """The campaign, looked up once a second at most."""
         now_s = self._clock()
         if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S:
-            self._step = (now_s, next_of(campaign_of(self.desk, view)))
+            self._step = (now_s, campaign_of(self.desk, view))
         return self._step[1]
 
     def _answered(self) -> None:
@@ -615,7 +615,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         silent = silent_after(view)
         ended = self._was_armed and silent
         over = self._is_over or ended or (self._rests and silent)
-        view = replace(view, over=over, next=self._next_step(replace(view, over=ended)))
+        campaign = self._campaign(replace(view, over=ended))
+        view = replace(view, over=over, campaign=campaign, next=next_of(campaign))
         self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

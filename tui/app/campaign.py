@@ -10,6 +10,7 @@ from bridge.vehicle.mode import BY_WORD, Mode
 class Task(Enum):
     """The step to take."""
 
+    LOST = auto()
     VEHICLE = auto()
     CONNECT = auto()
     RECORD = auto()
@@ -45,6 +46,8 @@ class Campaign:
     never finished; `taken_back`: a roll back came after those values. `mode` is the vehicle's, "" if unknown. `since`:
     the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
     whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
+    `lost`: the vehicle fell silent while it was armed. `gate` is the dive since that upload by which the feed-forward
+    is raised to both or is not, with its GO: the newest in shadow, or a newer one that was a NO-GO; None without one.
     """
 
     vehicle: bool = True
@@ -72,6 +75,8 @@ class Campaign:
     flown: str = ""
     go: bool | None = None
     verdict: str = ""
+    lost: bool = False
+    gate: tuple[str, bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,12 @@ class Next:
 
 
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
+LOST = Next(
+    Task.LOST,
+    ("ff.off",),
+    "the link was lost while it was armed: mend the link, or fetch the vehicle; the key sends OFF until it is "
+    "acknowledged",
+)
 VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
@@ -97,7 +108,7 @@ CALIBRATE = Next(
 DIVE = Next(
     Task.DIVE,
     ("recording.next",),
-    "once surge, sway and yaw are dived, which is recorded: begin the next dive",
+    "dive surge, sway and yaw: it is being recorded; then begin the next dive",
 )
 END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
@@ -135,6 +146,8 @@ OF_OTHERS: Final = {
 
 def next_of(campaign: Campaign) -> Next:
     """The thing to do now."""
+    if campaign.lost:
+        return LOST
     if campaign.writing:
         return WRITES
     if campaign.flying:
@@ -177,11 +190,19 @@ def raised_to(campaign: Campaign) -> tuple[Mode | None, str]:
         return Mode.SHADOW, ""
     if mode is not Mode.SHADOW:
         return None, f"the feed-forward acts already, in {mode.word}"
-    if campaign.since and campaign.flown == Mode.SHADOW.word and campaign.go:
-        return Mode.BOTH, ""
-    if campaign.flown == Mode.SHADOW.word and campaign.go is False:
-        return None, f"{campaign.dive} is a NO-GO; Validate says why"
-    return None, "no dive in shadow since the upload was validated as a GO: fly a minute, then validate it"
+    if campaign.gate is None:
+        return (
+            None,
+            "no dive in shadow since the upload was validated as a GO: fly a minute, then validate it",
+        )
+    dive, go = campaign.gate
+    return (Mode.BOTH, "") if go else (None, f"{dive} is a NO-GO; Validate says why")
+
+
+def raising_words(campaign: Campaign, key: str) -> str:
+    """What the key that raises would do about a dive that is a GO in shadow: it goes by `raised_to` as well."""
+    mode, why = raised_to(campaign)
+    return f"{key} raises it to {mode.word}." if mode is not None else f"{key} does not raise it now: {why}."
 
 
 def _ordered(campaign: Campaign) -> tuple[Mode | None, str]:
@@ -213,10 +234,10 @@ def _after_upload(campaign: Campaign) -> Next:
     if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
         return _diagnosed(campaign)
     if acts:
-        return FLY
+        return _to_vehicle(campaign, FLY)
     if campaign.mode == Mode.SHADOW.word:
-        return TO_BOTH if raised_to(campaign)[0] is Mode.BOTH else _to_recording(campaign, FLY_SHADOW)
-    if campaign.since and campaign.flown == Mode.SHADOW.word and campaign.go:
+        return TO_BOTH if raised_to(campaign)[0] is Mode.BOTH else _to_vehicle(campaign, FLY_SHADOW)
+    if campaign.gate is not None and campaign.gate[1]:
         return _to_vehicle(campaign, TO_SHADOW if campaign.mode == Mode.OFF.word else TO_BOTH)
     return _to_vehicle(campaign, TO_SHADOW)
 

@@ -133,8 +133,9 @@ def scale_for(values: Array, least_span: float, with_zero: bool, steps: int = 4)
     return Scale(step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9), step)
 
 
-def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
-    """Tick labels by row: both ends first, then zero, then the rest, at least two rows apart; none in a single row."""
+def tick_labels(scale: Scale, rows: int, downwards: bool, turns: bool = False) -> dict[int, str]:
+    """Tick labels by row: both ends first, then zero, then the rest, at least two rows apart; none in a single row.
+    Of a heading that `turns`, below 360."""
     if rows == 1:
         return {}
     count = round((scale.high - scale.low) / scale.step)
@@ -144,7 +145,7 @@ def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
         share = (value - scale.low) / (scale.high - scale.low)
         row = round((share if downwards else 1 - share) * (rows - 1))
         if all(abs(row - taken) > 1 for taken in by_row) or value in (values[0], values[-1]):
-            by_row.setdefault(row, number(value, scale.digits))
+            by_row.setdefault(row, number(value % 360.0 if turns else value, scale.digits))
     return by_row
 
 

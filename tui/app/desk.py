@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError, LogError
-from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders, vehicle_named
+from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders, recordings, vehicle_named
+from gcs_plugin.locks import is_written
 from tui.app.connecting import Choice, Way, ways_now
 from tui.app.jobs import Jobs, newer, written_ns
 from tui.app.view import Replay
@@ -21,6 +22,8 @@ LIST: Final = "dives"
 IDENTIFIED, DIAGNOSED, ACCEPTABLE = "identified.param", "diagnosis.json", "diagnosed.param"
 """Files that the screens leave next to a dive: its values; its diagnosis, and the model with the causes found."""
 
+FEW: Final = 4
+"""Of the newest dives: those that may still be written."""
 LEAST_S: Final = 20.0
 """A shorter dive is rejected as a check dive, and so is a dive in which no thruster pushed."""
 
@@ -88,9 +91,21 @@ class Desk:
         self._meant = None if dive is None else (dive, self._newest())
 
     def _newest(self) -> Path | None:
-        dives, recorded = self.dives(), self.recorded()
-        finished = [path for path in dives if recorded is None or path.resolve() != recorded.resolve()]
-        return next(reversed(finished or dives), None)
+        dives = self.dives()
+        return next(filter(self.is_finished, reversed(dives)), next(reversed(dives), None))
+
+    def is_finished(self, dive: Path) -> bool:
+        """Whether no program writes the dive's recording any more."""
+        recorded = self.recorded()
+        if recorded is not None and dive.resolve() == recorded.resolve():
+            return False
+        return not any(map(is_written, recordings(dive)))
+
+    def written(self) -> frozenset[Path]:
+        """The dives that are being written, resolved: the one recorded, and of the newest few those of any program."""
+        recorded = self.recorded()
+        ours = frozenset() if recorded is None else frozenset({recorded.resolve()})
+        return ours | {dive.resolve() for dive in self.dives()[-FEW:] if not self.is_finished(dive)}
 
     def dives(self) -> list[Path]:
         """All dives, the oldest first, in the order of the verb `dives`; empty if their folder can't be read."""
@@ -118,14 +133,14 @@ def values_of(*dives: Path) -> Path | None:
 
 
 def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:
-    """Other dives with the same vehicle and configuration, the newest first, without the dive being recorded."""
-    recorded = desk.recorded()
-    excluded = {dive.resolve()} | ({recorded.resolve()} if recorded is not None else set())
+    """Other finished dives with the same vehicle and configuration, the newest first."""
     vehicle = desk.vehicle_of(dive)
     return tuple(
         folder
         for folder in reversed(desk.dives())
-        if folder.resolve() not in excluded and desk.vehicle_of(folder) == vehicle
+        if folder.resolve() != dive.resolve()
+        and desk.is_finished(folder)
+        and desk.vehicle_of(folder) == vehicle
     )
 
 

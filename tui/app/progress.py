@@ -1,6 +1,7 @@
 """Reads the state of a campaign from the folders of dives and receipts, and from the view."""
 
 import math
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
@@ -8,25 +9,29 @@ from typing import Final
 from bridge.errors import LogError, ParamError
 from bridge.files import read_small
 from bridge.plain import from_json
-from bridge.vehicle.mode import word_of
+from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.dives.folder import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
+from gcs_plugin.watch.picture import Armed
 from tui.app.campaign import AXES, Campaign
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
-from tui.app.jobs import written_ns
+from tui.app.jobs import JobState, written_ns
 from tui.app.screens.fly import FLY
 from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
 
 VALIDATED: Final = "validation.json"
-LONG: Final = ("identify", "diagnose", "validate")
+DIAGNOSE: Final = "diagnose"
+LONG: Final = ("identify", DIAGNOSE, "validate")
 """Verbs that take long enough for the user to wait, and to miss their work if it were lost."""
 ORDER: Final = "ff"
 """The job that sets the feed-forward's mode."""
-SAME: Final = 1e-6
-"""Relative difference that a value may have after it was a float32 on the vehicle."""
+Judged = tuple[str, bool | None]
+NOT_JUDGED: Final[Judged] = ("", None)
+SAME: Final = 5e-4
+"""Relative difference up to which a value is the same to a reader: +0.0 %."""
 
 
 def campaign_of(desk: Desk, view: View) -> Campaign:
@@ -38,6 +43,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
     uploaded_ns = _uploaded_ns(desk.receipts, values, system) if values is not None else 0
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, told = _told(dive) if dive is not None else ((), None)
+    since = [folder for folder in folders if uploaded_ns and _ended_ns(folder) > uploaded_ns]
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
     return Campaign(
         vehicle=bool(
@@ -50,7 +56,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         linked=bool(desk.links()),
         flies=picture.flies,
         flying=desk.jobs.runs(FLY),
-        working=next(filter(desk.jobs.runs, LONG), ""),
+        working=next((verb for verb in LONG if _works(desk.jobs.state(verb))), ""),
         writing=any(map(desk.jobs.runs, (WRITE, ORDER))),
         dive=dive.name if dive is not None else "",
         shown=dive is None or desk.chosen() == dive,
@@ -63,18 +69,28 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
         taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
-        since=dive is not None and uploaded_ns > 0 and _ended_ns(dive) > uploaded_ns,
+        since=dive in since,
         flown=flown,
         go=go,
         verdict=_verdict(dive) if dive is not None and flown else "",
+        lost=picture.armed in (Armed.ARMED, Armed.FAILSAFE)
+        and heard_of(picture) is None
+        and bool(picture.links)
+        and not view.over,
+        gate=_gate(since),
     )
+
+
+def _works(job: JobState | None) -> bool:
+    """Whether its result is to be waited for. A diagnosis leaves its model after its page."""
+    return job is not None and (job.runs if job.words[0] == DIAGNOSE else not job.answered)
 
 
 def _dive(desk: Desk) -> Path | None:
     """The newest finished dive whose thrusters may have told something, whichever the screens show."""
-    recorded = desk.recorded()
-    finished = [path for path in desk.dives() if recorded is None or path.resolve() != recorded.resolve()]
-    return next((path for path in reversed(finished) if not _is_idle(path)), None)
+    return next(
+        (dive for dive in reversed(desk.dives()) if desk.is_finished(dive) and not _is_idle(dive)), None
+    )
 
 
 def _is_idle(dive: Path) -> bool:
@@ -131,12 +147,35 @@ def _ended_ns(dive: Path) -> int:
     return max(map(written_ns, recordings(dive)), default=0)
 
 
-def _judged(dive: Path) -> tuple[str, bool | None]:
+def _gate(since: Sequence[Path]) -> tuple[str, bool] | None:
+    """The dive, of those since an upload, by which the feed-forward is raised to both, and its GO; see `Campaign`.
+
+    A dive that was compared in the validation of another is judged by that too, as the screen shows it.
+    """
+    judged: dict[str, Judged] = {}
+    for file in sorted((dive / VALIDATED for dive in since), key=written_ns):
+        judged |= _read_judged(file, written_ns(file))
+    for dive in reversed(since):
+        flown, go = judged.get(dive.name, NOT_JUDGED)
+        if go is not None and (flown == Mode.SHADOW.word or (not go and flown != Mode.OFF.word)):
+            return dive.name, go
+    return None
+
+
+def _judged(dive: Path) -> Judged:
     """The mode in which a dive was flown and whether it was a GO, as its validation says; "" and None without one."""
+    file = dive / VALIDATED
+    return _read_judged(file, written_ns(file)).get(dive.name, NOT_JUDGED)
+
+
+@lru_cache(64)
+def _read_judged(file: Path, _changed_ns: int) -> Mapping[str, Judged]:
+    """The dives of a validation by name."""
     try:
-        data = from_json(read_small(dive / VALIDATED))
-        run = next(run for run in data if run["dive"] == dive.name)
-        judged = run["raising"]
-        return (str(judged["from"]), bool(judged["go"])) if judged is not None else ("off", None)
-    except (OSError, ValueError, LookupError, TypeError, StopIteration):
-        return "", None
+        runs = {str(run["dive"]): run["raising"] for run in from_json(read_small(file))}
+        return {
+            name: ("off", None) if raising is None else (str(raising["from"]), bool(raising["go"]))
+            for name, raising in runs.items()
+        }
+    except (OSError, ValueError, LookupError, TypeError):
+        return {}

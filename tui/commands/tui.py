@@ -90,7 +90,8 @@ def _serve(arguments: argparse.Namespace) -> int:
 def list_recording() -> None:
     """Print the sockets that the running recording holds open, with the time: it may end before this is read."""
     if (holding := links.holding_now()) is not None:
-        say(f"{utc(clocks.SystemClock().unix_s())} UTC: {links.words_of(holding)} runs by itself, and has")
+        at = f"at {utc(clocks.SystemClock().unix_s())} UTC"
+        say(f"{at} {links.words_of(holding)} ran by itself, with these sockets:")
         for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
             say(sentence)
 

@@ -331,7 +331,8 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
 def what_next(answer: Answer, cells: int) -> Lines:
     """The next dive to make, and notes on this dive."""
     lines: list[Line] = []
-    for sentence in answer.words.next or ("Nothing is left to split: dive on.",):
+    then = "upload what was found, and dive on" if answer.verdict == "explained" else "dive on"
+    for sentence in answer.words.next or (f"Nothing is left to split: {then}.",):
         lines += wrapped(sentence, "strong", cells)
     for note in answer.words.notes:
         lines += wrapped(note, "quiet", cells)

@@ -67,8 +67,8 @@ class DivesScreen(StationScreen):
         self._dives: tuple[DiveRow, ...] = ()
         self._at: Path | None = None
         self._list: object = None
-        self._recorded: Path | None = None
-        self._goes_on: Path | None = None
+        self._written: frozenset[Path] = frozenset()
+        self._recorded: frozenset[Path] = frozenset()
         self._over: Path | None = None
         self._stale = False
         self._then = ""
@@ -84,28 +84,28 @@ class DivesScreen(StationScreen):
         self.action_again()
 
     def on_screen_suspend(self) -> None:
+        if self in self.app.screen_stack:
+            return  # only covered, by a question or the help
         if self._then in WORK:
             self.notify("nothing was begun: Dives was left before it was read", severity="warning")
         self._then = ""
 
     def begin(self) -> None:
         """Identify the dive that the crew has just made, regardless of the mark, once the list is read."""
-        self._at = self._over = self._goes_on = self.desk.dive = None
+        self._at = self._over = self.desk.dive = None
         self.action_again()
         self._then = "identify"
 
     def show(self, view: View) -> None:
-        recorded = self.desk.recorded() if view.records else None
-        if self._goes_on is not None and not _same(self._goes_on, recorded):
-            self._over, self._stale = self._goes_on, True
-        if recorded is not None and not _same(recorded, self._goes_on):
-            self._stale = True
-        self._goes_on = recorded
+        before, self._written = self._written, self.desk.written()
+        if ended := before - self._written:
+            self._over = max(ended)
+        self._stale |= before != self._written
         if self._stale and not self.desk.jobs.runs(LIST):
             self._stale = False
             self.action_again()
-        self._recorded = next((d.folder for d in self._dives if _same(d.folder, recorded)), None)
         self._take_list()
+        self._recorded = frozenset(d.folder for d in self._dives if d.folder.resolve() in self._written)
         super().show(view)
 
     def action_again(self) -> None:
@@ -209,7 +209,9 @@ class DivesScreen(StationScreen):
         over = next((d.folder for d in self._dives if _same(d.folder, self._over)), None)
         if over is not None:
             self._at, self._over = over, None
-        self.desk.mean(usual(self._dives, None))
+        self.desk.mean(
+            usual([dive for dive in self._dives if dive.folder.resolve() not in self._written], None)
+        )
         if all(dive.folder != self._at for dive in self._dives):
             meant = self.desk.chosen()
             self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)
@@ -281,7 +283,7 @@ class DivesScreen(StationScreen):
         unkept = hanging(self._unkept, "bad", cells) if self._unkept else ()
         return (
             *unkept,
-            *details(dive, dive.folder == self._recorded, cells, self.key_of("dives.conditions")),
+            *details(dive, dive.folder in self._recorded, cells, self.key_of("dives.conditions")),
         )
 
 

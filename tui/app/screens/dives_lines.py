@@ -1,7 +1,7 @@
 """Dives as `seatrial dives --json` lists them, as lines: a table of all of them, and the details of one."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -114,13 +114,18 @@ def usual(dives: Sequence[DiveRow], otherwise: Path | None) -> Path | None:
 
 
 def table(
-    dives: Sequence[DiveRow], at: int, chosen: Path | None, recorded: Path | None, cells: int, rows: int
+    dives: Sequence[DiveRow],
+    at: int,
+    chosen: Path | None,
+    recorded: Collection[Path],
+    cells: int,
+    rows: int,
 ) -> Lines:
-    """Heads and the rows around the dive at `at`; the chosen and the recorded dive are marked."""
+    """Heads and the rows around the dive at `at`; the chosen dive and those being recorded are marked."""
 
     def row(n: int) -> Line:
         dive = dives[n]
-        return _row(dive, n == at, dive.folder == chosen, dive.folder == recorded, cells)
+        return _row(dive, n == at, dive.folder == chosen, dive.folder in recorded, cells)
 
     heads = f"{BEGAN}dive" if cells < PHONE else HEADS
     return (((cut(heads, cells), "quiet"),), *around(len(dives), at, rows, row))

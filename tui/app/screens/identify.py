@@ -46,6 +46,10 @@ class IdentifyScreen(DiveScreen):
             "accepted",
             "what the vehicle last accepted; the change is warned of where it is outside the interval",
         ),
+        (
+            "given the thrust",
+            "the interval that Parameters shows; the wider one holds the error of the vehicle file's thrust too",
+        ),
         ("▲", "a doubt: read it before the values are used"),
     )
 

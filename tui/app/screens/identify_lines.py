@@ -26,8 +26,6 @@ from tui.app.jobs import NOT_KEPT, JobState, newer
 from tui.dive_list import results_beside
 from tui.show import number as significant
 
-"""Names of the files of an identification next to its dive, by option of the verb."""
-
 LEAST_PASSES: Final = 4
 LEAST_SPAN: Final = 0.001  # share of the value, so that a constant value still has an axis
 SMALLEST: Final = 1e-9
@@ -408,7 +406,7 @@ def result(shown: Identified, cells: int) -> Lines:
 
 def _outcome(shown: Identified) -> str:
     second = shown.comparison
-    other = f"; {second.method} beside it: {second.outcome}" if second else ""
+    other = f"; by {second.method}: {second.outcome}" if second else ""
     counts = f"{shown.count} of {len(shown.coefficients)}"
     return f"{capital(shown.outcome)}: {counts} coefficients identified by {shown.method}{other}."
 

@@ -176,7 +176,7 @@ class SectionScreen(DiveScreen):
             return wrapped(self.desk.no_dive, "plain", cells)
         state = self.job
         job = job_lines(self.VERB, state, self.desk.jobs.now_s(), cells)
-        if state is not None and state.runs:
+        if state is not None and not state.answered:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
         has_result = bool(self.result())
         return (

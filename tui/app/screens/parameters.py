@@ -41,6 +41,10 @@ class ParametersScreen(StationScreen):
             lines.IN_HALVES,
             "the change in halves of the 95 % interval: 1 and less is within it, over 3 is worth a second look",
         ),
+        (
+            "±95 %",
+            "given the thrust by which the values act; Identify's wider interval holds the thrust's error too",
+        ),
         ("accepted", "what was last uploaded and read back, and not rolled back since"),
     )
 
@@ -173,6 +177,8 @@ class ParametersScreen(StationScreen):
             transfer.written = None
             self.add_class("-asking")
             self._ask.open()
+        elif transfer.shown is None and not transfer.trouble:
+            self.notify(self._nothing(), severity="warning")
         self._draw()
 
     def _close(self) -> None:

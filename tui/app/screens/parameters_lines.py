@@ -34,7 +34,7 @@ WIDEST, VERDICT = (
 )  # cells from which the meaning stands at the end of a line, and those of the verdict there
 ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
-IN_HALVES: Final = "Δ/±95%"
+IN_HALVES: Final = "halves"
 """Column head of the change, in units of the ±95 % column."""
 CHANGE, PERCENT = 7, 7
 ARROW: Final = " →"
@@ -169,7 +169,9 @@ def _words(entry: Compared, became: Written | None, room: int) -> Span:
 def details(entry: Compared, became: Written | None, stale_s: float | None, cells: int) -> Lines:
     """All that is known about one line, in sentences; `stale_s` is the age of the vehicle's value, None if fresh."""
     unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
-    interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""
+    interval = ""
+    if half(entry):
+        interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)} given the thrust"
     when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
     last = f"last accepted {number(entry.accepted)}{unit}{when}" if entry.accepted is not None else ""
     size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""

@@ -25,6 +25,8 @@ _WORD = re.compile(r"[A-Z]+|\d+")
 ACTING: Final = (2, 3)
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
+UNCHANGED: Final = ("+0.0 %", "-0.0 %")
+"""Changes that a reader takes for none; where all are, no line is chosen."""
 NO_RECORDING: Final = "the vehicle is read by way of its recording, and none runs: begin one first"
 OLD_S: Final = 120.0
 """After this time the vehicle's values may have changed: read them again before asking for a confirmation."""
@@ -142,7 +144,9 @@ class Transfer:
                 self._leave_back(f"the vehicle holds all of {self.shown.file} already")
                 return True
             self.shown = replace(self.shown, parameters=entries)
-        self.chosen = set(self.shown.changed)
+        self.chosen = {line.name for line in self.shown.parameters if line.changes}
+        if all(line.percent in UNCHANGED for line in self.shown.parameters if line.changes):
+            self.chosen = set()
         stamp, decided = self._decided
         if not self.back and stamp == self._read_of:
             # The user's choices for this file, by name, survive a new read.

@@ -15,6 +15,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.glance.following import CURVES, Followed
 from identify.glance.raising import BASELINE, Criterion
+from tui.app.campaign import raising_words
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
 from tui.app.header import PHONE, Tab
@@ -115,8 +116,8 @@ def _short(label: str, mode: str, dive: str) -> str:
     return f"{hour} {mode}".strip() if label != mode and hour else label
 
 
-def verdict_lines(run: Run, cells: int) -> Lines:
-    """Go or no-go as a mark and a word, then the sentence."""
+def verdict_lines(run: Run, cells: int, raising: str = "") -> Lines:
+    """Go or no-go as a mark and a word, then the sentence; of a GO in shadow also `raising`, what the key would do."""
     judgement = run.verdict
     if judgement is None:
         is_baseline = run.mode == Mode.OFF.word
@@ -124,7 +125,10 @@ def verdict_lines(run: Run, cells: int) -> Lines:
     mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
     foretold = wrapped(run.foretold, "strong", cells) if run.foretold else ()
-    return (head, *foretold, *wrapped(judgement.sentence, "strong", cells))
+    lines = (head, *foretold, *wrapped(judgement.sentence, "strong", cells))
+    if judgement.go and run.mode == Mode.SHADOW.word and raising:
+        lines += wrapped(raising, "strong", cells)
+    return lines
 
 
 def criteria_lines(run: Run, cells: int) -> Lines:
@@ -321,7 +325,11 @@ class ValidateScreen(SectionScreen):
 
     def verdict(self, cells: int) -> Lines:
         run = self._looked_at()
-        return verdict_lines(run, cells) if run is not None else ()
+        if run is None:
+            return ()
+        campaign = self.view.campaign if self.view is not None and not self.view_only else None
+        key = self._station_app.key_of_action("ff.raise")
+        return verdict_lines(run, cells, raising_words(campaign, key) if campaign is not None else "")
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         results, run = self.result(), self._looked_at()

@@ -43,7 +43,7 @@ from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.strip_chart import QUANTITIES, Quantity, chart
-from tui.app.view import Replayed, View
+from tui.app.view import STALE_S, Replayed, View, heard_of
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
@@ -221,9 +221,11 @@ def signed_bar(pwm_us: float, half: int) -> str:
     return side + "│" + " " * half
 
 
-def gap_lines(gap: Gap | None, lacks: str, cells: int) -> Lines:
+def gap_lines(gap: Gap | None, lacks: str, cells: int, silent_s: float = 0.0) -> Lines:
     """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst; or why
-    it isn't compared."""
+    it isn't compared. `silent_s`: the vehicle's, which dates it."""
+    if silent_s > STALE_S:
+        return (heading("MODEL", f"heard {ago(silent_s)}", cells),)
     if gap is None:
         return (heading("MODEL", "not compared", cells), *wrapped(lacks, "quiet", cells)) if lacks else ()
     axis = worst_axis(gap)
@@ -312,6 +314,7 @@ class WatchScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
+        self._last_heard: Picture | None = None
         self.add_class("-first")
 
     def body(self) -> ComposeResult:
@@ -320,7 +323,7 @@ class WatchScreen(StationScreen):
             with Container(id="charts"):
                 for name, title, keys in (("motion", "VELOCITIES", MOTION), ("state", "STATE", STATE)):
                     with Vertical(id=name):
-                        yield self._heading(title, lambda _: "last 60 s")
+                        yield self._heading(title, lambda _: f"{'its ' * self._is_over}last 60 s")
                         yield from (self._chart(QUANTITIES[key], page) for key, page in keys.items())
             with Vertical(id="aside"):
                 yield self._heading("SENSORS")
@@ -332,7 +335,7 @@ class WatchScreen(StationScreen):
                         classes="heading",
                     )
                     yield self._pane(lambda now, cells, _: thrusters(now.thrusters, cells), id="thrusters")
-                yield self._pane(lambda now, cells, _: gap_lines(now.gap, now.lacks, cells), id="gap")
+                yield self._pane(self._gap, id="gap")
             with Vertical(id="words-pane"):
                 yield self._heading("WORDS", self._words_note)
                 with VerticalScroll(id="words-scroll"):
@@ -351,7 +354,14 @@ class WatchScreen(StationScreen):
 
     def _chart(self, quantity: Quantity, page: str) -> Drawn:
         def lines(now: Picture, cells: int, rows: int) -> Lines:
-            return chart(quantity, now.traces.get(quantity.key), now.now_s, cells, rows)
+            last = self._last_heard
+            if not self._is_over or last is None:
+                return chart(quantity, now.traces.get(quantity.key), now.now_s, cells, rows)
+            trace = last.traces.get(quantity.key)
+            if trace is not None:
+                age_s = trace.age_s + now.now_s - last.now_s
+                trace = replace(trace, age_s=age_s, freshness=Freshness.STALE)
+            return chart(quantity, trace, last.now_s, cells, rows)
 
         return self._pane(lines, id=f"chart-{quantity.key}", classes=f"chart {page}")
 
@@ -408,7 +418,12 @@ class WatchScreen(StationScreen):
         """Whether the dive shown is one that has just ended."""
         return self.view is not None and self.view.over and self.view.replay is None
 
+    def _gap(self, now: Picture, cells: int, _: int) -> Lines:
+        return gap_lines(now.gap, now.lacks, cells, now.links[0].age_s if now.links else 0.0)
+
     def show(self, view: View) -> None:
+        if view.behind_s <= STALE_S and heard_of(view.picture) is not None:
+            self._last_heard = view.picture
         if self.has_class("-replay") != (view.replay is not None):
             self.set_class(view.replay is not None, "-replay")
             self.refresh_bindings()
