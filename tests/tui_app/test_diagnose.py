@@ -168,7 +168,7 @@ def test_the_map_has_a_row_a_degree_of_freedom_its_cells_the_darker_the_more_is_
 def test_causes_are_ranked_with_evidence_probability_and_what_they_are_mistaken_for():
     lines = plain(diagnose.which(diagnosed(), 80))
     assert lines[1].startswith("1 quadratic drag")
-    assert lines[1].endswith("483 nats      98 %")
+    assert lines[1].endswith("98 %  ████████████████   483 nats")
     assert lines[2] == "  N_rr 9.84 N m s²/rad² (95 %: 9.05 to 10.62)"
     assert any("can't tell it from command delay" in line for line in lines)
     assert lines[-3] == "tried as well, and not accepted"
@@ -186,7 +186,7 @@ def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
     accepted, possible = lines[heads[0] : heads[1]], lines[heads[1] : heads[2]]
     assert possible[0].startswith("possible, not accepted ")
     assert possible[1].startswith("2 thruster lag or command del")
-    assert possible[1].endswith("37 nats      42 %")
+    assert possible[1].endswith("42 %  █████████▍          37 nats")
     assert not any("thruster lag" in line for line in accepted)
 
 

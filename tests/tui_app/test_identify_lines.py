@@ -131,7 +131,7 @@ def test_a_file_that_is_no_identification_is_none(text, tmp_path):
 
 def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(beside_dive):
     lines = plain(result(beside_dive(), 80))
-    assert lines[1] == "Converged: 11 of 12 coefficients identified by likelihood; pinn beside it:"
+    assert lines[1] == "Converged: 11 of 12 coefficients identified by likelihood; by pinn: converged."
     assert "Likelihood and pinn agree in all 11 parameters that both identify." in lines
     rows = {line.split()[0]: line.split()[1:] for line in lines if line.strip()}
     assert rows["M_u"] == ["111.7", "kg", "91.6", "…", "135", "108.3", "…", "115.1"]
