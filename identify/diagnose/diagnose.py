@@ -124,7 +124,7 @@ def diagnose(
     among the causes. With `effects_accepted` the model also holds these effects, those of water and tether where the
     dive bears them out.
 
-    progress: called with the share of the work that is done, 0 to 1, and what comes next.
+    progress: called with the share of the work that is done, 0 to 1, and the next step.
 
     Raises FitError for a recording that can't be diagnosed: nothing was pushed, or read, it is too short, or of
     another vehicle. Degrees of freedom and effects on which it holds no information are left out, and named in the

@@ -44,7 +44,7 @@ class StartValues:
 class StartFit:
     """The filters of all axes at a rough joint fit, with their channels in the order of the network's layout.
 
-    values: what they give the network to start from; theta: the same with all other fitted parameters of the filters.
+    values: the network's start; theta: the same with all other fitted parameters of the filters.
     """
 
     built: Axes

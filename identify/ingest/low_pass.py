@@ -1,4 +1,4 @@
-"""Takes off what ArduPilot's low-pass filters do to rates of turn and accelerations.
+"""Undoes ArduPilot's low-pass filters of rates of turn and accelerations.
 
 Both filters are Butterworth's of second order, whose delay of all that is slow beside their corner f is
 sqrt(2) / (2 pi f): 11 ms at the 20 Hz that ArduSub has by default. Angles and velocities don't come through them. A

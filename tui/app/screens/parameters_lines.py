@@ -34,7 +34,7 @@ WIDEST, VERDICT = (
 )  # cells from which the meaning stands at the end of a line, and those of the verdict there
 ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
-IN_HALVES: Final = "halves"
+IN_HALVES: Final = "Δ/±95%"
 """Column head of the change, in units of the ±95 % column."""
 CHANGE, PERCENT = 7, 7
 ARROW: Final = " →"

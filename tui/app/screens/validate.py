@@ -117,7 +117,7 @@ def _short(label: str, mode: str, dive: str) -> str:
 
 
 def verdict_lines(run: Run, cells: int, raising: str = "") -> Lines:
-    """Go or no-go as a mark and a word, then the sentence; of a GO in shadow also `raising`, what the key would do."""
+    """Go or no-go as a mark and a word, then the sentence; of a GO in shadow also `raising`, the effect of the key."""
     judgement = run.verdict
     if judgement is None:
         is_baseline = run.mode == Mode.OFF.word
