@@ -1,7 +1,7 @@
 """Locks between programs: on a folder that is changed, a dive that is merged, a recording that is written.
 
 They are advisory locks of the operating system on the file or folder itself: nothing is left behind, and they end with
-their process. On a disk without locks every program gets the lock.
+their process. Where the file system has no locks, locking always succeeds.
 """
 
 import contextlib

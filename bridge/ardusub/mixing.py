@@ -96,8 +96,8 @@ class Mixer:
     def inputs(self, wrench: Array) -> Array:
         """Inputs (3,) that give a wrench (3,) within the mixer's reach.
 
-        The mixer has no say over the fourth combination of its four thrusters, and a thruster pushes harder ahead
-        than astern; the loss is asked for in addition.
+        Four thrusters, three inputs: one combination can't be reached, and reverse thrust is weaker. Iterates to make
+        up for both.
         """
         aim, most = wrench, MOST_MENDED * float(np.abs(wrench).max())
         best, least = np.zeros(3), float("inf")

@@ -68,7 +68,10 @@ def encode_wayfinder(
     coordinates: int = INSTRUMENT,
     structure_version: int = 0x11,
 ) -> bytes:
-    """Encode a data packet as the device writes it; NaN marks invalid values."""
+    """Encode a data packet as the device writes it; NaN marks invalid values.
+
+    velocity in m/s, instrument axes; ranges and altitude in m; `when` in UTC.
+    """
     structure = bytearray(
         _DATA_LAYOUT.pack(
             0xAA, structure_version, _DATA_LAYOUT.size,

@@ -100,7 +100,7 @@ MOST_VOLTAGE_SHARE = 2.0
 MOST_RESISTANCE_OHM = 1.0
 MOST_OFFSET_M = 1.0
 STALL_M_S, STALL_RAD_S, STALL_ARM_M = 0.2, 0.1, 1.0
-"""A force is too large if all thrusters together couldn't hold this speed against it, each on an arm of this length."""
+"""Bounds drag so that full thrust still reaches this speed; moments use this lever arm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -266,7 +266,7 @@ class Recorder:
                 self._crowded.add(link)
                 self._say(
                     "warning",
-                    f"{link}: {CROWDED}; all is recorded, loss and age are told of those alone who have a place",
+                    f"{link}: {CROWDED}; all is recorded; loss and age are shown only for components in the table",
                 )
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:

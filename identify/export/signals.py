@@ -45,7 +45,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "armed": ("armed",),
     "gnss": ("latitude_deg", "longitude_deg", "speed_m_s", "course_rad"),
 }
-"""Fields by signal of a Dive, in the order of its columns; a controller's have other names than readings."""
+"""Fields by signal of a Dive, in the order of its columns. The controller's fields have a prefix."""
 _BY_THRUSTER = {"pwm": "pwm_{}_us", "thrust_cmd": "thruster_{}_n", "effort": "effort_{}", "rpm": "rpm_{}"}
 _ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
 TOPICS = {
@@ -108,7 +108,7 @@ def flown(dive: Dive, file: VehicleFile, configuration: str) -> Sequence[Topic]:
     """Two topics: the velocities of the model fitted to the dive, and the measured ones, smoothed, at the same times.
 
     Both are of the vehicle's origin, in the degrees of freedom that could be fitted. The model flies open loop by the
-    recorded thrust and attitude, begun anew from the measured velocity every 5 s. None for a dive shorter than that.
+    recorded thrust and attitude, begun anew from the measured velocity every 5 s. Empty for a dive shorter than 5 s.
 
     Raises FitError if the dive has no axis that a model can be fitted to.
     """

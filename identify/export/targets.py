@@ -113,7 +113,7 @@ def _masses(model: Model) -> str:
 
 @dataclass(frozen=True)
 class Target:
-    """`write` returns the file's text; `reasons` say, by part of a model, why the part does not fit."""
+    """A simulator's format: `write` returns the file's text, `reasons` say, by part of a model, why it does not fit."""
 
     write: Callable[[Model], str]
     reasons: Mapping[str, str]

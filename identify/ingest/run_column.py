@@ -16,7 +16,7 @@ from identify.ingest.streams import Stream, Streams, some_of
 
 MOST_RUNS = 2000
 LEAP, OFTEN, MOST = 3.0, 0.99, 0.9
-"""A clock leaps by this many of the steps within a run (of which OFTEN are no longer), at MOST of the runs' starts."""
+"""In MOST of the run starts the clock jumps by more than LEAP times the step that OFTEN of the rows stay below."""
 
 FEWEST_ROWS = 10
 """Rows of a run, on average: a column with more values than that is a measurement."""

@@ -25,10 +25,11 @@ HOLDER: Final = "SYSID_MYGCS"
 
 @dataclass(frozen=True)
 class Guess:
-    """`file` fits the wiring; `base` names the bundled file that it comes from.
+    """A vehicle file made from an autopilot's parameters, and what the motion of a recording says of it.
 
-    `findings` are sentences on what the motion contradicts; `judged` the degrees of freedom that were compared, and
-    `unjudged` why none was, if none; `hints` are sentences on parameters that would trouble a companion.
+    `file` fits the wiring; `base` names the bundled file that it comes from. `findings` are sentences on
+    what the motion contradicts; `judged` the degrees of freedom that were compared, and `unjudged` why none was, if
+    none; `hints` are sentences on parameters that would trouble a companion.
     """
 
     base: str
