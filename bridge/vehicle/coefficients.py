@@ -123,7 +123,7 @@ class EffectCoefficient:
         return fault_of(self.name, value, self.low, self.high)
 
 
-QUADRATIC = tuple(coefficient.name for coefficient in QUADRATICS)
+QUADRATIC_NAMES = tuple(coefficient.name for coefficient in QUADRATICS)
 ASTERN, START, LEAST, VOLTAGE, VOLTAGE_SHARE, RESISTANCE = (
     "T_astern", "T_start", "T_least", "T_volt", "T_vshare", "T_ohm",
 )  # fmt: skip

@@ -26,7 +26,7 @@ class Gains:
 
 
 @dataclass(frozen=True)
-class Fed:
+class FeedForwardSettings:
     """Settings while the feed-forward is applied: the thrust below which its thrusters stay in the dead zone, and the
     factor on the PID gains of surge and sway."""
 
@@ -59,7 +59,7 @@ class GainTable:
     yaw: Gains
     straight_below_n: float = 0.0
     integral_share: float = 0.5
-    fed: Fed = field(default_factory=Fed)
+    fed: FeedForwardSettings = field(default_factory=FeedForwardSettings)
 
     def __post_init__(self) -> None:
         if not self.speeds_m_s or list(self.speeds_m_s) != sorted(set(self.speeds_m_s)):
