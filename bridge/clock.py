@@ -29,7 +29,7 @@ class SystemClock:
 
 
 class EvenClock:
-    """`clock` with a Unix time that is read once and runs on with boot time: setting the date turns nothing back."""
+    """A clock whose Unix time never turns back: read once, it runs on with the boot time of `clock`."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

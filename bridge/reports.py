@@ -48,8 +48,9 @@ class Written:
 
 @dataclass(frozen=True)
 class Report:
-    """How far a verb is: `of` names the part of its work, `share` is done (0 to 1), `words` say what it does now.
+    """Progress of a verb, as a line for the program that started it.
 
+    of: the part of its work. share: done of it, 0 to 1. words: the present activity.
     stage: code of the stage of an upload, or name of an error. values: parameters as far as they are fitted, by name;
     answered: these are the final ones. written: the parameter that was just written. result: plain data, with UNKEPT.
     """

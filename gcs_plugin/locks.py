@@ -1,7 +1,7 @@
 """Locks between programs: on a folder that is changed, a dive that is merged, a recording that is written.
 
 They are advisory locks of the operating system on the file or folder itself: nothing is left behind, and they end with
-their process. On a disk without locks every program gets the lock.
+their process. Where the file system has no locks, locking always succeeds.
 """
 
 import contextlib
@@ -24,10 +24,10 @@ LOOK_EVERY_S: Final = 0.1
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
 
 
-def locked(file: int, *, alone: bool = True) -> bool:
-    """Try to lock an open file, `alone` or shared, without waiting; return whether the lock is held from now on."""
+def try_lock(file: int, *, exclusive: bool = True) -> bool:
+    """Lock an open file, `exclusive` or shared, without waiting; return whether the lock is held from now on."""
     try:
-        fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+        fcntl.flock(file, (fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     except OSError:  # this disk has no locks
@@ -36,13 +36,13 @@ def locked(file: int, *, alone: bool = True) -> bool:
 
 
 @contextlib.contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
+def folder_lock(folder: Path) -> Iterator[None]:
     """Context with the folder locked; without the lock if folders can't be locked or CHANGE_S have passed."""
     held = None
     with contextlib.suppress(OSError):
         held = os.open(folder, os.O_RDONLY)
         end_s = time.monotonic() + CHANGE_S
-        while not locked(held) and time.monotonic() < end_s:
+        while not try_lock(held) and time.monotonic() < end_s:
             time.sleep(RETRY_S)
     try:
         yield
@@ -51,7 +51,7 @@ def alone_in(folder: Path) -> Iterator[None]:
             os.close(held)
 
 
-class HeldTlog(TlogWriter):
+class LockedTlogWriter(TlogWriter):
     """A recording that is locked until it is closed, so that other programs see that it is still being written."""
 
     def __init__(self, path: Path) -> None:
@@ -76,10 +76,10 @@ class HeldTlog(TlogWriter):
         with contextlib.suppress(OSError):
             if self._lock < 0:
                 self._lock = os.open(self.path, os.O_RDWR | _NO_WAIT)
-            self._is_held = locked(self._lock)
+            self._is_held = try_lock(self._lock)
 
 
-def is_written(recording: Path) -> bool:
+def is_being_written(recording: Path) -> bool:
     """Whether a recorder is still writing this file."""
     try:
         if not recording.is_file():
@@ -88,13 +88,13 @@ def is_written(recording: Path) -> bool:
     except OSError:
         return False
     try:
-        return not locked(file, alone=False)
+        return not try_lock(file, exclusive=False)
     finally:
         os.close(file)
 
 
 @contextlib.contextmanager
-def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.sleep) -> Iterator[None]:
+def merge_lock(folder: Path, again: str, wait: Callable[[float], None] = time.sleep) -> Iterator[None]:
     """Context with the exclusive right to merge the recordings of a dive.
 
     Raises LogError if the folder can't be read, or if another merge still runs after MERGE_S; `again` ends its
@@ -106,10 +106,10 @@ def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.slee
         raise LogError(f"{folder}: can't be read ({error.strerror}); check its rights and {again}") from None
     try:
         looks = round(MERGE_S / LOOK_EVERY_S)
-        while not (had := locked(opened)) and looks > 0:
+        while not (held := try_lock(opened)) and looks > 0:
             looks -= 1
             wait(LOOK_EVERY_S)
-        if not had:
+        if not held:
             process = holder_of(folder)
             by = f"another merge or fetch{f' (process {process})' if process else ''}"
             raise LogError(f"{folder}: {by} puts recordings of it together; wait for its end and {again}")

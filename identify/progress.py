@@ -33,5 +33,5 @@ class Step:
 Steps = Callable[[Step], None]
 
 
-def unheard(_: Step) -> None:
+def ignore_step(_: Step) -> None:
     """Ignore a step."""

@@ -11,7 +11,7 @@ from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
 from bridge.onboard.file_server import FileServer, Segments
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
+from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
 from bridge.onboard.service import Bridge
 from bridge.sensors.samples import ImuSample
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
@@ -57,7 +57,7 @@ class Dive(QuietLink):
 
     def __init__(self, folder, seed=0, bounds=None, **faults):
         self.world, self.folder, self.boots = SimulatedClock(), folder, 0
-        self.bounds, self.rng, self.given = bounds or Bounds(1_000_000, 4000), random.Random(seed), faults
+        self.bounds, self.rng, self.given = bounds or RingSize(1_000_000, 4000), random.Random(seed), faults
         self.noise = np.random.default_rng(seed)
         self.sent, self.heard = [], []
         self.switch_on()
@@ -67,7 +67,7 @@ class Dive(QuietLink):
         self.boots += 1
         clock = Boot(self.world, 1_790_000_000.0 + self.world.now_s - 5.0 * self.boots)
         identity = 1000 + self.boots
-        self.ring = RingKeeper(RingFiles(self.folder, self.bounds, identity), identity, clock)
+        self.ring = RingKeeper(RingFiles(self.folder, self.bounds, identity), clock)
         _RINGS.append(self.ring)
         near, far = memory_pair()
         self.link = Lossy(far, self.rng, self.world, **self.given)
@@ -89,7 +89,7 @@ class Dive(QuietLink):
         now_s = self.bridge._clock.boot_s()
         self.bridge.accept("imu", (ImuSample(now_s, force, (0.1, -0.2, -0.3), (1.0, 0.0, 0.0, 0.0), 18.5),))
         self.bridge.step()
-        self.ring.work()
+        self.ring.write_waiting()
         data = b""
         while more := self.link.read(0.0):
             data += more

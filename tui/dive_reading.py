@@ -17,8 +17,9 @@ from bridge.files import read_small, whole
 from bridge.plain import from_json
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.wire.tlog import SUFFIXES
 from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, order, recordings, vehicle_named
-from gcs_plugin.locks import is_written
+from gcs_plugin.locks import is_being_written
 from identify.dive import Dive, Kind
 from identify.glance.excitation import excitation, spans
 from identify.glance.loss import Loss, loss_of
@@ -56,7 +57,7 @@ def row_of(
         glance = replace(glance, why_not=trouble)
     size = sum(size for _, size, _ in key["recordings"])
     underway = ""
-    if glance.error and not size and any(is_written(file) for file in recordings(folder)):
+    if glance.error and not size and any(is_being_written(file) for file in recordings(folder)):
         glance, underway = replace(glance, error=""), NOTHING_YET
     results = list(_results(folder))
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
@@ -126,7 +127,7 @@ def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
 
 def _loss(folder: Path) -> Loss | None:
     """Loss in the recordings; None if no sequence numbers are recorded."""
-    files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
+    files = [file for file in _recordings(folder) if file.name.endswith(SUFFIXES)]
     unread = [file for file in recordings(folder) if file not in files]
     return loss_of(files, str(folder), unread) if files else None
 

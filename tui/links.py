@@ -10,7 +10,7 @@ from bridge.errors import LinkError, LinkLost
 from bridge.exit_codes import UsageError
 from bridge.links.addresses import of_link
 from bridge.links.link import Link
-from bridge.links.reconnecting import Aside, Reconnecting, unheard
+from bridge.links.reconnecting import Aside, Reconnecting, ignore_loss
 from gcs_plugin.peers import KnownVehicle
 from gcs_plugin.recording import state
 from gcs_plugin.recording.hub import PLACES, farewell
@@ -160,7 +160,7 @@ def coming_back(
     spec: str | None,
     clock: Clock,
     open_by_name: Callable[[str], Link] | None = None,
-    lost: Callable[[str], None] = unheard,
+    lost: Callable[[str], None] = ignore_loss,
 ) -> Reconnecting:
     """`link`, as `link_for(spec, open_by_name)` returned it, replaced under the same name whenever it is lost.
 

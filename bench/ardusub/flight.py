@@ -17,7 +17,7 @@ from bridge.ardusub.mixing import Mixer
 from bridge.links.link import Link
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.ring import Bounds, ring_in
+from bridge.onboard.ring import RingSize, ring_in
 from bridge.onboard.service import Bridge
 from bridge.sensors.samples import DvlSample
 from bridge.simulator.json_plant import json_body
@@ -38,7 +38,7 @@ TURN_RAD_S: Final = math.radians(202.5)
 """Rate that a full stick asks for at a gain of 1 in ALT_HOLD: 45 degrees times ACRO_YAW_P."""
 CLIMB_M_S, DEAD = 5.0, 0.2
 """Likewise up and down, PILOT_SPEED_UP, beyond the share of the stick that is THR_DZ's."""
-RING: Final = Bounds(1 << 30, 1 << 30)
+RING: Final = RingSize(1 << 30, 1 << 30)
 
 
 SEA_KG_M3: Final = 1024.0
@@ -126,12 +126,12 @@ class Aboard:
             self._bridge.accept("dvl", (DvlSample(now_s, tuple(velocity), math.nan, 20.0),))
         if now_s >= self._disk_s:
             self._disk_s = now_s + DISK_S
-            self._ring.work()
+            self._ring.write_waiting()
         self._bridge.step()
 
     def recording(self) -> Path:
         """End the recording, and return it."""
-        self._ring.work()
+        self._ring.write_waiting()
         self._ring.close()
         (recording,) = self._folder.iterdir()
         return recording

@@ -26,7 +26,7 @@ from bridge.ardusub.law import (
     REFERENCE_RAD_S,
     STABILIZE,
 )
-from bridge.ardusub.mixing import FRAMES, LEAST_SHARE, Mixer
+from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS, Mixer
 from bridge.ardusub.settings import direction_name
 from bridge.ardusub.wiring import FIRST_MOTOR, OUTPUTS
 from bridge.errors import ConfigError
@@ -73,7 +73,7 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
             "keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
         )
     frame = values.get(FRAME, -1.0)
-    if frame not in FRAMES or len(FRAMES[int(frame)]) != thrusters:
+    if frame not in MOTOR_FACTORS or len(MOTOR_FACTORS[int(frame)]) != thrusters:
         return f"{FRAME} {frame:g} is not supported for a vehicle file of {thrusters} thrusters"
     for motor in range(1, thrusters + 1):
         for output in (motor, FIRST_OUTPUT + motor - 1):

@@ -1,9 +1,9 @@
 """The companion of an autopilot that runs ArduSub, as a part of the bridge: frames in, messages out, no I/O.
 
-The bridge beside it reads the sensors, holds the parameters and keeps the recording. All that goes to the autopilot
-comes from here, and nothing goes before it was heard. The pilot's sticks are sent on one for one, never by itself: a
-pilot who falls silent is silence to the autopilot too, and so is a ground whose heartbeat is gone. A flight alone is
-steered without them, within its own limits, until the pilot touches a stick.
+The bridge reads the sensors, holds the parameters and keeps the recording. The companion sends all that goes to the
+autopilot, and sends nothing until it has heard the autopilot. Each stick message of the pilot is forwarded once; none
+is invented: a pilot who falls silent is silence to the autopilot too, and so is a ground whose heartbeat is gone. Only
+a flight is steered without them, within its own limits, until the pilot touches a stick.
 """
 
 import math
@@ -49,7 +49,10 @@ _HEARTBEAT: Final = dialect.MAVLINK_MSG_ID_HEARTBEAT
 
 
 class Companion:
-    """`ground` is the pilot's address; `store` the file that remembers SYSID_MYGCS while the companion holds it."""
+    """Bridge-side partner of an ArduSub autopilot: adds the feed-forward to the pilot's sticks, or steers a flight.
+
+    `ground` is the pilot's address; `store` the file that remembers SYSID_MYGCS while the companion holds it.
+    """
 
     def __init__(
         self,
@@ -74,7 +77,7 @@ class Companion:
         self.flights = Flights(vehicle.configurations[configuration])
         self._has_pressure = vehicle.sensors.depth is not None
         self._left_behind_s = math.inf
-        self._due_s = -math.inf
+        self._next_tick_s = -math.inf
         self._deltas = VisionDeltas()
         self._ground_s = self._sticks_s = -math.inf
         self._pilots: dict[int, float] = {}
@@ -97,7 +100,8 @@ class Companion:
         return self.heard.link
 
     def beats(self, now_s: float) -> bool:
-        """Whether to send a HEARTBEAT: while it holds the sticks, the autopilot takes it for the ground's own."""
+        """Whether to send a HEARTBEAT: always while the companion holds the sticks or flies, else only while the ground
+        beats."""
         heard = now_s - self._ground_s <= GROUND_WITHIN_S
         return not self.handover.forwards or self.steering.active or heard
 
@@ -120,22 +124,23 @@ class Companion:
         self.steering.arm(wanted)
         return True
 
-    def in_hand(self, now_s: float) -> bool:
-        """Whether the thrusters obey the companion's sticks alone; where they do no more, the crew gets the reason."""
+    def control_doubt(self, now_s: float) -> str:
+        """Why the thrusters may obey other sticks than the companion's, "" if they obey those alone."""
         doubt = "" if self.heard.is_there(now_s) else "the autopilot is silent"
         doubt = doubt or ("" if self.handover.holder is Holder.HELD else "the sticks are not held")
         doubt = doubt or ("" if self.heard.mode == MANUAL else f"flight mode {self.heard.mode}")
-        doubt = doubt or self.heard.sticks_doubt(now_s)
-        steers = self.flights.flight.state not in (State.IDLE, State.COUNTDOWN)
-        if doubt and steers:
-            self._texts.append(f"out of hand: {doubt}")
-        return not doubt
+        return doubt or self.heard.sticks_doubt(now_s)
 
-    def is_due(self, now_s: float) -> bool:
-        """Whether a tick of a flight is due; it counts from then on."""
-        if now_s < self._due_s:
+    def tell_lost_sticks(self, doubt: str) -> None:
+        """Queue a text for the crew on a doubt about the control, if a flight steers."""
+        if doubt and self.flights.flight.state not in (State.IDLE, State.COUNTDOWN):
+            self._texts.append(f"lost the sticks: {doubt}")
+
+    def take_tick(self, now_s: float) -> bool:
+        """Begin a tick of a flight if one is due; return whether it was."""
+        if now_s < self._next_tick_s:
             return False
-        self._due_s = now_s + TICK_S
+        self._next_tick_s = now_s + TICK_S
         return True
 
     def steer(self, now_s: float, reference: Reference | None, navigation: Navigation) -> list[Any]:

@@ -18,7 +18,7 @@ from bridge.vehicle.thrusters import NEUTRAL_US, Array, Curve, Pulses, allocatio
 SPAN_US: Final = 400.0
 _FORE: Final = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1))
 _VERTICAL: Final = (0, 0, 0)
-FRAMES: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
+MOTOR_FACTORS: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
     1: (*_FORE, *(_VERTICAL,) * 2),
     2: (*_FORE, *(_VERTICAL,) * 4),
 }
@@ -36,8 +36,7 @@ class Mixer:
     """The horizontal part of a frame, with the thrusters of a vehicle file in the frame's order.
 
     `directions` are the MOT_n_DIRECTION, `motors` the motor, from 1, of each output if that is not the one of its own
-    number. Raises ConfigError if the vehicle file's thrusters push otherwise than the
-    frame takes them to.
+    number. Raises ConfigError if the vehicle file's thrusters push otherwise than the frame takes them to.
     """
 
     def __init__(
@@ -50,7 +49,7 @@ class Mixer:
     ) -> None:
         driven = [motor - 1 for motor in motors] or list(range(len(directions)))
         turned = np.array(directions)[driven]
-        factors = np.array(FRAMES[frame], dtype=float)[driven] * turned[:, None]
+        factors = np.array(MOTOR_FACTORS[frame], dtype=float)[driven] * turned[:, None]
         self._driven = np.abs(factors).sum(axis=1) > 0
         self._factors = factors[self._driven]
         self._curve = curve
@@ -96,8 +95,8 @@ class Mixer:
     def inputs(self, wrench: Array) -> Array:
         """Inputs (3,) that give a wrench (3,) within the mixer's reach.
 
-        The mixer has no say over the fourth combination of its four thrusters, and a thruster pushes harder ahead
-        than astern; the loss is asked for in addition.
+        Four thrusters, three inputs: one combination can't be reached, and reverse thrust is weaker. Iterates to make
+        up for both.
         """
         aim, most = wrench, MOST_MENDED * float(np.abs(wrench).max())
         best, least = np.zeros(3), float("inf")

@@ -11,7 +11,7 @@ from typing import Any, Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.frames import FRAME
-from bridge.ardusub.mixing import FRAMES
+from bridge.ardusub.mixing import MOTOR_FACTORS
 
 AGAIN_S: Final = 0.6
 UNKNOWN_AFTER: Final = 5
@@ -89,9 +89,9 @@ class Settings(Questions):
         """Why the companion may not hold the sticks, and the way out; "" if it may."""
         if not self.complete:
             return "the autopilot's parameters are not read yet"
-        if self.values[FRAME] not in FRAMES:
+        if self.values[FRAME] not in MOTOR_FACTORS:
             return f"{FRAME} {self.values[FRAME]:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
-        if self._thrusters != len(FRAMES[int(self.values[FRAME])]):
+        if self._thrusters != len(MOTOR_FACTORS[int(self.values[FRAME])]):
             return f"{FRAME} {self.values[FRAME]:g} has not {self._thrusters} thrusters: name that vehicle's own file"
         for name in (FAILSAFE, PILOT_FAILSAFE):
             # NaN too: without a fail-safe a dead companion would leave the last sticks in force.

@@ -34,8 +34,11 @@ _ENABLE: Final = float(dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
 
 
 class Steering:
-    """`active` from the countdown until the vehicle is the pilot's again, or disarmed; `flying` while it sends sticks
-    for the pilot's."""
+    """Sticks, modes and arming of a flight, tick by tick.
+
+    `active` from the countdown until the vehicle is the pilot's again, or disarmed; `flying` while it sends sticks for
+    the pilot's.
+    """
 
     def __init__(self, system: int) -> None:
         self._system = system

@@ -22,8 +22,11 @@ OUTPUTS: Final = 16
 
 @dataclass(frozen=True)
 class Wiring:
-    """`frame` by name; `motors` the motor, from 1, of each output from the first on; `reversed` the motors that
-    MOT_k_DIRECTION turns round."""
+    """How an autopilot's outputs drive its motors.
+
+    `frame` by name; `motors` the motor, from 1, of each output from the first on; `reversed` the motors that
+    MOT_k_DIRECTION turns round.
+    """
 
     frame: str
     motors: tuple[int, ...]

@@ -15,8 +15,8 @@ class Link(ABC):
     """A two-way carrier of bytes, read by one reader only.
 
     `name` is as a person writes it: `serial:/dev/ttyUSB0:115200`, `udpin:127.0.0.1:14550`. `fault` says why a link
-    that reconnects by itself is away, "" while it works. `dropped` counts the writes that were lost on this computer.
-    `buffer` is the receive buffer of a socket of datagrams.
+    that reconnects by itself is away, "" while it works. `dropped` counts the writes that this link lost on this
+    computer, without those lost by a link inside it. `buffer` is the receive buffer of a socket of datagrams.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Link(ABC):
 
 
 class Wrapper(Link):
-    """A link around another, which knows the peers and the buffer and closes the port."""
+    """A link around another; peers, buffer and port stay with the inner link."""
 
     def __init__(self, link: Link) -> None:
         self.name, self.buffer = link.name, link.buffer

@@ -18,7 +18,7 @@ def next_retry_s(retry_s: float) -> float:
     return min(2 * retry_s, SLOWEST_RETRY_S)
 
 
-def unheard(_: str) -> None:
+def ignore_loss(_: str) -> None:
     """Ignore a loss: the listener if none was given."""
 
 
@@ -26,9 +26,8 @@ class Reconnecting(Link):
     """Opens its link by `factory`, again and again with back-off; reads and writes raise no LinkError.
 
     `fault` is the sentence of the last failure while the link is away, "" while it works, and `reason` the same without
-    the link's name. Data written meanwhile is
-    lost, and each such write is counted in `dropped`. `lost` is called with the reason when a working link
-    is lost, once for each sentence.
+    the link's name. Data written meanwhile is lost, and each such write is counted in `dropped`. `lost` is called with
+    the reason when a working link is lost, once for each sentence.
     """
 
     def __init__(
@@ -36,7 +35,7 @@ class Reconnecting(Link):
         factory: Callable[[], Link],
         clock: Clock,
         name: str = "link",
-        lost: Callable[[str], None] = unheard,
+        lost: Callable[[str], None] = ignore_loss,
     ) -> None:
         self.name = name
         self.reason = ""

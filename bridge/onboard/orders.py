@@ -1,6 +1,6 @@
 """Orders and questions of the ground, other than on parameters: arming, motor tests, TIMESYNC, file transfers.
 
-Orders are taken from one address only, and no faster than a `Pace` allows; any other request is refused.
+Orders are taken from one address only, and no faster than a `RateLimit` allows; any other request is refused.
 """
 
 import math
@@ -34,7 +34,7 @@ class Ground:
 REPORT_EVERY_S: Final = 10.0
 
 
-class Pace:
+class RateLimit:
     """Allows `burst` actions at once, and `rate_hz` a second in the long run."""
 
     def __init__(self, rate_hz: float, burst: int, now_s: float) -> None:

@@ -209,7 +209,7 @@ def run(arguments: argparse.Namespace) -> int:
         known.update(faults)
 
     if ring is not None:
-        ring.begin()
+        ring.start()
     try:
         command_line.until_stopped(work, clock, arguments.seconds, each)
     finally:
@@ -247,7 +247,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
 
     Raises UsageError for an unusable folder or sizes.
     """
-    from bridge.onboard.ring import Bounds, ring_in
+    from bridge.onboard.ring import RingSize, ring_in
 
     if arguments.ring is None:
         return None
@@ -262,7 +262,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
             f"--segment-mb {arguments.segment_mb}: MAVLink FTP reaches no more than {MOST_SEGMENT_MB} MB into a file; "
             "make the files smaller"
         )
-    bounds = Bounds(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)
+    bounds = RingSize(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)
     return ring_in(Path(arguments.ring), bounds, clock)
 
 

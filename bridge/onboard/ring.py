@@ -22,7 +22,7 @@ from bridge.wire.whole import Segment, following, segments_in
 
 
 @dataclass(frozen=True)
-class Bounds:
+class RingSize:
     """Size limits of a ring and of each of its segments, in bytes."""
 
     total: int
@@ -36,8 +36,8 @@ class RingFiles:
     segments are left alone.
     """
 
-    def __init__(self, folder: Path, bounds: Bounds, identity: int) -> None:
-        self._folder, self._bounds, self._identity = folder, bounds, identity
+    def __init__(self, folder: Path, bounds: RingSize, identity: int) -> None:
+        self._folder, self._bounds, self.identity = folder, bounds, identity
         self._boot = 0
         self._number = 0
         self._size = 0
@@ -93,7 +93,7 @@ class RingFiles:
         except OSError as error:
             raise LogError(f"{self._folder}: the ring can't be kept there ({error.strerror})") from None
         self._number += 1
-        segment = Segment(self._boot, self._identity, self._number, boot_ms)
+        segment = Segment(self._boot, self.identity, self._number, boot_ms)
         return TlogWriter(self._folder / segment.name)
 
     def _make_room(self, present: list[tuple[Segment, int]]) -> None:
@@ -114,31 +114,30 @@ ENDING_S: Final = 3.0
 IDENTITY_BITS: Final = 31  # a positive int32 on the wire
 
 
-def ring_in(folder: Path, bounds: Bounds, clock: Clock) -> "RingKeeper":
-    """Return the ring of this boot in a folder, not yet begun; a random number tells the boot from all others."""
-    identity = secrets.randbits(IDENTITY_BITS) or 1
-    return RingKeeper(RingFiles(folder, bounds, identity), identity, clock)
+def ring_in(folder: Path, bounds: RingSize, clock: Clock) -> "RingKeeper":
+    """Return the ring of this boot in a folder, not yet started; a random number tells the boot from all others."""
+    return RingKeeper(RingFiles(folder, bounds, secrets.randbits(IDENTITY_BITS) or 1), clock)
 
 
 class RingKeeper:
-    """Keeps the frames of one boot, known by `identity`. `put` and `take_texts` never wait for the disk.
+    """Keeps the frames of the boot that `files` are of. `put` and `take_texts` never wait for the disk.
 
-    `begin` starts the thread that writes. Without it, as in lock-step, call `work` instead.
+    `start` starts the thread that writes. Without it, as in lock-step, call `write_waiting` instead.
     """
 
-    def __init__(self, files: RingFiles, identity: int, clock: Clock) -> None:
-        self.identity = identity
+    def __init__(self, files: RingFiles, clock: Clock) -> None:
+        self.identity = files.identity
         self._files, self._clock = files, clock
         self._waiting: deque[tuple[int, int, bytes]] = deque()
         self._waiting_bytes = 0
         self._lost = 0
-        self._failed, self._tell_s = False, 0.0
+        self._failed, self._next_text_s = False, 0.0
         self._texts: list[str] = []
         self._lock, self._wake, self._stop = Lock(), Event(), Event()
-        self._retry_s = self._sync_s = clock.boot_s()
+        self._next_try_s = self._next_sync_s = clock.boot_s()
         self._thread: Thread | None = None
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Start a thread that writes from now on."""
         self._thread = Thread(target=self._run, name="ring", daemon=True)
         self._thread.start()
@@ -163,15 +162,15 @@ class RingKeeper:
             texts, self._texts = self._texts, []
         return texts
 
-    def work(self) -> None:
+    def write_waiting(self) -> None:
         """Write the waiting frames as far as possible now, and sync them to the disk twice a second."""
         now_s = self._clock.boot_s()
-        if now_s < self._retry_s:
+        if now_s < self._next_try_s:
             return
         try:
             self._write()
-            if now_s >= self._sync_s:
-                self._sync_s = now_s + SYNC_EVERY_S
+            if now_s >= self._next_sync_s:
+                self._next_sync_s = now_s + SYNC_EVERY_S
                 self._files.sync()
         except TakenAway as taken:
             fate = "deleted" if taken.place is None else "moved away"
@@ -192,12 +191,12 @@ class RingKeeper:
         while not self._stop.is_set():
             self._wake.wait(SYNC_EVERY_S)
             self._wake.clear()
-            self.work()
+            self.write_waiting()
         self._end()
 
     def _end(self) -> None:
-        self._retry_s = self._sync_s = self._clock.boot_s()
-        self.work()
+        self._next_try_s = self._next_sync_s = self._clock.boot_s()
+        self.write_waiting()
         self._files.close()
 
     def _write(self) -> None:
@@ -217,9 +216,9 @@ class RingKeeper:
             self._recover()
 
     def _fail(self, fault: str, now_s: float) -> None:
-        self._retry_s = now_s + RETRY_S
-        if not self._failed or now_s >= self._tell_s:
-            self._failed, self._tell_s = True, now_s + TELL_AGAIN_S
+        self._next_try_s = now_s + RETRY_S
+        if not self._failed or now_s >= self._next_text_s:
+            self._failed, self._next_text_s = True, now_s + TELL_AGAIN_S
             self._say(f"ring: not written, {fault}")
 
     def _say(self, text: str) -> None:

@@ -22,7 +22,7 @@ from bridge.onboard.flights import HEARD, Flights
 from bridge.onboard.orders import (
     Ground,
     MotorTests,
-    Pace,
+    RateLimit,
     acknowledged,
     answer_command,
     answer_file_transfer,
@@ -137,9 +137,9 @@ class Bridge:
         self._text_number = 0
         self._strangers: dict[str, float] = {}
         self._stranger_due_s = clock.boot_s()
-        self._writes = Pace(WRITES_HZ, MOST_WRITES, clock.boot_s())
-        self._denials = Pace(DENIALS_HZ, MOST_DENIALS, clock.boot_s())
-        self._stores = Pace(STORES_HZ, MOST_STORES, clock.boot_s())
+        self._writes = RateLimit(WRITES_HZ, MOST_WRITES, clock.boot_s())
+        self._denials = RateLimit(DENIALS_HZ, MOST_DENIALS, clock.boot_s())
+        self._stores = RateLimit(STORES_HZ, MOST_STORES, clock.boot_s())
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
         for slot, device in self._devices.items():
             parser = make_parser(device, thrusters)
@@ -218,8 +218,11 @@ class Bridge:
         """Return the reference of a flight's tick, None while none steers; disarm at its end. Needs `flights`."""
         assert self.flights is not None
         now_s, flight = self._clock.boot_s(), self.flights.flight
-        in_hand = self._companion is None or self._companion.in_hand(now_s)
-        reference = self.flights.step(self.navigation, armed=self.armed, now_s=now_s, in_hand=in_hand)
+        doubt = ""
+        if self._companion is not None:
+            doubt = self._companion.control_doubt(now_s)
+            self._companion.tell_lost_sticks(doubt)
+        reference = self.flights.step(self.navigation, armed=self.armed, now_s=now_s, in_hand=not doubt)
         if flight.disarms:
             flight.disarms = False
             self.arm(False)
@@ -369,7 +372,7 @@ class Bridge:
                 self._navigator.take_imu(sample)
             else:
                 self._navigator.take_pressure(sample)
-        if companion.is_due(now_s):
+        if companion.take_tick(now_s):
             self._to_autopilot(companion.steer(now_s, self.fly(), self.navigation))
         for actuation in companion.take_actuations():
             for reading in telemetry.actuation_readings(actuation):

@@ -65,7 +65,7 @@ class Kvh1760Parser:
         self._rate_hz = rate_hz
         self._latency_s = latency_s
         self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
-        self._stream = Frames(_STARTS, self._size, _is_sound)
+        self._stream = Frames(_STARTS, self._size, _checksum_ok)
         self._sequence: int | None = None
         self._frames = 0
 
@@ -102,5 +102,5 @@ class Kvh1760Parser:
         self._sequence = sequence
 
 
-def _is_sound(frame: bytes) -> bool:
+def _checksum_ok(frame: bytes) -> bool:
     return bool(crc32.mpeg_2(frame[:-4]) == int.from_bytes(frame[-4:], "big"))

@@ -94,10 +94,9 @@ Sample = ImuSample | FogBlock | DvlSample | PressureSample | EscSample | GnssSam
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What came at `time_s` from the device in a slot of the vehicle file.
+    """What the device in a slot of the vehicle file delivered at `time_s`.
 
-    Bytes, the last of which arrived then; a sample of a device that is polled; or the fault that prevents both ("": it
-    works again).
+    Bytes, the last of which arrived then; a sample, if the device is polled; or a fault ("" once it works again).
     """
 
     slot: str

@@ -79,7 +79,7 @@ class UbloxParser:
 
     def __init__(self, latency_s: float = 0.0) -> None:
         self._latency_s = latency_s
-        self._stream = Frames(_START, self._size, _is_sound)
+        self._stream = Frames(_START, self._size, _checksum_ok)
         self._sentences: dict[bytes, Any] = {}
         self._epoch = b""
         self._pvt_s = -math.inf
@@ -185,7 +185,7 @@ def _scaled(value: float, by: float) -> int:
     return round(value * by) if math.isfinite(value) else 0
 
 
-def _is_sound(message: bytes) -> bool:
+def _checksum_ok(message: bytes) -> bool:
     if message.startswith(_UBX_START):
         return _fletcher(message[2:-2]) == message[-2:]
     body, _, given = message[1:].rstrip(b"\r\n").rpartition(b"*")

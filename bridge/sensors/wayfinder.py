@@ -35,7 +35,7 @@ _COMMAND, _DATA = 3, 5
 _MAX_PACKET = 4096  # far above every known packet; limits the bytes that a false length can hold back
 _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
-_SOUND_M_S = 1500.0
+_SPEED_OF_SOUND_M_S = 1500.0
 
 # id, version, size; type, subtype, firmware; date; ms; coordinates; velocity, error; ranges, mean, speed of
 # sound; status, BIT count, BIT code; voltages, current; serial number, reserved, checksum
@@ -68,7 +68,10 @@ def encode_wayfinder(
     coordinates: int = INSTRUMENT,
     structure_version: int = 0x11,
 ) -> bytes:
-    """Encode a data packet as the device writes it; NaN marks invalid values."""
+    """Encode a data packet as the device writes it; NaN marks invalid values.
+
+    velocity in m/s, instrument axes; ranges and altitude in m; `when` in UTC.
+    """
     structure = bytearray(
         _DATA_LAYOUT.pack(
             0xAA, structure_version, _DATA_LAYOUT.size,
@@ -76,7 +79,7 @@ def encode_wayfinder(
             when.year - 2000, when.month, when.day, when.hour, when.minute, when.second,
             when.microsecond // 1000,
             coordinates, *velocity, error_velocity,
-            *ranges, altitude_m, _SOUND_M_S,
+            *ranges, altitude_m, _SPEED_OF_SOUND_M_S,
             0, 0, 0,
             24.0, 23.5, 0.25,
             b"001234" if structure_version >= 0x11 else bytes(6),
@@ -94,7 +97,7 @@ class WayfinderParser:
 
     def __init__(self, latency_s: float = 0.0) -> None:
         self._latency_s = latency_s
-        self._stream = Frames(_STARTS, self._size, _is_sound)
+        self._stream = Frames(_STARTS, self._size, _checksum_ok)
 
     def feed(self, data: bytes, time_s: float) -> list[Sample]:
         """Return the samples of the packets that `data` completes."""
@@ -121,7 +124,7 @@ class WayfinderParser:
     def _data(self, structure: bytes, time_s: float) -> DvlSample | None:
         if len(structure) < _OLD_DATA_SIZE or int.from_bytes(structure[2:6], "little") != len(structure):
             return None
-        if not _is_sound(structure) or structure[1] not in _DATA_VERSIONS:
+        if not _checksum_ok(structure) or structure[1] not in _DATA_VERSIONS:
             return None
         coordinates, *values = _VELOCITY_AND_RANGES.unpack_from(structure, _COORDINATES_AT)
         if coordinates != INSTRUMENT:
@@ -137,5 +140,5 @@ class WayfinderParser:
         )
 
 
-def _is_sound(data: bytes) -> bool:
+def _checksum_ok(data: bytes) -> bool:
     return sum(data[:-2]) & 0xFFFF == int.from_bytes(data[-2:], "little")

@@ -161,7 +161,7 @@ class XsensParser:
     def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
         self._latency_s = latency_s
         self._clock = clock
-        self._stream = Frames(_STARTS, self._size, _is_sound)
+        self._stream = Frames(_STARTS, self._size, _checksum_ok)
         self._layouts: dict[int, Layout] = {}
         self._ticks = 0
 
@@ -226,5 +226,5 @@ class XsensParser:
         return w, x, y, z
 
 
-def _is_sound(frame: bytes) -> bool:
+def _checksum_ok(frame: bytes) -> bool:
     return not sum(frame[1:]) & 0xFF

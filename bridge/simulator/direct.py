@@ -98,8 +98,7 @@ def simulate_truth(
 
     `parameters` are the feed-forward's coefficients (without any, it stays at zero). `noise` defaults to the level of
     the real sensors, `truth` to the truth file next to the vehicle file, `gains` to the file of gain tables that comes
-    with the controller. The velocity is renewed every
-    `velocity_ticks` ticks.
+    with the controller. The velocity is renewed every `velocity_ticks` ticks.
     """
     noise = noise or Noise()
     rng = np.random.default_rng(seed)

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.simulator.onset import EAST, NORTH, OF_THE_SEA, PERIOD
-from bridge.vehicle.coefficients import ASTERN, BY_NAME, DAMPINGS, LEAST, MASSES, QUADRATIC, START
+from bridge.vehicle.coefficients import ASTERN, BY_NAME, DAMPINGS, LEAST, MASSES, QUADRATIC_NAMES, START
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.references import Six
 
 DISTURBANCE_N_PER_KG = 0.35 / 72.0
 DELAY = "delay"
 """Dead time between a command and its thrust beyond the vehicle file's, s."""
-PLANTED = (*QUADRATIC, ASTERN, START, LEAST, DELAY)
+PLANTED = (*QUADRATIC_NAMES, ASTERN, START, LEAST, DELAY)
 GAIN = re.compile(r"T\d+_gain")
 
 
@@ -70,7 +70,7 @@ class Truth:
     @property
     def quadratic(self) -> Six:
         """Quadratic drag, N s2/m2 and N m s2/rad2."""
-        a, b, c, d, e, f = (self.effects.get(name, 0.0) for name in QUADRATIC)
+        a, b, c, d, e, f = (self.effects.get(name, 0.0) for name in QUADRATIC_NAMES)
         return a, b, c, d, e, f
 
     def later(self) -> "Truth":

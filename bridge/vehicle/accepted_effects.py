@@ -38,8 +38,9 @@ ITERATIONS = 12
 
 @dataclass(frozen=True)
 class Losses:
-    """gain (n,): thrust of each thruster relative to its curve; astern: a common factor for all that push astern.
+    """The thrusters' losses against their curves.
 
+    gain (n,): thrust of each thruster relative to its curve; astern: a common factor for all that push astern.
     start_n: thrust asked before any thrust begins. least_n: a smaller demand gives nothing, a larger one all of it.
     resistance_ohm: of supply and cables.
     """

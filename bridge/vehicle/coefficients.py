@@ -100,7 +100,7 @@ MOST_VOLTAGE_SHARE = 2.0
 MOST_RESISTANCE_OHM = 1.0
 MOST_OFFSET_M = 1.0
 STALL_M_S, STALL_RAD_S, STALL_ARM_M = 0.2, 0.1, 1.0
-"""A force is too large if all thrusters together couldn't hold this speed against it, each on an arm of this length."""
+"""Bounds drag so that full thrust still reaches this speed; moments use this lever arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,7 @@ class EffectCoefficient:
         return fault_of(self.name, value, self.low, self.high)
 
 
-QUADRATIC = tuple(coefficient.name for coefficient in QUADRATICS)
+QUADRATIC_NAMES = tuple(coefficient.name for coefficient in QUADRATICS)
 ASTERN, START, LEAST, VOLTAGE, VOLTAGE_SHARE, RESISTANCE = (
     "T_astern", "T_start", "T_least", "T_volt", "T_vshare", "T_ohm",
 )  # fmt: skip

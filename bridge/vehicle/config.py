@@ -3,7 +3,7 @@
 import difflib
 import hashlib
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
 
@@ -245,7 +245,7 @@ class Sensors:
     gnss: Device | None = None
 
     def present(self) -> dict[str, Device]:
-        slots = ("dvl", "imu", "fog", "depth", "esc", "gnss")
+        slots = (slot.name for slot in fields(self))
         return {name: device for name in slots if (device := getattr(self, name)) is not None}
 
 

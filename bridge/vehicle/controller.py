@@ -26,7 +26,7 @@ class Gains:
 
 
 @dataclass(frozen=True)
-class Fed:
+class FeedForwardSettings:
     """Settings while the feed-forward is applied: the thrust below which its thrusters stay in the dead zone, and the
     factor on the PID gains of surge and sway."""
 
@@ -40,9 +40,14 @@ class Fed:
 
 @dataclass(frozen=True)
 class GainTable:
-    """A table of configs/gains.yaml, as that file explains it.
+    """A table of configs/gains.yaml.
 
-    No integral grows beyond `integral_share` of the reach.
+    - speeds_m_s: horizontal speeds of the reference, rising, to which the values of each gain belong.
+    - surge to yaw: gains by degree of freedom; surge and sway act on velocity (1/s, 1/s2), heave on depth, roll, pitch
+      and yaw on angles (1/s2, 1/s3, 1/s).
+    - straight_below_n: thrust, N, below which the pulses run straight to neutral, and so into the thruster's dead zone.
+    - integral_share: share of the vehicle's reach beyond which no integral grows.
+    - fed: what differs while the feed-forward is applied.
     """
 
     speeds_m_s: tuple[float, ...]
@@ -54,7 +59,7 @@ class GainTable:
     yaw: Gains
     straight_below_n: float = 0.0
     integral_share: float = 0.5
-    fed: Fed = field(default_factory=Fed)
+    fed: FeedForwardSettings = field(default_factory=FeedForwardSettings)
 
     def __post_init__(self) -> None:
         if not self.speeds_m_s or list(self.speeds_m_s) != sorted(set(self.speeds_m_s)):

@@ -20,9 +20,9 @@ Velocity = tuple[float, float, float, float]
 DEPTH_M = 0.6
 STILL: Velocity = (0.0, 0.0, 0.0, 0.0)
 MIRRORED = (
-    *("surge_m_s", "sway_m_s", "heave_m_s", "yaw_rad_s"),
-    *("push_surge_n", "push_sway_n", "push_heave_n", "push_yaw_nm"),
-)
+    "surge_m_s", "sway_m_s", "heave_m_s", "yaw_rad_s",
+    "push_surge_n", "push_sway_n", "push_heave_n", "push_yaw_nm",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,14 @@ class Leg:
         """The pushes in the form of `Reference.push`."""
         return self.push_surge_n, self.push_sway_n, self.push_heave_n, None, None, self.push_yaw_nm
 
-    def each(self) -> list["Leg"]:
+    def expanded(self) -> list["Leg"]:
         """The legs that it stands for, one after the other."""
         ahead = replace(self, alternate=1)
         wanted = {name: getattr(self, name) for name in MIRRORED}
         back = replace(ahead, **{name: -value for name, value in wanted.items() if value is not None})
         return [back if number % 2 else ahead for number in range(self.alternate)]
 
-    def line(self) -> str:
+    def yaml_line(self) -> str:
         """The leg as a line of a mission file, without the fields at their defaults."""
         values = ((key.name, getattr(self, key.name), key.default) for key in fields(self))
         given = {name: value for name, value, default in values if value != default}
@@ -82,7 +82,7 @@ class Leg:
 class Mission:
     """Legs in order, starting from rest at a heading and depth. A pure function of time.
 
-    `legs` are as a mission file lists them; an instance has each alternation of theirs, and a name for each.
+    `legs`: on construction, alternating legs are expanded and unnamed ones numbered.
     """
 
     name: str
@@ -96,7 +96,7 @@ class Mission:
         named = (
             leg if leg.name else replace(leg, name=f"leg {number}") for number, leg in enumerate(self.legs, 1)
         )
-        object.__setattr__(self, "legs", tuple(each for leg in named for each in leg.each()))
+        object.__setattr__(self, "legs", tuple(each for leg in named for each in leg.expanded()))
         if not self.legs:
             raise ValueError("legs: a mission needs at least one")
         starts = (0.0, *accumulate(leg.duration_s for leg in self.legs))
@@ -113,9 +113,6 @@ class Mission:
     @property
     def duration_s(self) -> float:
         return self._starts[-1]
-
-    def leg_at(self, time_s: float) -> Leg:
-        return self.legs[self._index(time_s)]
 
     def reference(self, time_s: float) -> Reference:
         """Return the reference at a time; before and after the mission, the reference at its start or end."""

@@ -31,7 +31,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Silence:
-    """`seconds` of a sender's time that were not heard. `begins_s`: recording time at which it was last heard."""
+    """A span of a sender's time that was not heard: its length, and the recording time at which it was last heard."""
 
     begins_s: float
     seconds: float

@@ -35,6 +35,8 @@ T = TypeVar("T")
 
 STAMP_BYTES: Final = 8
 GZIP: Final = b"\x1f\x8b"
+SUFFIXES: Final = (".tlog", ".tlog.gz")
+"""Endings of a recording's name."""
 LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
 OUTLIER_US: Final = 100_000
 UNFOLD_BYTES: Final = 1024  # small, because zlib discards all output of the piece that ends in damage

@@ -29,10 +29,10 @@ from bridge.files import read_small, whole
 from bridge.plain import from_json
 from bridge.vehicle.config import CONFIGS, VehicleFile
 from bridge.wire.framing import MAGIC_1, MAGIC_2
-from bridge.wire.tlog import LATEST_US, next_record
+from bridge.wire.tlog import LATEST_US, SUFFIXES, next_record
 from bridge.wire.whole import WHOLE, standing_for
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
-from gcs_plugin.locks import HeldTlog, alone_in
+from gcs_plugin.locks import LockedTlogWriter, folder_lock
 
 ABOUT: Final = "dive.yaml"
 MINUTE_S: Final = 60.0
@@ -91,7 +91,7 @@ class DiveFolder:
 
     def change(self, by: Callable[[About], About]) -> None:
         """Read `dive.yaml`, change it by `by`, and write it, under the lock of the folder."""
-        with alone_in(self.path):
+        with folder_lock(self.path):
             self.describe(by(self.about()))
 
     def add_event(self, unix_s: float, text: str) -> None:
@@ -127,7 +127,7 @@ class DiveFolder:
         present = next((path for path in (self.path, *self.path.parents) if path.exists()), self.path)
         return shutil.disk_usage(present).free
 
-    def open_telemetry(self, number: int, about: About | None = None) -> HeldTlog:
+    def open_telemetry(self, number: int, about: About | None = None) -> LockedTlogWriter:
         """Open a new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError.
 
         With `about`, a missing `dive.yaml` is written anew, and so is the folder if it was removed meanwhile.
@@ -139,7 +139,7 @@ class DiveFolder:
                 raise LogError(f"{self.path}: can't be made anew ({error.strerror}); make it") from None
             self.describe(about)
         name = "telemetry.tlog" if number == 1 else f"telemetry.{number}.tlog"
-        return HeldTlog(self.path / name)
+        return LockedTlogWriter(self.path / name)
 
 
 def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:
@@ -257,7 +257,6 @@ def conditions_of(dive: Path) -> Conditions:
 
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
-_HEARD: Final = (".tlog", ".tlog.gz")
 MADE_ELSEWHERE: Final = (
     ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".mcap", ".db3",
 )  # fmt: skip
@@ -276,7 +275,7 @@ def recordings(folder: Path) -> list[Path]:
         names = [name for name in sorted(os.listdir(folder)) if name.startswith("telemetry")]
     except OSError:
         return []
-    heard = [name for name in names if name.endswith(_HEARD)]
+    heard = [name for name in names if name.endswith(SUFFIXES)]
     imported = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(MADE_ELSEWHERE)]
     return [folder / name for name in heard or imported]
 
@@ -325,7 +324,7 @@ def number(recording: Path) -> int:
 def first_stamp_s(file: Path) -> float | None:
     """Stamp of the first frame of a recording, Unix s; None if it has no frame or no valid stamp, or can't be read."""
     try:
-        if not file.name.endswith(_HEARD) or not stat.S_ISREG(file.stat().st_mode):
+        if not file.name.endswith(SUFFIXES) or not stat.S_ISREG(file.stat().st_mode):
             return None
         with gzip.open(file) if file.name.endswith(".gz") else file.open("rb") as opened:
             head = opened.read(_STAMP.size + 1)

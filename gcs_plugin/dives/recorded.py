@@ -10,7 +10,7 @@ from bridge.errors import LogError
 from bridge.wire.silences import way_to_mend
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, new_folder
-from gcs_plugin.recording.recorder import Count, Recorder
+from gcs_plugin.recording.recorder import DiveCounts, Recorder
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class RecordedDive:
     """A dive that is over; `folder` is None if nothing was heard in it, and no folder is kept."""
 
     folder: Path | None
-    count: Count
+    count: DiveCounts
 
     @property
     def words(self) -> str:
@@ -67,7 +67,7 @@ class RecordedDives:
         """
         following = self._new(len(self.finished) + 2)
 
-        def change(count: Count) -> None:
+        def change(count: DiveCounts) -> None:
             before = self.end(count)
             self.folder = following
             begun(before)
@@ -78,7 +78,7 @@ class RecordedDives:
             following.discard()
             raise
 
-    def end(self, count: Count) -> RecordedDive:
+    def end(self, count: DiveCounts) -> RecordedDive:
         """End the present dive; if nothing was heard in it, discard its folder."""
         if not count.heard:
             self.folder.discard()

@@ -18,7 +18,7 @@ from bridge.wire.whole import WHOLE, lacked
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.fetch.whole import Whole, made_whole, write_records
-from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_written
+from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_being_written
 from gcs_plugin.recording.state import Holding, held, held_second, hung
 
 MARGIN_MS: Final = 10_000
@@ -113,7 +113,7 @@ def refuse_recorded(folder: DiveFolder, now_unix_s: float, again: str) -> None:
     if (second := next((hold for hold in held_second(now_unix_s) if _is_of(hold, folder)), None)) is not None:
         raise _by_second(folder, second.pid, again)
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
-    while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:
+    while (written := next(filter(is_being_written, folder.heard()), None)) is not None and looks > 0:
         looks -= 1
         time.sleep(LOOK_EVERY_S)
     if written is None:

@@ -18,7 +18,7 @@ from bridge.errors import LogError
 from bridge.files import PART, is_own_file, open_own, remedy
 from bridge.wire.ftp import crc32
 from bridge.wire.tlog import MOST_BYTES, STAMP_BYTES, next_record
-from gcs_plugin.locks import locked
+from gcs_plugin.locks import try_lock
 
 Stretch = tuple[int, int]
 """Offset and length in bytes."""
@@ -76,7 +76,7 @@ class Mirror:
         Raises LogError if another process holds the lock, or the lock file can't be written.
         """
         with self._opened(LOCK) as file:
-            if not locked(file.fileno()):
+            if not try_lock(file.fileno()):
                 raise LogError(
                     f"{self._folder}: another fetch is at work there; wait for its end, then fetch again"
                 )

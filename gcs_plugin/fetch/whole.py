@@ -125,8 +125,8 @@ def made_whole(
 ) -> Whole:
     """Merge both recordings of one dive; `source` is the vehicle's system and component.
 
-    Raises LogError if a file can't be read or a clock was set while it ran; with the
-    sentence `strangers`, if they have no frame in common.
+    Raises LogError if a file can't be read or a clock was set while it ran; with the sentence `strangers`, if they have
+    no frame in common.
     """
     aboard = RingFrames(ring)
     kept = _once(aboard)

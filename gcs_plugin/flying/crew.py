@@ -76,12 +76,12 @@ class Hub:
 
     def __init__(self, link: Link, clock: Clock) -> None:
         self._link, self._clock, self._framer = link, clock, Framer()
-        self._encoder, self._beat_s = Encoder(*GROUND_STATION), clock.boot_s()
+        self._encoder, self._next_beat_s = Encoder(*GROUND_STATION), clock.boot_s()
 
     def hear(self) -> Sequence[Frame]:
         now_s = self._clock.boot_s()
-        if now_s >= self._beat_s:
-            self._beat_s = now_s + HEARTBEAT_EVERY_S
+        if now_s >= self._next_beat_s:
+            self._next_beat_s = now_s + HEARTBEAT_EVERY_S
             self.send(self._encoder.encode(ground_heartbeat()))
         return self._framer.feed(self._link.read(STEP_S))
 

@@ -54,7 +54,10 @@ class Heard:
 
 
 class FlightSession:
-    """`vehicle` system and component; `number` of the first order, any from 1 to 2^23 that no other ground used."""
+    """Sends a flight's orders to a vehicle, again until acknowledged, and follows its reports.
+
+    `vehicle` system and component; `number` of the first order, any from 1 to 2^23 that no other ground used.
+    """
 
     def __init__(self, vehicle: Source, number: int) -> None:
         self.vehicle, self._number = vehicle, number

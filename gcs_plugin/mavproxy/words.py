@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from bridge.vehicle.config import shipped_vehicles
 from gcs_plugin.dives.folder import MADE_ELSEWHERE
 
 HELP: Final = {
@@ -13,7 +14,7 @@ HELP: Final = {
     "record": (
         "record start [FOLDER] | record next | record stop | record note TEXT",
         "every frame of every link, both ways, into a dive folder in FOLDER (dives); next goes on in a new one and "
-        "loses no frame; next and note go to `seatrial record` where MAVProxy hears the vehicle by way of it",
+        "loses no frame; where MAVProxy is connected through `seatrial record`, next and note act on that recording",
     ),
     "identify": (
         "identify [DIVE] [OPTION ...]",
@@ -91,9 +92,7 @@ def _files(suffixes: Sequence[str], text: str) -> list[str]:
 
 def _vehicle_files(text: str) -> list[str]:
     """Completions of a vehicle file: those that come with seatrial, and YAML files."""
-    shipped = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
-    names = [path.stem for path in sorted(shipped.glob("*.yaml")) if not path.stem.endswith(".truth")]
-    return [*names, *_files((".yaml",), text)]
+    return [*shipped_vehicles(), *_files((".yaml",), text)]
 
 
 COMPLETERS: Final[Mapping[str, Callable[[str], list[str]]]] = {

@@ -17,7 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Model:
-    """mass, damping, quadratic (6,) in SI units; dofs: the axes whose mass and damping are known. The mass of another
+    """Model of the vehicle by its accepted coefficients.
+
+    mass, damping, quadratic (6,) in SI units; dofs: the axes whose mass and damping are known. The mass of another
     axis is the rigid body's, for its Coriolis forces. `effects` are the accepted ones."""
 
     configuration: Configuration

@@ -21,9 +21,9 @@ QUIET_MAX_S: Final = 10.0
 late echo of the write can pass for the read-back's answer. QUIET_MAX_S if answers are not known to arrive sooner."""
 DEADLINE_S: Final = 60.0
 """Least time that an upload is given."""
-LOSS: Final = 0.3
-FAILURE: Final = 1e-4
-STAGES: Final = 4  # quiet periods of an upload that is written, refused once, committed and switched to
+ASSUMED_LOSS: Final = 0.3
+FAILURE_PROBABILITY: Final = 1e-4
+QUIET_STAGES: Final = 4  # quiet periods of an upload that is written, refused once, committed and switched to
 
 
 def retry_delay_s(attempt: int) -> float:
@@ -43,13 +43,13 @@ def attempts_needed(loss: float, requests: int, failure: float) -> int:
 
 
 def deadline_s(requests: int) -> float:
-    """Time in which `requests` writes and their read-backs all succeed except with probability FAILURE, s, if the link
-    loses LOSS in each direction. Includes a quiet period of QUIET_MAX_S for each of the STAGES of an upload.
+    """Time, s, in which `requests` writes and their read-backs all succeed except with FAILURE_PROBABILITY, if the
+    link loses ASSUMED_LOSS in each direction. Includes QUIET_MAX_S for each of the QUIET_STAGES of an upload.
     """
-    attempts = attempts_needed(LOSS, 2 * requests, FAILURE)
+    attempts = attempts_needed(ASSUMED_LOSS, 2 * requests, FAILURE_PROBABILITY)
     patience = sum(retry_delay_s(attempt) for attempt in range(1, attempts + 1))
     queue = math.ceil(requests / WINDOW) * RETRY_MAX_S * 2
-    return 2 * patience + 2 * queue + STAGES * QUIET_MAX_S
+    return 2 * patience + 2 * queue + QUIET_STAGES * QUIET_MAX_S
 
 
 MARGIN: Final = 2.0
@@ -89,7 +89,7 @@ class RoundTrips:
         self._sends[name] = self._sends.get(name, 0) + 1
 
     def on_quiet(self, name: str) -> None:
-        """Nothing of that name is under way: unless a request was answered soon, the next counts as the first."""
+        """No request for `name` is outstanding; unless one was answered soon, start counting anew."""
         if name not in self._answered:
             self._first_s.pop(name, None)
             self._sends.pop(name, None)

@@ -30,7 +30,7 @@ FORMAT: Final = 1
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 LINE_END = re.compile(r"\r\n|\n|\r")
-"""Only these, not all that `str.splitlines` splits at: a comment would end at a form feed, but go on for a reader."""
+"""`splitlines` also splits at form feeds, where other programs don't."""
 _SAVED_OF = "Onboard parameters for Vehicle"
 """Start of the first line of QGroundControl's files."""
 _SAVED_OF_LINE = re.compile(rf"#\s*{_SAVED_OF} (\d{{1,3}})\s*")
@@ -128,8 +128,8 @@ def check_system(path: Path, named: int | None, system: int, otherwise: str) -> 
     """
     if named not in (None, system):
         raise ParamRejected(
-            f"{path}: was saved of vehicle {named}, and this is vehicle {system}: nothing was sent; give the file of "
-            f"this one{otherwise}"
+            f"{path}: saved from vehicle {named}, this is vehicle {system}; nothing was sent. Use this vehicle's "
+            f"file{otherwise}"
         )
 
 
@@ -244,14 +244,22 @@ class Interval:
 
 @dataclass(frozen=True)
 class Sidecar:
-    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by parameter id, outcome.
+    """Provenance of a `.param`.
 
-    `thrust_shift` is the relative change of the thrust by a weighed prior, already contained in the values; `dived` is
-    the beginning of the dive, at least its date; `prior_dives` are the earlier dives that entered the values through
-    priors; `effects` are the model's effects beyond its coefficients, including effects that no parameter holds;
-    `doubted` gives reasons to doubt a value, by coefficient. `foretold` is the tracking error of the next dive with
-    these values; `credits` says of the thrusters whose gain is among them how the vehicle's own allocation went by
-    them in the dive.
+    - dive_sha256, vehicle_sha256: hashes of dive and vehicle file.
+    - configuration, method, version: of the vehicle file, of the identification, and of this program.
+    - intervals: the coefficient behind each value, by parameter id.
+    - vehicle, dive: names.
+    - outcome: that of the identification.
+    - format: of the sidecar.
+    - thrust_shift: relative change of the thrust by a weighed prior, already contained in the values.
+    - dived: beginning of the dive, at least its date.
+    - prior_dives: earlier dives that entered the values through priors.
+    - dive_opening: hash of the recording's opening, by which a longer recording of the same dive is known.
+    - effects: of the model, beyond its coefficients, including those that no parameter holds.
+    - doubted: reasons to doubt a value, by coefficient.
+    - foretold: tracking error of the next dive with these values.
+    - credits: for each thruster with a gain here, how far the vehicle's allocation already used that gain.
     """
 
     dive_sha256: str

@@ -23,7 +23,7 @@ from bridge.clock import utc_text
 from bridge.errors import ParamRejected
 from bridge.files import open_own, read_small, sync_folder
 from bridge.plain import from_json
-from gcs_plugin.locks import locked
+from gcs_plugin.locks import try_lock
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import (
     Sidecar,
@@ -337,7 +337,7 @@ class Turn:
             receipts.mkdir(parents=True, exist_ok=True)
             self._file = open_own(receipts / f".vehicle-{system}.lock")
         try:
-            if self._file is not None and not locked(self._file.fileno()):
+            if self._file is not None and not try_lock(self._file.fileno()):
                 raise ParamRejected(
                     f"another upload or roll back to vehicle {system} is under way: nothing was sent; wait for its "
                     "end, then look at the vehicle again"

@@ -35,7 +35,7 @@ class RecordedLink:
         self._clock, self._say = clock, say
         self._framer = Framer()
         self._again = None if reopen is None else Aside(lambda: reopen(name), name)
-        self._retry_s = 0.0
+        self._next_try_s = 0.0
         self._lost_before = self._warned_of = 0
         self._warn_s = clock.boot_s()
 
@@ -98,12 +98,12 @@ class RecordedLink:
         self.close()
         self._lost_before = self.lost_here
         self._link, self._framer = None, Framer()
-        self._retry_s = self._clock.boot_s() + REOPEN_EVERY_S
+        self._next_try_s = self._clock.boot_s() + REOPEN_EVERY_S
 
     def _reopened(self) -> Link | None:
-        if self._again is None or self._clock.boot_s() < self._retry_s:
+        if self._again is None or self._clock.boot_s() < self._next_try_s:
             return None
-        self._retry_s = self._clock.boot_s() + REOPEN_EVERY_S
+        self._next_try_s = self._clock.boot_s() + REOPEN_EVERY_S
         try:
             self._link = self._again()
         except LinkError:

@@ -18,7 +18,7 @@ from bridge.wire.redaction import carries_key
 from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
 from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles, Writer
 from gcs_plugin.recording.link import RecordedLink
-from gcs_plugin.recording.silence import Unheard
+from gcs_plugin.recording.silence import SilenceTracker
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +40,13 @@ class Recorded:
 
 
 @dataclass(frozen=True, slots=True)
-class Count:
+class DiveCounts:
     """Counts of a dive. `files`, `frames` and `bytes` are those of the files in its folder.
 
     `heard` counts the frames that arrived on the links, without those of the outlet; `lost` the frames that arrived and
-    are in none of these; `missed` the frames that never arrived, by
-    the sequence numbers: a lower bound, since a long gap does not show its length. `unheard_s` is the vehicle's longest
-    silence between two of its frames, 0 for none; `keeps_ring`: the vehicle reports that it keeps a recording onboard.
+    are in none of these; `missed` the frames that never arrived, by the sequence numbers: a lower bound, since a long
+    gap does not show its length. `unheard_s` is the vehicle's longest silence between two of its frames, 0 for none;
+    `keeps_ring`: the vehicle reports that it keeps a recording onboard.
     """
 
     files: int
@@ -117,10 +117,10 @@ class Recorder:
         self._next_beat_s = self._boot_at_start_s
         self._disk = DiskLeft(free_bytes, lambda words: self._say("warning", words), self._boot_at_start_s)
         self._files = RecordedFiles(open_file, clock, lambda: self._disk.has_room, self._say)
-        self._peers, self._known_s, self._crowded = Peers(), self._boot_at_start_s, set[str]()
+        self._peers, self._next_known_s, self._crowded = Peers(), self._boot_at_start_s, set[str]()
         self.vehicles: tuple[KnownVehicle, ...] = ()
         self.heard = self._missed_before = 0
-        self._unheard = Unheard()
+        self._silence = SilenceTracker()
 
     @property
     def receptions(self) -> dict[str, list[Reception]]:
@@ -169,7 +169,7 @@ class Recorder:
         return self._disk.left_s
 
     @property
-    def count(self) -> Count:
+    def count(self) -> DiveCounts:
         return self._count(self._files.kept)
 
     def unix_us(self) -> int:
@@ -179,24 +179,24 @@ class Recorder:
     def step(self, timeout_s: float) -> list[Recorded]:
         """Record the frames that the links have, waiting up to `timeout_s` if they have none; return these frames."""
         self._files.change()
-        taken = [item for link in self._links for item in self._read(link, 0.0)]
+        received = [item for link in self._links for item in self._read(link, 0.0)]
         alive = [link for link in self._links if link.is_there]
-        if not taken and timeout_s > 0:
+        if not received and timeout_s > 0:
             for link in alive:
-                taken += self._read(link, timeout_s / len(alive))
+                received += self._read(link, timeout_s / len(alive))
         self._beat()
-        self._serve(taken)
+        self._serve(received)
         self._files.drain()
         for link in self._links:
             link.look()
         now_s = self._clock.boot_s()
         self._disk.look(now_s)
-        if now_s >= self._known_s:
-            self._known_s, self.vehicles = now_s + KNOWN_EVERY_S, self._peers.known(now_s)
+        if now_s >= self._next_known_s:
+            self._next_known_s, self.vehicles = now_s + KNOWN_EVERY_S, self._peers.known(now_s)
             self._tell_crowds()
-        return taken
+        return received
 
-    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Count], None]) -> None:
+    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[DiveCounts], None]) -> None:
         """Begin the next dive with the next `step`, in files of `open_file`; may be called from another thread.
 
         `changed` is called in the thread of `step` with the counts of the dive that ended. Raises LogError if the first
@@ -240,24 +240,24 @@ class Recorder:
             self._before_sync()
             self.sync()
 
-    def _over(self, kept: Kept) -> Count:
+    def _over(self, kept: Kept) -> DiveCounts:
         """Counts of the dive that ended; resets the counts for the next dive."""
         count = self._count(kept)
-        self.heard, self._missed_before, self._unheard = 0, self._peers.lost(), Unheard()
+        self.heard, self._missed_before, self._silence = 0, self._peers.lost(), SilenceTracker()
         return count
 
-    def _count(self, kept: Kept) -> Count:
+    def _count(self, kept: Kept) -> DiveCounts:
         missed = max(0, self._peers.lost() - self._missed_before)
-        unheard = self._unheard.heard
-        return Count(
+        silence = self._silence.report
+        return DiveCounts(
             kept.files,
             self.heard,
             kept.frames,
             kept.bytes,
             kept.lost,
             missed,
-            round(unheard.unheard_s, 3),
-            unheard.keeps_ring,
+            round(silence.longest_s, 3),
+            silence.keeps_ring,
         )
 
     def _tell_crowds(self) -> None:
@@ -266,7 +266,7 @@ class Recorder:
                 self._crowded.add(link)
                 self._say(
                     "warning",
-                    f"{link}: {CROWDED}; all is recorded, loss and age are told of those alone who have a place",
+                    f"{link}: {CROWDED}; all is recorded; loss and age are shown only for components in the table",
                 )
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:
@@ -276,7 +276,7 @@ class Recorder:
         now_s = self._clock.boot_s()
         peer = self._peers.on_frame(frame, link.name, now_s)
         if peer is not None:
-            self._unheard.on_frame(peer, frame, now_s)
+            self._silence.on_frame(peer, frame, now_s)
             if peer.restart is not None:
                 self._say("warning", peer.restart.words(self._unix_at_start_s - self._boot_at_start_s))
         self.heard += 1
@@ -289,13 +289,13 @@ class Recorder:
         self._files.put(stamp_us, raw)
         return stamp_us
 
-    def _serve(self, taken: Sequence[Recorded]) -> None:
+    def _serve(self, received: Sequence[Recorded]) -> None:
         """Pass the frames to the outlet; send, then store, the frames that it has: no order waits for a disk."""
         if self._outlet is None:
             return
-        if taken:
+        if received:
             self._outlet.broadcast(
-                b"".join(item.frame.raw for item in taken if not carries_key(item.frame.raw))
+                b"".join(item.frame.raw for item in received if not carries_key(item.frame.raw))
             )
         for raw in self._outlet.taken():
             if carries_key(raw):

@@ -25,10 +25,10 @@ _BOOT_MS: Final = struct.Struct("<I")
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class SilenceReport:
     """A dive's vehicle: its longest silence, s (0 for none), and whether it keeps a recording onboard."""
 
-    unheard_s: float = 0.0
+    longest_s: float = 0.0
     keeps_ring: bool = False
 
 
@@ -92,7 +92,7 @@ class _Sender:
         return max((pause.seconds for pause in unheard(pauses, self.spacing)), default=0.0)
 
 
-class Unheard:
+class SilenceTracker:
     """Silences of a dive's vehicles over all links: a frame on any link counts as heard."""
 
     def __init__(self) -> None:
@@ -109,10 +109,10 @@ class Unheard:
         sender.hear(frame, time_s)
 
     @property
-    def heard(self) -> Heard:
+    def report(self) -> SilenceReport:
         """Result for the vehicle's component with the most frames."""
         vehicles = [sender for sender in self._senders.values() if sender.is_vehicle]
         if not vehicles:
-            return Heard()
+            return SilenceReport()
         most = max(vehicles, key=lambda sender: sender.frames)
-        return Heard(most.silent_s, any(sender.keeps_ring for sender in vehicles))
+        return SilenceReport(most.silent_s, any(sender.keeps_ring for sender in vehicles))

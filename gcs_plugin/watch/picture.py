@@ -122,8 +122,11 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Alarm:
-    """`subject`: which one of its kind, "" where there is one; the same alarm has the same kind and subject, while its
-    words follow the values."""
+    """A condition that the crew must see.
+
+    The same alarm keeps its kind and subject, while its words follow the values. `subject`: which of its kind, "" if
+    there can only be a single one.
+    """
 
     kind: Kind
     subject: str

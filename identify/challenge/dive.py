@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 
 
 class Control(NamedTuple):
-    """kp, ki, kd, bound (6,): N and N m per unit of each axis; bound limits the integral term. ahead_mass,
+    """The controller of a planted dive.
+
+    kp, ki, kd, bound (6,): N and N m per unit of each axis; bound limits the integral term. ahead_mass,
     ahead_damping (6,): the crew's model of the vehicle; `ahead` is 1 if its feed-forward is applied, 0 if it is only
     logged. memory_s: time constant of the low-pass on the feedback. low_n, high_n: limits of a thruster.
     """

@@ -47,7 +47,7 @@ def sticking_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: flo
 
 
 def swirl_drag(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    """A force proportional to yaw rate times depth."""
+    """A force in surge proportional to yaw rate times depth, and one in sway to its square, signed, times depth."""
     gain = sized(0.5, size) * vehicle.share
 
     return Planted("swirl_drag", {}, changed("hull", swirl=gain), size, novel=True)

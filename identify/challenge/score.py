@@ -36,7 +36,9 @@ class Named:
 
 @dataclass(frozen=True)
 class Answer:
-    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink of the gap on held-out legs and on
+    """A diagnosis as far as it is scored.
+
+    dofs: shares of the gap by degree of freedom. predicted, measured: shrink of the gap on held-out legs and on
     the check dive. before, after: drifts on the check dive, in noise floors. NaN if missing.
     """
 

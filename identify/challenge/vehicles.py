@@ -248,7 +248,10 @@ class Faults(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard deviations of white noise, SI units; `loss` is the share of DVL readings without bottom lock."""
+    """White noise of the sensors: standard deviations, SI units.
+
+    `loss` is the share of DVL readings without bottom lock.
+    """
 
     dvl: float
     loss: float

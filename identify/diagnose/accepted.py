@@ -18,7 +18,7 @@ from bridge.vehicle.coefficients import (
     DOFS,
     MASSES,
     OF_HULL,
-    QUADRATIC,
+    QUADRATIC_NAMES,
     AcceptedEffect,
     effect_coefficients,
 )
@@ -59,7 +59,7 @@ on board is lost by keeping what another dive told better."""
 
 ROW = {name: row for row, name in enumerate(OF_HULL)}
 
-HELD_BY_PID = QUADRATIC[2:5]
+HELD_BY_PID = QUADRATIC_NAMES[2:5]
 """Quadratic drag in heave, roll and pitch, which have no feed-forward."""
 
 
@@ -184,7 +184,7 @@ def hull_with_all_causes(known: Known, configuration: Configuration) -> dict[str
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
     names = {name for cause in findings for name in cause.parameters}
-    return tuple(dof for dof, name in enumerate(QUADRATIC) if name in names)
+    return tuple(dof for dof, name in enumerate(QUADRATIC_NAMES) if name in names)
 
 
 def _absent(name: str) -> float:

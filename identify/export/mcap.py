@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from identify.export.signals import Topic
+from identify.export.signals import PlotTopic
 from identify.ingest.extras import library
 
 EXTRA = "bags"
@@ -32,7 +32,7 @@ class Written:
 
 
 def write_mcap(
-    file: BinaryIO, topics: Sequence[Topic], unix_at_boot_s: float | None, about: Mapping[str, str]
+    file: BinaryIO, topics: Sequence[PlotTopic], unix_at_boot_s: float | None, about: Mapping[str, str]
 ) -> Written:
     """Write topics in the order of their times; `about` becomes the file's metadata.
 
@@ -58,7 +58,7 @@ def write_mcap(
     return Written({topic.name: len(topic.time_s) for topic in topics}, origin_ns / NANOSECONDS)
 
 
-def _origin_ns(topics: Sequence[Topic], unix_at_boot_s: float | None) -> int:
+def _origin_ns(topics: Sequence[PlotTopic], unix_at_boot_s: float | None) -> int:
     if unix_at_boot_s is not None:
         # Unix time in nanoseconds has more digits than a float.
         whole_s, part_s = divmod(unix_at_boot_s, 1.0)
@@ -67,7 +67,7 @@ def _origin_ns(topics: Sequence[Topic], unix_at_boot_s: float | None) -> int:
     return NANOSECONDS * -int(np.floor(min(start_s, 0.0)))
 
 
-def _channel(writer: Any, topic: Topic) -> int:
+def _channel(writer: Any, topic: PlotTopic) -> int:
     last = "".join(word.capitalize() for word in topic.name.replace("/", "_").split("_"))
     definition = "".join(f"float64 {field}\n" for field in (TIME, *topic.fields))
     schema = writer.register_schema(f"{PACKAGE}/msg/{last}", DEFINED_AS, definition.encode("ascii"))

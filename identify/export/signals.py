@@ -45,7 +45,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "armed": ("armed",),
     "gnss": ("latitude_deg", "longitude_deg", "speed_m_s", "course_rad"),
 }
-"""Fields by signal of a Dive, in the order of its columns; a controller's have other names than readings."""
+"""Fields by signal of a Dive, in the order of its columns. The controller's fields have a prefix."""
 _BY_THRUSTER = {"pwm": "pwm_{}_us", "thrust_cmd": "thruster_{}_n", "effort": "effort_{}", "rpm": "rpm_{}"}
 _ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
 TOPICS = {
@@ -67,7 +67,7 @@ FILTERED = "_filtered"
 
 
 @dataclass(frozen=True)
-class Topic:
+class PlotTopic:
     """A topic with the names of its fields, samples at times (n,) in s of the dive, and values (n, fields)."""
 
     name: str
@@ -76,7 +76,7 @@ class Topic:
     value: Array
 
 
-def topics(dive: Dive) -> Iterator[Topic]:
+def topics(dive: Dive) -> Iterator[PlotTopic]:
     """All signals of a dive that hold a sample; the attitude also as angles."""
     for name, signal in dive.signals().items():
         if len(signal):
@@ -84,31 +84,31 @@ def topics(dive: Dive) -> Iterator[Topic]:
             yield _topic(name, TOPICS.get(name, f"/{name}{FILTERED if is_filtered else ''}"), signal)
 
 
-def of_axes(name: str, word: str, time_s: Array, nu: Array, dofs: Sequence[int]) -> Topic:
+def of_axes(name: str, word: str, time_s: Array, nu: Array, dofs: Sequence[int]) -> PlotTopic:
     """A topic of velocities nu (n, 6) in the degrees of freedom `dofs`, whose fields begin with `word`."""
-    return Topic(name, _called(word, tuple(VELOCITIES[dof] for dof in dofs)), time_s, nu[:, list(dofs)])
+    return PlotTopic(name, _called(word, tuple(VELOCITIES[dof] for dof in dofs)), time_s, nu[:, list(dofs)])
 
 
-def _topic(name: str, topic: str, signal: Signal) -> Topic:
+def _topic(name: str, topic: str, signal: Signal) -> PlotTopic:
     width = signal.value.shape[1]
     if name in _BY_THRUSTER:
         fields = tuple(_BY_THRUSTER[name].format(k + 1) for k in range(width))
-        return Topic(topic, fields, signal.time_s, signal.value)
+        return PlotTopic(topic, fields, signal.time_s, signal.value)
     if name == ATTITUDE:
         angles = np.degrees(np.column_stack(euler_angles(signal.value)))
         value = np.column_stack([signal.value, angles])
-        return Topic(topic, (*FIELDS[name], *_ANGLES), signal.time_s, value)
-    return Topic(topic, FIELDS[name], signal.time_s, signal.value)
+        return PlotTopic(topic, (*FIELDS[name], *_ANGLES), signal.time_s, value)
+    return PlotTopic(topic, FIELDS[name], signal.time_s, signal.value)
 
 
 MODEL, MEASURED = "/model/velocity", "/model/measured"
 
 
-def flown(dive: Dive, file: VehicleFile, configuration: str) -> Sequence[Topic]:
+def flown(dive: Dive, file: VehicleFile, configuration: str) -> Sequence[PlotTopic]:
     """Two topics: the velocities of the model fitted to the dive, and the measured ones, smoothed, at the same times.
 
     Both are of the vehicle's origin, in the degrees of freedom that could be fitted. The model flies open loop by the
-    recorded thrust and attitude, begun anew from the measured velocity every 5 s. None for a dive shorter than that.
+    recorded thrust and attitude, begun anew from the measured velocity every 5 s. Empty for a dive shorter than 5 s.
 
     Raises FitError if the dive has no axis that a model can be fitted to.
     """

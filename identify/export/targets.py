@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import (
     DOFS,
     MASSES,
     OF_ANY_VEHICLE,
-    QUADRATIC,
+    QUADRATIC_NAMES,
     AcceptedEffect,
     Group,
 )
@@ -42,7 +42,9 @@ def parts(model: Model) -> dict[str, str]:
     """Parts of a model that are present and that not every simulator supports, in words with their numbers."""
     moving, turning = range(3), range(3, 6)
     linear = [f"{c.name} {value:.4g}" for c, value in zip(DAMPINGS, model.linear, strict=True)]
-    squared = [f"{name} {value:.4g}" for name, value in zip(QUADRATIC, model.quadratic, strict=True) if value]
+    squared = [
+        f"{name} {value:.4g}" for name, value in zip(QUADRATIC_NAMES, model.quadratic, strict=True) if value
+    ]
     descriptions = {
         "model": "the model as a file",
         "shape": "the hull's shape",
@@ -66,10 +68,11 @@ def parts(model: Model) -> dict[str, str]:
         "moving_damping": _listed("linear damping", [linear[i] for i in moving if model.linear[i]]),
         "turning_damping": _listed(
             "damping of turns",
-            [linear[i] for i in turning if model.linear[i]] + [s for s in squared if s[:4] in QUADRATIC[3:]],
+            [linear[i] for i in turning if model.linear[i]]
+            + [s for s in squared if s[:4] in QUADRATIC_NAMES[3:]],
         ),
         "oblique": "drag across the axes" if any((*model.linear[:3], *model.quadratic[:3])) else "",
-        "quadratic": _listed("quadratic drag", [s for s in squared if s[:4] in QUADRATIC[:3]]),
+        "quadratic": _listed("quadratic drag", [s for s in squared if s[:4] in QUADRATIC_NAMES[:3]]),
         "righting": "centres of gravity and buoyancy"
         if model.centre_of_gravity_m != model.centre_of_buoyancy_m
         else "",
@@ -113,7 +116,7 @@ def _masses(model: Model) -> str:
 
 @dataclass(frozen=True)
 class Target:
-    """`write` returns the file's text; `reasons` say, by part of a model, why the part does not fit."""
+    """A simulator's format: `write` returns the file's text, `reasons` say, by part of a model, why it does not fit."""
 
     write: Callable[[Model], str]
     reasons: Mapping[str, str]

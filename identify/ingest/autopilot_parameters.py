@@ -7,9 +7,10 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
+from bridge.wire.tlog import SUFFIXES
 from identify.ingest.dataflash import dataflash_parameters
 from identify.ingest.frames import Fields, load_frames
-from identify.ingest.open import HEARD, recording_files
+from identify.ingest.open import recording_files
 
 AUTOPILOT: Final = dialect.MAV_COMP_ID_AUTOPILOT1
 
@@ -21,7 +22,7 @@ def autopilot_parameters(path: Path) -> dict[str, float]:
     """
     files = recording_files(path)
     logs = [file for file in files if file.name.lower().endswith(".bin")]
-    heard = [file for file in files if file.name.lower().endswith(HEARD)]
+    heard = [file for file in files if file.name.lower().endswith(SUFFIXES)]
     if not logs and not heard:
         raise LogError(
             f"{path}: an autopilot's parameters are in a .tlog or a DataFlash .BIN; give one of these"

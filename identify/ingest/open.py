@@ -17,7 +17,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
-from bridge.wire.tlog import load_bytes
+from bridge.wire.tlog import SUFFIXES, load_bytes
 from bridge.wire.whole import lacked, lacked_words, standing_for
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
@@ -34,7 +34,7 @@ from identify.ingest.parquet import read_parquet
 from identify.ingest.reckoned import with_reckoned_pulses
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
-from identify.ingest.run_column import runs_of
+from identify.ingest.run_column import split_streams
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Streams, some_of
 from identify.ingest.text_table import read_table
@@ -42,7 +42,6 @@ from identify.ingest.tlog import read_tlog
 from identify.ingest.ulog import read_ulog
 from identify.words import listed
 
-HEARD = (".tlog", ".tlog.gz")
 TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
 FILES: dict[str, Callable[[Path], Streams]] = {
     **dict.fromkeys(TABLES, read_table),
@@ -126,7 +125,7 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"{path}: no such file or folder; check the name")
     if not path.is_dir():
         return [path]
-    recordings = sorted(file for file in path.iterdir() if file.name.endswith(HEARD))
+    recordings = sorted(file for file in path.iterdir() if file.name.endswith(SUFFIXES))
     ours = _ours(recordings)
     chosen = standing_for(ours) or recordings
     if len(chosen) > 1 and chosen is recordings:
@@ -177,7 +176,7 @@ def _unread(path: Path) -> tuple[str, ...]:
 
 def _ours(paths: Iterable[Path]) -> list[Path]:
     return sorted(
-        (file for file in paths if file.name.startswith("telemetry") and file.name.endswith(HEARD)),
+        (file for file in paths if file.name.startswith("telemetry") and file.name.endswith(SUFFIXES)),
         key=_number,
     )
 
@@ -209,7 +208,7 @@ def _dives_of_runs(
     """
     whole = identity_of(files).sha256
     dives, unread = list[Dive](), dict[str, LogError]()
-    for run, rows in runs_of(_streams(files), by, files[0]):
+    for run, rows in split_streams(_streams(files), by, files[0]):
         try:
             fields = _since_start(dive_fields(rows, columns, files[0]))
             sha256 = _hash(f"{whole} {run}".encode())
@@ -224,7 +223,7 @@ def _dives_of_runs(
 
 def _fields(files: Sequence[Path], columns: ColumnMap | None, source: str) -> dict[str, Any]:
     name = files[0].name.lower()
-    if name.endswith(HEARD):
+    if name.endswith(SUFFIXES):
         heard = [file for file in files if not file.name.lower().endswith(".bin")]
         return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
@@ -392,7 +391,7 @@ def of_one_dive(files: Sequence[Path], others: Sequence[Path]) -> str:
 
 
 def _is_tlog(files: Sequence[Path]) -> bool:
-    return files[0].name.lower().endswith(HEARD)
+    return files[0].name.lower().endswith(SUFFIXES)
 
 
 def date_of(dive: Dive) -> tuple[float | None, str]:
@@ -415,7 +414,7 @@ def utc(unix_s: float | None) -> str:
 
 
 def _first_stamp_s(file: Path) -> float | None:
-    if not file.name.endswith(HEARD):
+    if not file.name.endswith(SUFFIXES):
         return None
     first = next(iter(tlog.read_tlog(file)), None)
     return first[0] * 1e-6 if first is not None and first[0] * 1e-6 > OLDEST_UNIX_S else None

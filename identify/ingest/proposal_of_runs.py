@@ -12,7 +12,7 @@ from identify.ingest.candidates import SIGNALS, Choice, Confidence
 from identify.ingest.column_map import Columns, RunColumn
 from identify.ingest.profiles import profiles
 from identify.ingest.proposal import Proposal, map_of, of_day, propose_single
-from identify.ingest.run_column import in_runs, run_column_in
+from identify.ingest.run_column import run_column_in, split_table
 from identify.ingest.streams import Stream, some_of
 from identify.words import listed
 
@@ -28,7 +28,7 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     column = run_column_in(streams)
     if not column:
         return propose_single(streams, path)
-    proposal = propose_runs({name: (rows,) for name, rows in in_runs(streams[0], column)}, path)
+    proposal = propose_runs({name: (rows,) for name, rows in split_table(streams[0], column)}, path)
     note = f"'{column}' changes where the clock starts anew, so it is taken for the number of the run."
     return replace(
         proposal,

@@ -41,9 +41,9 @@ MIDDLE_US, SPAN_US = 1500.0, 400.0
 
 @dataclass(frozen=True)
 class Guess:
-    """Unit of a column map, with offset and scale in the file's unit. is_telling: whether only that unit fits.
+    """The unit that a column's values fit, with offset and scale in the file's unit.
 
-    unit: empty where values fit no unit. reason: a sentence.
+    is_telling: whether only that unit fits. unit: empty where values fit no unit. reason: a sentence.
     """
 
     unit: str

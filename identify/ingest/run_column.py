@@ -16,13 +16,13 @@ from identify.ingest.streams import Stream, Streams, some_of
 
 MOST_RUNS = 2000
 LEAP, OFTEN, MOST = 3.0, 0.99, 0.9
-"""A clock leaps by this many of the steps within a run (of which OFTEN are no longer), at MOST of the runs' starts."""
+"""In MOST of the run starts the clock jumps by more than LEAP times the step that OFTEN of the rows stay below."""
 
 FEWEST_ROWS = 10
 """Rows of a run, on average: a column with more values than that is a measurement."""
 
 
-def runs_of(recorded: Streams, column: RunColumn, path: Path) -> list[tuple[str, Streams]]:
+def split_streams(recorded: Streams, column: RunColumn, path: Path) -> list[tuple[str, Streams]]:
     """The rows of each run, named by the column's value, in order of their first rows.
 
     A row without a value is of no run. Raises LogError if the recording is no single table, or the column names no
@@ -40,18 +40,15 @@ def runs_of(recorded: Streams, column: RunColumn, path: Path) -> list[tuple[str,
             f"{path}: has no column '{column.column}' for the runs; it has {known}: mend the column map"
         )
     words = labels(stream, column.column)
-    first = {word: row for row, word in reversed([*enumerate(words.tolist())]) if word}
-    if not first or len(first) > MOST_RUNS or len(first) * FEWEST_ROWS > len(words):
+    names = _in_order(words)
+    if not names or len(names) > MOST_RUNS or len(names) * FEWEST_ROWS > len(words):
         raise LogError(
-            f"{path}: '{column.column}' has {len(first)} values in {len(words)} rows, so it names no runs; mend `runs` "
+            f"{path}: '{column.column}' has {len(names)} values in {len(words)} rows, so it names no runs; mend `runs` "
             "in the column map"
         )
     lost = int(np.count_nonzero(words == ""))
     notes = (f"{lost} rows without a run in '{column.column}' were left out.",) if lost else ()
-    return [
-        (word, _rows(recorded, np.flatnonzero(words == word), notes))
-        for word in sorted(first, key=first.__getitem__)
-    ]
+    return [(name, _rows(recorded, np.flatnonzero(words == name), notes)) for name in names]
 
 
 def labels(stream: Stream, column: str) -> NDArray[np.str_]:
@@ -80,18 +77,20 @@ def run_column_in(streams: Sequence[Stream]) -> str:
     return ""
 
 
-def in_runs(stream: Stream, column: str) -> list[tuple[str, Stream]]:
+def split_table(stream: Stream, column: str) -> list[tuple[str, Stream]]:
     """The rows of each run of a table, with the run's name."""
     words = labels(stream, column)
-    return [
-        (word, _some(stream, np.flatnonzero(words == word)))
-        for word in dict.fromkeys(words[words != ""].tolist())
-    ]
+    return [(name, _take(stream, np.flatnonzero(words == name))) for name in _in_order(words)]
+
+
+def _in_order(words: NDArray[np.str_]) -> list[str]:
+    """The names of the runs in a column (n,), in order of their first rows."""
+    return list(dict.fromkeys(words[words != ""].tolist()))
 
 
 def _starts_anew(clock: Array, stream: Stream, column: str) -> bool:
     """Whether a clock (n,) starts anew where a column takes a new value, and nowhere else."""
-    if column in stream.columns and not _whole(stream.columns[column]):
+    if column in stream.columns and not _integral(stream.columns[column]):
         return False
     words, steps = labels(stream, column), np.diff(clock)
     changes = np.flatnonzero(words[1:] != words[:-1])
@@ -102,7 +101,7 @@ def _starts_anew(clock: Array, stream: Stream, column: str) -> bool:
     return bool(np.mean(leaps | (steps[changes] < 0)) >= MOST)
 
 
-def _whole(cells: Array) -> bool:
+def _integral(cells: Array) -> bool:
     known = cells[np.isfinite(cells)]
     return bool(len(known) and (known == np.rint(known)).all())
 
@@ -110,14 +109,14 @@ def _whole(cells: Array) -> bool:
 def _rows(recorded: Streams, rows: NDArray[np.intp], notes: tuple[str, ...]) -> Streams:
     return replace(
         recorded,
-        streams=(_some(recorded.streams[0], rows),),
+        streams=(_take(recorded.streams[0], rows),),
         notes=(*recorded.notes, *notes),
         empty={name: mask[rows] for name, mask in recorded.empty.items()},
         lines=None if recorded.lines is None else recorded.lines[rows],
     )
 
 
-def _some(stream: Stream, rows: NDArray[np.intp]) -> Stream:
+def _take(stream: Stream, rows: NDArray[np.intp]) -> Stream:
     return replace(
         stream,
         columns={name: cells[rows] for name, cells in stream.columns.items()},

@@ -72,7 +72,7 @@ class Manoeuvre:
         return f"{self.name} {strength}, {self.period_s:g} s period, {self.duration_s:g} s"
 
     def legs(self) -> list[Leg]:
-        return [leg for step in self.steps for leg in step.each()]
+        return [leg for step in self.steps for leg in step.expanded()]
 
 
 @dataclass(frozen=True)

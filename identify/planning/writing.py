@@ -110,13 +110,13 @@ def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> st
     lines = [f"{TITLE} {title}", f"# Dive it in simulation: {command}", "#"]
     lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
     lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
-    pause = "  " + Leg(REST_S, "rest", "rest").line()
+    pause = "  " + Leg(REST_S, "rest", "rest").yaml_line()
     for number, part in enumerate(proposal.parts, start=1):
         lines += [pause, f"  # {number}. {instruction(part)}"]
         lines += [f"  #    {line}" for line in _broken(f"By hand: {part.manoeuvre.by_hand}.")]
         if at_thrusters := pulses(part.manoeuvre, tank):
             lines += [f"  #    {line}" for line in _broken(f"Pulse widths, us: {at_thrusters}.")]
-        lines += ["  " + step.line() for step in part.manoeuvre.steps]
+        lines += ["  " + step.yaml_line() for step in part.manoeuvre.steps]
     return "\n".join([*lines, pause, ""])
 
 

@@ -17,7 +17,7 @@ from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import of_one_dive, recording_files
-from identify.progress import Step, Steps, unheard
+from identify.progress import Step, Steps, ignore_step
 from identify.run.identify import runs_as_json
 from identify.statistics import Z95
 from identify.words import listed, significant, unit, with_interval
@@ -117,7 +117,7 @@ def diagnose(
     without: Collection[str] = (),
     before: Before = Before(),
     notes: Sequence[str] = (),
-    progress: Steps = unheard,
+    progress: Steps = ignore_step,
 ) -> Diagnosed:
     """Diagnose a dive; `without` names effects that are not tried, `notes` come before those of the diagnosis.
 

@@ -18,7 +18,7 @@ from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
 from identify.identification import Identification, Outcome, added_mass, estimate
-from identify.progress import NO_VALUES, Step, Steps, Values, unheard
+from identify.progress import NO_VALUES, Step, Steps, Values, ignore_step
 from identify.side_by_side import together
 from identify.words import capital
 
@@ -50,7 +50,7 @@ def identify(
     file: VehicleFile,
     configuration_name: str,
     methods: Mapping[str, Estimator] | None = None,
-    progress: Steps = unheard,
+    progress: Steps = ignore_step,
 ) -> Identified:
     """Identify a dive by all methods at the same time; `methods`: estimators by name, the first of them gives the
     answer; those that suit the vehicle if None.

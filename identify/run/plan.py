@@ -12,7 +12,7 @@ from identify.planning.knowledge import Knowledge, after, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.propose import DOFS_PLANNED, Proposal, propose
 from identify.planning.writing import to_json
-from identify.progress import Step, Steps, unheard
+from identify.progress import Step, Steps, ignore_step
 
 OF: Final = "plan"
 
@@ -50,7 +50,7 @@ def plan(
     *,
     known: "Dive | Mapping[str, Any] | None" = None,
     source: str = "",
-    progress: Steps = unheard,
+    progress: Steps = ignore_step,
 ) -> Planned:
     """Propose the manoeuvres for `seconds` in total.
 

@@ -6,9 +6,10 @@ from typing import Final
 
 from bridge.errors import LogError
 from bridge.vehicle.config import Configuration, VehicleFile
+from bridge.wire.tlog import SUFFIXES
 from identify.dive import Dive
 from identify.ingest.frames import locate
-from identify.ingest.open import HEARD, MAPPED, read_dive, read_dives, recording_files
+from identify.ingest.open import MAPPED, read_dive, read_dives, recording_files
 
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
@@ -98,7 +99,7 @@ def runs_in(path: Path) -> list[Path]:
 
 def _is_recording(path: Path) -> bool:
     if path.is_file():
-        return path.name.lower().endswith((*HEARD, ".bin", *MAPPED)) and not path.name.startswith(".")
+        return path.name.lower().endswith((*SUFFIXES, ".bin", *MAPPED)) and not path.name.startswith(".")
     try:
         return bool(recording_files(path))
     except LogError:
@@ -110,7 +111,7 @@ def stray_bytes(recording: Path) -> str:
 
     Raises LogError if there is no recording.
     """
-    files = [file for file in recording_files(recording) if file.name.endswith(HEARD)]
+    files = [file for file in recording_files(recording) if file.name.endswith(SUFFIXES)]
     names = [file.name if file == recording else f"{recording.name}/{file.name}" for file in files]
     return ". ".join(filter(None, map(_stray, files, names)))
 

@@ -43,7 +43,7 @@ def judge(dives: Sequence[Dive], file: VehicleFile, configuration_name: str, usu
     return weigh.judge(usual.marks_of(runs, configuration), usual, causes)
 
 
-def runs_of(dive: Dive) -> list[Dive]:
+def runs_as_dives(dive: Dive) -> list[Dive]:
     """The runs that a dive is made of, each as a dive; the dive alone if it is one run."""
     if not dive.runs:
         return [dive]
@@ -55,13 +55,13 @@ def runs_of(dive: Dive) -> list[Dive]:
 
 def repeats(dive: Dive, file: VehicleFile, configuration_name: str) -> bool:
     """Whether most runs of a dive go from rest into a steady push."""
-    dives = runs_of(dive)
+    dives = runs_as_dives(dive)
     return len(_runs(dives, file, configuration_name)) > len(dives) / 2
 
 
 def usual_in(dive: Dive, file: VehicleFile, configuration_name: str) -> Usual | None:
     """Marks that the runs of a dive have in common; None if too few of them go from rest into a push to tell."""
-    dives = runs_of(dive)
+    dives = runs_as_dives(dive)
     if len(dives) < FEWEST:
         return None
     try:

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
 
 from bridge.links.link import memory_pair
-from bridge.onboard.ring import Bounds, ring_in
+from bridge.onboard.ring import RingSize, ring_in
 from bridge.sensors.samples import DvlSample
 from bridge.vehicle.config import Device, Sensors
 from bridge.wire.framing import Framer, decode
@@ -104,7 +104,7 @@ def test_settings_that_leave_the_dvl_unused_are_named(fake):
 
 
 def test_the_recording_aboard_is_a_dive_of_both(autopilot, tmp_path):
-    ring = ring_in(tmp_path / "ring", Bounds(100_000_000, 50_000_000), autopilot.clock)
+    ring = ring_in(tmp_path / "ring", RingSize(100_000_000, 50_000_000), autopilot.clock)
     aboard = Aboard(autopilot, file=WITH_DVL, ring=ring)
     pilot, dvl = Pilot(autopilot), Dvl(autopilot, aboard)
     assert autopilot.until(lambda: aboard.companion.rates.settled, 20.0, aboard, pilot, dvl)
@@ -119,7 +119,7 @@ def test_the_recording_aboard_is_a_dive_of_both(autopilot, tmp_path):
         dvl.velocity = (0.4 + 0.1 * math.sin(autopilot.clock.boot_s()), -0.1, 0.05)
 
     autopilot.run(8.0, move, aboard, pilot, dvl)
-    ring.work()
+    ring.write_waiting()
     ring.close()
     dive = read_dive(sorted((tmp_path / "ring").iterdir())[0])
     assert dive.pwm is not None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bridge.ardusub.law import ADDED_PER_S, FASTEST, MOST_ADDED, StickLaw, steady_velocity
-from bridge.ardusub.mixing import FRAMES, Mixer
+from bridge.ardusub.mixing import MOTOR_FACTORS, Mixer
 from bridge.errors import ConfigError
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
@@ -61,7 +61,7 @@ def test_each_stick_pushes_its_own_way():
 def test_the_shipped_vehicle_files_push_as_ardusubs_frames_do(frame, name):
     file = load_vehicle(name)
     shape = next(iter(file.vehicle.configurations.values()))
-    assert len(FRAMES[frame]) == len(shape.thrusters)
+    assert len(MOTOR_FACTORS[frame]) == len(shape.thrusters)
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     assert (
         Mixer(frame, (1.0,) * len(shape.thrusters), shape, curve).wrench(np.array([0.3, 0.0, 0.0]))[0] > 1.0

@@ -10,7 +10,7 @@ from fakes.telling import telling
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.onboard.ring import Bounds
+from bridge.onboard.ring import RingSize
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import Gate, SignedLink, Times
 from bridge.wire.whole import WHOLE, segments_in
@@ -112,7 +112,7 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    signed = SignedDive(tmp_path / "ring", bounds=Bounds(10_000_000, 4000))
+    signed = SignedDive(tmp_path / "ring", bounds=RingSize(10_000_000, 4000))
     signed.dive(5.0)
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: signed)
     write_key(tmp_path / "lake.key", KEY)

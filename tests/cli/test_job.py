@@ -34,7 +34,7 @@ def dive(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReques
 
 def ran(*words: str) -> tuple[Done, list[Report]]:
     heard: list[Report] = []
-    return asyncio.run(work(words, heard.append)), heard
+    return asyncio.run(work(words, heard.append, lambda: 0)), heard
 
 
 def test_what_a_program_is_told_it_reads_back() -> None:
@@ -114,7 +114,7 @@ def test_cancelling_ends_the_process_and_leaves_no_file(
 
     async def cancelled() -> None:
         heard = asyncio.Event()
-        job = asyncio.create_task(work((*dive, "--report", str(page)), lambda _: heard.set()))
+        job = asyncio.create_task(work((*dive, "--report", str(page)), lambda _: heard.set(), lambda: 0))
         await heard.wait()
         job.cancel()
         with pytest.raises(asyncio.CancelledError):

@@ -77,7 +77,7 @@ def test_what_another_vehicle_held_before_an_upload_is_not_gone_back_to(vehicle,
     before = tmp_path / f"2026-05-04T101112Z-before{suffix}"
     write_parameters(before, {"FF1_M_U": 112.0}, system=7, component=191)
     assert run("rollback", str(before), "--yes") == exit_codes.BAD_INPUT
-    assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    assert "saved from vehicle 7, this is vehicle 1; nothing was sent" in capsys.readouterr().err
     assert vehicle.server.value("FF1_M_U") == 0.0
     assert run("rollback", str(before), "--yes", "--any-vehicle") == exit_codes.DONE
     assert vehicle.server.value("FF1_M_U") == 112.0
@@ -109,12 +109,12 @@ def test_what_was_saved_of_another_vehicle_is_refused_unless_on_purpose(vehicle,
     path = tmp_path / "saved.params"
     write_parameters(path, {"FF1_M_U": 112.0, "FF1_D_U": 56.0}, system=7, component=191)
     assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
-    assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    assert "saved from vehicle 7, this is vehicle 1; nothing was sent" in capsys.readouterr().err
     write_sidecar(
         path, Sidecar("ab", "cd", "hovering", "likelihood", "0.1", {}, "hovering", "lake", "converged")
     )
     assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
-    assert "was saved of vehicle 7" in capsys.readouterr().err
+    assert "saved from vehicle 7" in capsys.readouterr().err
     assert vehicle.server.value("FF1_M_U") == 0.0
     assert run("upload", str(path), "--yes", "--any-vehicle") == exit_codes.DONE
     assert vehicle.server.value("FF1_M_U") == 112.0

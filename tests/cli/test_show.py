@@ -15,7 +15,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
-from gcs_plugin.recording.recorder import Count
+from gcs_plugin.recording.recorder import DiveCounts
 from identify.checks.fit import too_little
 from identify.comparison import compare
 from identify.dive import Dive
@@ -268,9 +268,9 @@ FOLDER = Path("dives/2026-11-20T0912Z-lake")
 @pytest.mark.parametrize(
     ("count", "words"),
     [
-        (Count(1, 12, 12, 960, 0), f"12 frames, 960 bytes, 0 lost here: {FOLDER}"),
+        (DiveCounts(1, 12, 12, 960, 0), f"12 frames, 960 bytes, 0 lost here: {FOLDER}"),
         (
-            Count(1, 12, 10, 800, 2, missed=5, unheard_s=58.25),
+            DiveCounts(1, 12, 10, 800, 2, missed=5, unheard_s=58.25),
             f"10 frames, 800 bytes, 2 lost here, 5 lost on the way, 58 s unheard at a stretch: {FOLDER}",
         ),
     ],
@@ -282,13 +282,13 @@ def test_the_last_words_of_a_dive(count, words):
 @pytest.mark.parametrize(
     ("count", "advice"),
     [
-        (Count(1, 12, 12, 960, 0, missed=5), ""),
+        (DiveCounts(1, 12, 12, 960, 0, missed=5), ""),
         (
-            Count(1, 12, 12, 960, 0, unheard_s=58.25, keeps_ring=True),
+            DiveCounts(1, 12, 12, 960, 0, unheard_s=58.25, keeps_ring=True),
             "58 s unheard: `seatrial fetch` brings what the vehicle kept of it",
         ),
         (
-            Count(1, 12, 12, 960, 0, unheard_s=58.25),
+            DiveCounts(1, 12, 12, 960, 0, unheard_s=58.25),
             "58 s unheard: another recording of the dive may have it, see `seatrial merge`",
         ),
     ],

@@ -20,7 +20,7 @@ from bridge.wire.whole import WHOLE, lacked
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import write_records
-from gcs_plugin.locks import HeldTlog, alone_at, holder_of, is_written
+from gcs_plugin.locks import LockedTlogWriter, holder_of, is_being_written, merge_lock
 from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording.state import release, write_holding
 from tui import cli
@@ -72,29 +72,29 @@ def of_a_recorder(folder):
 
 def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> None:
     path = tmp_path / "telemetry.tlog"
-    with HeldTlog(path):
-        assert is_written(path)
+    with LockedTlogWriter(path):
+        assert is_being_written(path)
         assert holder_of(path) in (os.getpid(), None)
-    assert not is_written(path)
+    assert not is_being_written(path)
 
 
 def test_a_lock_that_somebody_has_for_a_moment_is_had_with_the_next_sync(tmp_path) -> None:
     path = tmp_path / "telemetry.tlog"
-    with HeldTlog(path) as writer:
+    with LockedTlogWriter(path) as writer:
         writer.close()
         writer._file = os.open(path, os.O_RDWR)
         with path.open("rb") as looking:
             fcntl.flock(looking, fcntl.LOCK_SH)
             writer.sync()
-        assert not is_written(path)
+        assert not is_being_written(path)
         writer.sync()
-        assert is_written(path)
+        assert is_being_written(path)
 
 
 def test_a_pipe_and_an_absent_file_are_written_by_nobody(tmp_path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    assert not is_written(tmp_path / "pipe")
-    assert not is_written(tmp_path / "absent")
+    assert not is_being_written(tmp_path / "pipe")
+    assert not is_being_written(tmp_path / "absent")
     assert holder_of(tmp_path / "absent") is None
 
 
@@ -169,14 +169,14 @@ def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
 
 def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder, frames, other) -> None:
     write_records(folder.path / "telemetry.tlog", frames)
-    with alone_at(folder.path, ""), pytest.raises(LogError, match="another merge or fetch") as refused:
+    with merge_lock(folder.path, ""), pytest.raises(LogError, match="another merge or fetch") as refused:
         merge(folder, other)
     assert str(refused.value).endswith("puts recordings of it together; wait for its end and merge again")
     assert sorted(folder.path.iterdir()) == [folder.path / "telemetry.tlog"]
     dive = Dive(tmp_path / "fetched")
     dive.dive(5.0)
     write_records(folder.path / "telemetry.tlog", dive.heard)
-    with alone_at(folder.path, ""), pytest.raises(LogError, match="wait for its end and fetch again"):
+    with merge_lock(folder.path, ""), pytest.raises(LogError, match="wait for its end and fetch again"):
         fetcher_of(dive).whole(folder)
     assert not (folder.path / WHOLE).exists()
 

@@ -7,7 +7,7 @@ from merged_dives import SOURCE, dive_of, fetcher_of
 from soak import rest_in_soak
 
 from bridge.errors import LinkTimeout, LogError
-from bridge.onboard.ring import Bounds
+from bridge.onboard.ring import RingSize
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Op, Packet
 from bridge.wire.tlog import read_tlog
@@ -127,7 +127,7 @@ def test_a_segment_that_is_damaged_on_the_way_to_the_disk_is_fetched_again(tmp_p
 
 
 def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path) -> None:
-    dive, mirror = Dive(tmp_path / "ring", bounds=Bounds(16_000, 4000)), Mirror(tmp_path / "mirror")
+    dive, mirror = Dive(tmp_path / "ring", bounds=RingSize(16_000, 4000)), Mirror(tmp_path / "mirror")
     dive.dive(10.0)
     oldest = segments_in(dive.folder)[0][0].name
 

@@ -30,7 +30,7 @@ from gcs_plugin.dives.folder import (
     load_folder,
     new_folder,
 )
-from gcs_plugin.locks import alone_in
+from gcs_plugin.locks import folder_lock
 
 SECOND_S = 1_795_165_923.0
 
@@ -153,7 +153,7 @@ def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_al
     folder, monkeypatch
 ):
     monkeypatch.setattr("gcs_plugin.locks.CHANGE_S", 0.0)
-    with alone_in(folder.path):
+    with folder_lock(folder.path):
         folder.note("held")
     assert folder.about().notes == "held"
 

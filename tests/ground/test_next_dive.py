@@ -4,7 +4,7 @@ import pytest
 from faked_ground import Disk, Ground, frames_of
 
 from bridge.errors import LogError
-from gcs_plugin.recording.recorder import Count
+from gcs_plugin.recording.recorder import DiveCounts
 
 
 class Sea(Ground):
@@ -26,8 +26,8 @@ def test_frames_go_into_the_dive_before_and_from_then_on_into_the_next_one():
     for raw in raws[12:]:
         sea.hear(raw)
     assert (sea.first.raws, sea.second.raws) == (raws[:12], raws[12:])
-    assert sea.counts == [Count(1, 12, 12, len(b"".join(raws[:12])), 0)]
-    assert sea.recorder.count == Count(1, 8, 8, len(b"".join(raws[12:])), 0)
+    assert sea.counts == [DiveCounts(1, 12, 12, len(b"".join(raws[:12])), 0)]
+    assert sea.recorder.count == DiveCounts(1, 8, 8, len(b"".join(raws[12:])), 0)
     assert sea.notices == []
 
 
@@ -58,7 +58,7 @@ def test_one_that_ends_at_once_closes_both():
     sea.recorder.close()
     assert sea.first.calls == sea.second.calls == ["sync", "close"]
     assert sea.link.closed
-    assert sea.counts == [Count(1, 0, 0, 0, 0)]
+    assert sea.counts == [DiveCounts(1, 0, 0, 0, 0)]
 
 
 def test_what_the_disk_would_not_take_yet_lies_in_the_next_dive():

@@ -81,9 +81,7 @@ def test_a_file_says_of_which_vehicle_it_was_saved_where_its_form_does(tmp_path)
     path.write_text("7\t191\tFF0_M_U\t9\t9\n7\t191\tFF0_D_U\t9\t9\n")
     assert system_of(path) == 7
     check_system(path, 7, 7, "")
-    with pytest.raises(
-        ParamRejected, match="was saved of vehicle 7, and this is vehicle 1: nothing was sent"
-    ):
+    with pytest.raises(ParamRejected, match="saved from vehicle 7, this is vehicle 1; nothing was sent"):
         check_system(path, system_of(path), 1, "")
     write_parameters(tmp_path / "saved.param", {"FF0_M_U": 9.0}, system=7)
     assert system_of(tmp_path / "saved.param") == 7

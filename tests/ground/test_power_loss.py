@@ -8,7 +8,7 @@ from fakes.recordings import raws, ring_raws
 
 from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
-from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
+from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
 from bridge.wire.framing import Encoder
 from bridge.wire.whole import segments_in
 from gcs_plugin.dives.folder import DiveFolder, new_folder
@@ -121,13 +121,13 @@ def test_what_a_file_held_that_could_not_be_written_on_is_put_on_the_disk(disk, 
 def test_a_vehicles_own_recording_loses_half_a_second_at_most_when_its_power_fails(disk, tmp_path):
     ring, clock, encoder = tmp_path / "ring", SimulatedClock(), Encoder(1, 1)
     ring.mkdir()
-    keeper = RingKeeper(RingFiles(ring, Bounds(1_000_000, 1000), 7), 7, clock)
+    keeper = RingKeeper(RingFiles(ring, RingSize(1_000_000, 1000), 7), clock)
     said = []
     for _ in range(200):
         clock.advance_to(clock.now_s + STEP_S)
         raw = encoder.frame(30, bytes(28))
         keeper.put(round((UNIX_S + clock.now_s) * 1e6), clock.now_s, [raw])
-        keeper.work()
+        keeper.write_waiting()
         said.append((clock.now_s, raw))
         left = disk.after(ring, tmp_path / "after")
         kept = ring_raws(left)

@@ -22,7 +22,10 @@ def dive(mode: Mode, configuration: str = "hovering", mission: Mission = OUT, se
 
 
 def errors(run: TruthRun, mission: Mission, phase: str, dof: int, word: str) -> float:
-    chosen = [mission.leg_at(t).phase == phase and word in mission.leg_at(t).name for t in run.time_s]
+    chosen = np.zeros(len(run.time_s), dtype=np.bool_)
+    for leg, start_s, end_s in mission.spans():
+        if leg.phase == phase and word in leg.name:
+            chosen |= (run.time_s >= start_s) & (run.time_s < end_s)
     return float(np.abs(run.nu - run.nu_ref)[chosen, dof].mean())
 
 

@@ -15,12 +15,12 @@ from plugged_devices import Devices
 from bridge.links.open import open_link
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.ports import run_ports
-from bridge.onboard.ring import Bounds, ring_in
+from bridge.onboard.ring import RingSize, ring_in
 from bridge.onboard.service import Bridge
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
 from bridge.vehicle.parameters import vehicle_table
 
-RING = Bounds(total=20_000_000, segment=1_000_000)
+RING = RingSize(total=20_000_000, segment=1_000_000)
 FAULT_EVERY_S = 0.3
 
 
@@ -74,7 +74,7 @@ def main(folder: Path, spec: str, times: float, seed: int) -> None:
     with ExitStack() as stack:
         stack.callback(ring.close)
         stack.enter_context(devices.speaking(times))
-        ring.begin()
+        ring.start()
         for loop in loops:
             loop.start()
             stack.callback(loop.join)

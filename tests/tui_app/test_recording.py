@@ -371,7 +371,7 @@ def test_a_recording_begun_since_the_question_was_asked_is_not_ended_by_its_answ
 
 def test_dives_marks_the_dive_that_is_over_and_the_new_one_is_recorded():
     def at(marked, recorded):
-        places = Path(marked["folder"]), Path(recorded["folder"])
+        places = Path(marked["folder"]), {Path(recorded["folder"])}
         return lambda app: (app.screen._at, app.screen._recorded) == places
 
     async def work(app, pilot):

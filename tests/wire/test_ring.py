@@ -16,12 +16,12 @@ from service_rig import Rig, imu
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.onboard import ring as keeper_module
-from bridge.onboard.ring import Bounds, RingFiles, RingKeeper
+from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
 from bridge.wire.whole import Segment, segment_named, segments_in
 
-SMALL = Bounds(total=4000, segment=1000)
+SMALL = RingSize(total=4000, segment=1000)
 
 
 def frames(count, first=0):
@@ -76,6 +76,8 @@ def test_files_that_are_no_segments_are_left_alone(tmp_path):
 class Disk:
     """Files whose failure is a switch."""
 
+    identity = 4711
+
     def __init__(self):
         self.records, self.fault, self.syncs = [], "", 0
 
@@ -93,9 +95,9 @@ class Disk:
 
 def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it():
     disk = Disk()
-    rig = Rig(ring=RingKeeper(disk, 4711, SimulatedClock()))
+    rig = Rig(ring=RingKeeper(disk, SimulatedClock()))
     rig.ask(dialect.MAVLink_param_request_list_message(1, 1))
-    rig.bridge._ring.work()
+    rig.bridge._ring.write_waiting()
     assert [decode(Framer().feed(raw)[0]).get_type() for raw in disk.records[:2]] == [
         "HEARTBEAT",
         "SYSTEM_TIME",
@@ -105,7 +107,7 @@ def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it()
     for n in range(1, 61):
         rig.clock.advance_to(n * 0.05)
         rig.bridge.step()
-    rig.bridge._ring.work()
+    rig.bridge._ring.write_waiting()
     told = [decode(Framer().feed(raw)[0]) for raw in disk.records[before:]]
     assert [m.value for m in told if m.get_type() == "NAMED_VALUE_INT"] == [4711] * 3
     assert "link lost: memory:a" in [m.text for m in told if m.get_type() == "STATUSTEXT"]
@@ -113,7 +115,7 @@ def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it()
 
 def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte():
     disk = Disk()
-    rig = Rig(ring=RingKeeper(disk, 4711, SimulatedClock()))
+    rig = Rig(ring=RingKeeper(disk, SimulatedClock()))
     heard = b""
     for n in range(40):
         rig.clock.advance_to(n * 0.05)
@@ -121,7 +123,7 @@ def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte():
         rig.bridge.step()
         while data := rig.ground.read(0.0):
             heard += data
-    rig.bridge._ring.work()
+    rig.bridge._ring.write_waiting()
     assert b"".join(disk.records) == heard
 
 
@@ -135,8 +137,8 @@ def test_a_disk_that_stalls_never_holds_up_the_loop():
             super().write(*record)
 
     disk, clock = Stalls(), SimulatedClock()
-    ring, sent = RingKeeper(disk, 7, clock), frames(100)
-    ring.begin()
+    ring, sent = RingKeeper(disk, clock), frames(100)
+    ring.start()
     ring.put(0, 0.0, sent[:1])
     assert stuck.wait(30.0)
     for raw in sent[1:]:
@@ -149,32 +151,32 @@ def test_a_disk_that_stalls_never_holds_up_the_loop():
 
 def test_a_disk_that_fails_is_told_once_and_loses_nothing_that_fits_in_memory():
     clock, disk, sent = SimulatedClock(), Disk(), frames(30)
-    ring = RingKeeper(disk, 7, clock)
+    ring = RingKeeper(disk, clock)
     ring.put(0, 0.0, sent[:10])
-    ring.work()
+    ring.write_waiting()
     disk.fault = "disk full"
     for n in range(10, 20):
         clock.advance_to(float(n))
         ring.put(0, 0.0, sent[n : n + 1])
-        ring.work()
+        ring.write_waiting()
     assert ring.take_texts() == ["ring: not written, disk full"]
     disk.fault = ""
     clock.advance_to(30.0)
     ring.put(0, 0.0, sent[20:])
-    ring.work()
+    ring.write_waiting()
     assert ring.take_texts() == ["ring: written again, 0 frames lost"]
     assert disk.records == sent
 
 
 def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later():
     clock, disk = SimulatedClock(), Disk()
-    ring = RingKeeper(disk, 7, clock)
+    ring = RingKeeper(disk, clock)
     disk.fault = "disk full"
     reports = []
     for second in range(150):
         clock.advance_to(float(second))
         ring.put(0, float(second), frames(1))
-        ring.work()
+        ring.write_waiting()
         reports += [second] * len(ring.take_texts())
     assert reports == [0, 60, 120]
 
@@ -182,10 +184,10 @@ def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later()
 def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch):
     clock, disk, sent = SimulatedClock(), Disk(), frames(50)
     monkeypatch.setattr(keeper_module, "MOST_WAITING_BYTES", sum(len(raw) for raw in sent[30:]))
-    ring = RingKeeper(disk, 7, clock)
+    ring = RingKeeper(disk, clock)
     for raw in sent:
         ring.put(0, 0.0, [raw])
-    ring.work()
+    ring.write_waiting()
     assert disk.records == sent[30:]
     assert ring.take_texts() == [
         "ring: disk too slow or full, frames are lost",
@@ -195,11 +197,11 @@ def test_what_memory_can_not_hold_is_counted_and_told(monkeypatch):
 
 def test_what_was_written_is_put_on_the_disk_twice_a_second():
     clock, disk = SimulatedClock(), Disk()
-    ring = RingKeeper(disk, 7, clock)
+    ring = RingKeeper(disk, clock)
     for n in range(40):
         clock.advance_to(n * 0.05)
         ring.put(0, clock.now_s, frames(1))
-        ring.work()
+        ring.write_waiting()
     assert disk.syncs == 4
 
 
@@ -226,12 +228,12 @@ def test_a_full_disk_leaves_no_litter_and_the_ring_goes_on_in_a_new_segment(tmp_
 @pytest.mark.parametrize("fate", ["deleted", "moved away"])
 def test_a_ring_that_is_taken_away_is_told_in_one_text_and_begun_anew(tmp_path, fate):
     folder, elsewhere, clock, sent = tmp_path / "ring", tmp_path / "elsewhere", SimulatedClock(), frames(12)
-    ring = RingKeeper(RingFiles(folder, SMALL, 7), 7, clock)
+    ring = RingKeeper(RingFiles(folder, SMALL, 7), clock)
 
     def put(raws):
         clock.advance_to(clock.now_s + 1.0)
         ring.put(0, clock.now_s, raws)
-        ring.work()
+        ring.write_waiting()
 
     put(sent[:4])
     folder.rename(elsewhere)
@@ -251,15 +253,15 @@ WRITES = """
 import sys
 from pathlib import Path
 from bridge.clock import SystemClock
-from bridge.onboard.ring import Bounds
+from bridge.onboard.ring import RingSize
 from bridge.onboard.ring import ring_in
 from test_ring import frames
 
 clock = SystemClock()
-ring = ring_in(Path(sys.argv[1]), Bounds(20000, 1000), clock)
+ring = ring_in(Path(sys.argv[1]), RingSize(20000, 1000), clock)
 for n, raw in enumerate(frames(200) * 100):
     ring.put(n, clock.boot_s(), [raw])
-    ring.work()
+    ring.write_waiting()
     sys.stdout.write("x")
     sys.stdout.flush()
 """

@@ -8,7 +8,7 @@ from typing import Final
 
 from bridge.errors import ConfigError, LogError
 from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders, recordings, vehicle_named
-from gcs_plugin.locks import is_written
+from gcs_plugin.locks import is_being_written
 from tui.app.connecting import Choice, Way, ways_now
 from tui.app.jobs import Jobs, newer, written_ns
 from tui.app.view import Replay
@@ -99,7 +99,7 @@ class Desk:
         recorded = self.recorded()
         if recorded is not None and dive.resolve() == recorded.resolve():
             return False
-        return not any(map(is_written, recordings(dive)))
+        return not any(map(is_being_written, recordings(dive)))
 
     def written(self) -> frozenset[Path]:
         """The dives that are being written, resolved: the one recorded, and of the newest few those of any program."""

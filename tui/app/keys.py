@@ -171,7 +171,7 @@ EVERYWHERE: Final = (
         "flight.end",
         "ctrl+f",
         "End flight",
-        "it holds its place, again disarms it; of the flight that Fly began",
+        "the flight Fly began: it holds; again: disarms",
         HIDDEN | ALWAYS,
         "app.end_flight",
     ),

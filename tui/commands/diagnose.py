@@ -35,7 +35,7 @@ from identify.repeats.marks import Usual, usual_from
 from identify.run.diagnose import Before, diagnose, effects_without, published
 from identify.run.identify import compiles_first, runs_as_json
 from identify.run.recordings import Reading, runs_in, stray_bytes
-from identify.run.repeats import judge, repeats, runs_of
+from identify.run.repeats import judge, repeats, runs_as_dives
 from tui import show
 from tui.commands.prior import accepted_in
 from tui.files import Files
@@ -58,8 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
     file = load_vehicle(arguments.vehicle)
-    runs = runs_of_dive(arguments.dives)
-    checks = runs_of_dive([arguments.check]) if arguments.check else []
+    runs = recordings_of(arguments.dives)
+    checks = recordings_of([arguments.check]) if arguments.check else []
     columns = column_map_for(arguments.columns, [*map(str, (*runs, *checks))])
     reading, check = read_together(runs, file, columns), None
     if checks:
@@ -133,8 +133,8 @@ def run_repeats(arguments: argparse.Namespace, reading: Reading, usual: Usual) -
                 "no model to check, accept or draw; leave it out"
             )
     dive = reading.dive
-    judged = judge(runs_of(dive), reading.file, reading.configuration, usual)
-    left_out = len(runs_of(dive)) - judged.runs
+    judged = judge(runs_as_dives(dive), reading.file, reading.configuration, usual)
+    left_out = len(runs_as_dives(dive)) - judged.runs
     unlike = (
         (f"{left_out} more do not go from rest into a steady push, and were left out.",) if left_out else ()
     )
@@ -244,7 +244,7 @@ def run_against(arguments: argparse.Namespace) -> int:
                 f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
             )
     file = load_vehicle(arguments.vehicle)
-    places, of_simulator = runs_of_dive(arguments.dives), runs_of_dive([arguments.against])
+    places, of_simulator = recordings_of(arguments.dives), recordings_of([arguments.against])
     columns = column_map_for(arguments.columns, [*map(str, (*places, *of_simulator))])
     reading = read_together(places, file, columns)
     try:
@@ -278,7 +278,7 @@ def run_against(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def runs_of_dive(paths: Sequence[str]) -> list[Path]:
+def recordings_of(paths: Sequence[str]) -> list[Path]:
     """The recordings that are runs of one dive, those in folders too. Raises LogError for a path that holds none."""
     return [place for path in paths for place in runs_in(Path(path))]
 

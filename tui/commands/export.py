@@ -18,7 +18,7 @@ from identify.dive import Dive
 from identify.effects.library import library
 from identify.export.mcap import Written, write_mcap
 from identify.export.model import Model, model_of
-from identify.export.signals import MODEL, Topic, flown, topics
+from identify.export.signals import MODEL, PlotTopic, flown, topics
 from identify.export.targets import TARGETS, export, is_held, with_effects
 from identify.ingest.open import read_dive
 from identify.run.recordings import read
@@ -164,7 +164,7 @@ def export_dive(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _signals(arguments: argparse.Namespace, columns: Path | None) -> tuple[Dive, list[Topic], list[str]]:
+def _signals(arguments: argparse.Namespace, columns: Path | None) -> tuple[Dive, list[PlotTopic], list[str]]:
     if arguments.vehicle is None:
         dive = read_dive(Path(arguments.file), columns)
         return dive, list(topics(dive)), [str(note) for note in dive.notes]

@@ -24,7 +24,7 @@ from gcs_plugin.fetch.into_dive import Boot, boots_heard, newest, of_dive, refus
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
-from gcs_plugin.locks import alone_at
+from gcs_plugin.locks import merge_lock
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders
 from tui import links, show
@@ -181,7 +181,7 @@ class Fetcher:
             source = boots[-1].source
             self._fetch(fetching, source)
             ring = _paths(mirror, fetching.chosen)
-            with alone_at(folder.path, AGAIN):
+            with merge_lock(folder.path, AGAIN):
                 made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
         return Fetched(

@@ -13,7 +13,7 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.files import replacing
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.wire.tlog import read_tlog
+from bridge.wire.tlog import SUFFIXES, read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
@@ -133,7 +133,7 @@ def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile |
 
 
 def _is_tlog(path: Path) -> bool:
-    return path.name.lower().endswith((".tlog", ".tlog.gz"))
+    return path.name.lower().endswith(SUFFIXES)
 
 
 def _copy(source: Path, out: Path) -> None:

@@ -12,13 +12,13 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.errors import LogError, SeatrialError
 from bridge.files import replacing
-from bridge.wire.tlog import load_recording, of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import SUFFIXES, load_recording, of_those_that_hold_frames, read_tlog
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
 from gcs_plugin.fetch.whole import Whole, made_whole
-from gcs_plugin.locks import alone_at
+from gcs_plugin.locks import merge_lock
 from identify.ingest.logs import merged
 from identify.ingest.messages import clock
 from identify.ingest.tlog import read_tlog as read_fields
@@ -30,7 +30,7 @@ MOST_NAMED: Final = 3
 """Number of entries that are named individually if there are many."""
 FEWEST, LEAST_SHARE = 20, 0.3
 """Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
-TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
+LOGS = (".bin",)
 MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
 GROUNDS = 240
 """System ids from this number on are ground stations."""
@@ -120,10 +120,10 @@ def merge(folder: DiveFolder, file: Path) -> Merged:
     another process is at work on it: then nothing is changed.
     """
     name = file.name.lower()
-    if not name.endswith((*TLOGS, *LOGS)):
+    if not name.endswith((*SUFFIXES, *LOGS)):
         raise LogError(f"{file}: can't tell what this is by its ending; give a .tlog, a .tlog.gz or a .BIN")
-    with alone_at(folder.path, AGAIN):
-        return _frames(folder, file) if name.endswith(TLOGS) else _log(folder, file)
+    with merge_lock(folder.path, AGAIN):
+        return _frames(folder, file) if name.endswith(SUFFIXES) else _log(folder, file)
 
 
 def _frames(folder: DiveFolder, file: Path) -> Merged:

@@ -42,14 +42,8 @@ class IdentifyScreen(DiveScreen):
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
         ("⠤⠤ ⠁⠁", "the value after each pass, and dotted the ends of its 95 % interval"),
         ("vs", "what the other method says, which has answered already"),
-        (
-            "accepted",
-            "what the vehicle last accepted; the change is warned of where it is outside the interval",
-        ),
-        (
-            "given the thrust",
-            "the interval that Parameters shows; the wider one holds the error of the vehicle file's thrust too",
-        ),
+        ("accepted", "the vehicle's last accepted value; ▲ where the change is outside the interval"),
+        ("given", "the thrust: as Parameters shows it; the wider interval holds its error"),
         ("▲", "a doubt: read it before the values are used"),
     )
 
