@@ -178,7 +178,7 @@ def test_lateness_holds_the_delay_that_was_found_and_what_the_fit_still_asks_for
             self.size, self.score = size, score
 
     class Now:
-        doubted = frozenset({2})
+        feedback_unrecorded = frozenset({2})
         joint = theta = None
 
     tests = {0: Test(0.01, 2.0), 5: Test(0.01, 2.0), 2: Test(9.0, 90.0), 1: Test(0.0, 0.0)}

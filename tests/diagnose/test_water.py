@@ -96,11 +96,15 @@ def test_what_the_filter_of_an_autopilot_is_off_by_is_that_of_its_quieter_axis(s
     problems = tuple(replace(one, axis=with_colour(one.axis)) for one in still.joint.problems[:2])
     joint = replace(still.joint, problems=problems)
     theta = np.concatenate([still.theta[of_axis] for of_axis in joint.slices])
-    surge, sway = (of_axis.stop - 2 for of_axis in joint.slices)
+    surge, sway = (
+        of_axis.start + one.coloured_index for of_axis, one in zip(joint.slices, problems, strict=True)
+    )
     theta[[surge, sway]] = np.log([0.032, 0.005])
     tied, at = _alike(joint, theta, (0, 1, 2))
     assert np.exp(at[[surge, sway]]) == pytest.approx([0.005, 0.005])
-    assert [np.exp(one.prior_mean[-2]) for one in tied.problems] == pytest.approx([0.005, 0.005])
+    assert [np.exp(one.prior_mean[one.coloured_index]) for one in tied.problems] == pytest.approx(
+        [0.005, 0.005]
+    )
     same, where = _alike(joint, theta, ())
     assert same is joint
     assert where is theta

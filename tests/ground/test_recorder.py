@@ -247,4 +247,4 @@ def test_a_ground_that_stood_still_did_not_hear_meanwhile():
         sent.append(vehicle.quarter())
     kept = [*range(160), *range(320, 400)]
     times_s = [0.25 * n if n < 160 else 0.25 * (n - 160) for n in kept]
-    assert heard_by(times_s, lambda n: sent[kept[n]]).unheard_s == pytest.approx(40.0)
+    assert heard_by(times_s, lambda n: sent[kept[n]]).longest_s == pytest.approx(40.0)

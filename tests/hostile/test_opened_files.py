@@ -42,11 +42,12 @@ from identify.report.page import Report, write_report
 from tui.app import themes
 from tui.app.jobs import Kept, work
 from tui.app.keys import load_keymap
-from tui.app.screens.identify_lines import load_identified, places
+from tui.app.screens.identify_lines import load_identified
 from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan
 from tui.commands.prior import accepted_in
+from tui.dive_list import results_beside
 from tui.dive_reading import row_of
 from tui.parameter_files import Leave, read_identification
 
@@ -244,7 +245,7 @@ def test_a_recording_as_large_as_the_largest_dive_is_opened(
 def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
     about(tmp_path, str(tmp_path / "fifo.yaml"))
     (tmp_path / "telemetry.tlog").write_bytes(b"")
-    for path in ("fifo.yaml", "diagnosis.json", GLANCE, places(tmp_path)["--json"]):
+    for path in ("fifo.yaml", "diagnosis.json", GLANCE, results_beside(tmp_path)["--json"]):
         os.mkfifo(tmp_path / path)
     assert row_of(tmp_path).learnt == ()
     assert Kept(lambda data: data).read(tmp_path / "diagnosis.json") is None
@@ -289,7 +290,7 @@ def test_a_result_goes_to_its_own_place_in_the_app(
     tmp_path: Path, ours: Path, put: Callable[[Path], Path]
 ) -> None:
     place = put(tmp_path / "identified.json")
-    done = asyncio.run(work(["dives", str(tmp_path), "--json", str(place)], lambda _: None))
+    done = asyncio.run(work(["dives", str(tmp_path), "--json", str(place)], lambda _: None, lambda: 0))
     assert done.code == 0
     assert json.loads(place.read_text(encoding="utf-8")) == []
     assert not place.is_symlink()
