@@ -83,7 +83,7 @@ class Hub:
         if now_s >= self._next_beat_s:
             self._next_beat_s = now_s + HEARTBEAT_EVERY_S
             self.send(self._encoder.encode(ground_heartbeat()))
-        return self._framer.feed(self._link.read(STEP_S))
+        return self._framer.hear(self._link.read(STEP_S), self._clock.boot_s())
 
     def send(self, raw: bytes) -> None:
         self._link.write(raw)
