@@ -131,13 +131,15 @@ class PlanFlight:
             self._follow(progress)
 
     def _where(self) -> Progress:
-        session, flown = self._crew.session, self._flown
-        left_s = session.heard.left_s if session.heard is not None else 0.0
-        piece = flown.name if flown is not None else ""
-        words = DOES[session.state].format(left_s, piece)
+        words = self._activity()
         if self._landed and not self.over:
             words = "lies still; what it flew is identified"
         return Progress(self.outcome.pieces / len(self._plan.pieces), words, self.outcome.widths)
+
+    def _activity(self) -> str:
+        session, flown = self._crew.session, self._flown
+        left_s = session.heard.left_s if session.heard is not None else 0.0
+        return DOES[session.state].format(left_s, flown.name if flown is not None else "")
 
     def _go_on(self, now_s: float) -> None:
         """Ask for the next piece, or end a flight that is over."""
@@ -221,9 +223,8 @@ class PlanFlight:
         if self._was[0] is State.COUNTDOWN and now[0] is State.GOING:
             self._took_off_s = self._crew.clock.boot_s()
         self._was = now
-        sentence = SENTENCES[session.state].format(session.heard.left_s if session.heard else 0.0)
-        if sentence:
-            self._tell(f"{sentence}{f': {session.words}' if session.words else ''}")
+        if session.state in TURNS:
+            self._tell(f"{self._activity()}{f': {session.words}' if session.words else ''}")
 
 
 DOES: Final = {
@@ -235,15 +236,8 @@ DOES: Final = {
     State.RETURNING: "goes back to where it began",
     State.HOLDING: "holds its place, {:.0f} s at most, then disarms",
 }
-SENTENCES: Final = {
-    State.IDLE: "",
-    State.COUNTDOWN: "counts down: {:.0f} s",
-    State.GOING: "",
-    State.WAITING: "",
-    State.FLYING: "",
-    State.RETURNING: "goes back to where it began",
-    State.HOLDING: "holds its place, {:.0f} s at most, then disarms",
-}
+TURNS: Final = {State.COUNTDOWN, State.RETURNING, State.HOLDING}
+"""Activities that are worth a sentence when they begin."""
 
 
 def told(widths: Widths, wanted: Wanted) -> str:

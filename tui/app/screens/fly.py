@@ -94,7 +94,7 @@ def proposed_lines(proposed: Proposed, cells: int) -> Lines:
         f"{limits.time_s:g} s in all",
         f"{limits.link_s:g} s without a word from here",
     )
-    pieces = ", ".join(f"{piece.name}" for piece in proposed.pieces)
+    pieces = ", ".join(piece.name for piece in proposed.pieces)
     return (
         heading("ASKED FOR", "", cells),
         *hanging(f"{', '.join(proposed.know)} known to {proposed.asked_percent:g} %", "strong", cells),
