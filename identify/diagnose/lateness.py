@@ -135,13 +135,8 @@ def with_holding_unknown(covariance: Array, causes: Sequence[Cause], dive: Dive)
 
     Commands of a faster loop act half a step earlier than the same commands that hold, and a delay takes that up.
     """
-    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
-    if (
-        commands is None
-        or loop_is_recorded(dive)
-        or dive.commands_hold is not None
-        or dive.reckoned is not None
-    ):
+    commands = _of_unknown_loop(dive)
+    if commands is None:
         return covariance
     late = [bool(cause.effect.timing) for cause in causes for present in cause.present if present]
     return covariance + np.diag(np.array(late, np.float64) / (12.0 * commands.rate_hz**2))
