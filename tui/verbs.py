@@ -331,14 +331,15 @@ def _import(options: Options) -> None:
     options.json("what it holds")
 
 
-@verb("propose the vehicle file of an ArduSub by its own parameters in a log, and check its motors", _GUESS)
+@verb(
+    "propose the vehicle file of an ArduSub by a log: its parameters, or its motion; and check its motors",
+    _GUESS,
+)
 def _vehicle(options: Options) -> None:
-    guess = ("frame, order and directions of the thrusters, and which motor is reversed or swapped", _GUESS)
+    guess = ("frame, order and directions of the thrusters, and which motors are reversed or swapped", _GUESS)
     for _, parser in actions_of(options.parser, {"guess": guess}):
         action = Options(parser)
-        action.value(
-            "log", "LOG", "a .tlog, a DataFlash .BIN or a dive folder with the autopilot's parameters in it"
-        )
+        action.value("log", "LOG", "a .tlog, a DataFlash .BIN or a dive folder of the autopilot")
         action.value("--out", "FILE", "write the vehicle file", type=NewFile)
         action.json("what was found")
 

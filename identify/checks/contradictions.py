@@ -13,6 +13,7 @@ from identify.checks.controller import (
 from identify.checks.descent import descent_doubts
 from identify.checks.heading import turning_doubts
 from identify.checks.levelling import levelling_doubts
+from identify.checks.motors import miswired_doubts
 from identify.dive import Dive
 from identify.identification import Doubt
 
@@ -31,5 +32,6 @@ def contradictions(
         *descent_doubts(dive, file.vehicle.water),
         *turning_doubts(dive),
         *levelling_doubts(dive),
+        *miswired_doubts(dive, file, configuration),
         *depthless_doubts(dive, file, configuration, fitted),
     )

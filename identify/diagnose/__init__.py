@@ -1,9 +1,8 @@
 """The gap between model and sea: where it lies, which effect causes it, how far it shrinks.
 
-`diagnose` runs it all. Before: `recording` checks · `mounting` whether velocity follows thrust · `motors` which motor
-it contradicts · `nominal` the fitted model · `changed` since an earlier acceptance. The gap: `simulation` open loop ·
-`drift` over seconds, noise floor, plain baseline · `gap` by place and axis · `slow`, `rhythms` slow and periodic
-forces.
+`diagnose` runs it all. Before: `recording` checks · `nominal` the fitted model · `changed` since an earlier
+acceptance. The gap: `simulation` open loop · `drift` over seconds, noise floor, plain baseline · `gap` by place and
+axis · `slow`, `rhythms` slow and periodic forces.
 
 The causes: `predicted` motion · `innovations`, `witnesses` what filters and other sensors show · `regression` the
 dive as linear equations · `candidates` what is tried · `evidence`, `weighing`, `search` how it is chosen · `shafts`

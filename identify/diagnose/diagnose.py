@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
+from identify.checks.motors import miswired_doubts
+from identify.checks.mounting import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.changed import (
     Simulator,
@@ -36,7 +38,6 @@ from identify.diagnose.gap import (
     with_unexplained,
 )
 from identify.diagnose.lateness import lateness_of, slow_loop, with_holding_unknown, with_known_holding
-from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
     LEAST_CHECK_S,
@@ -263,7 +264,11 @@ def diagnose(
             *still,
             *((spikes_sentence(spiky),) if many else ()),
         ),
-        first=mounted_otherwise(nominal.mirrored, nominal.swapped),
+        first=mounted_otherwise(
+            nominal.mirrored,
+            nominal.swapped,
+            [doubt.sentence for doubt in miswired_doubts(dive, file, configuration_name)],
+        ),
         held=held,
         correlation=known.correlations(),
         late=lateness_of(causes, explanation.now),

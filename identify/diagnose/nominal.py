@@ -16,9 +16,9 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.controller import unrecorded
+from identify.checks.mounting import mirrored, swapped
 from identify.diagnose.candidates import Cause
 from identify.diagnose.innovations import mean_before, reading_error
-from identify.diagnose.mounting import mirrored, swapped
 from identify.diagnose.predicted import by_present_thrust, course_of, predicted
 from identify.diagnose.regression import LEVELLED, steady_trims
 from identify.diagnose.witnesses import Witness, witnesses

@@ -15,6 +15,7 @@ from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.search import AMBIGUOUS_NATS, LEAST_GAIN, Explanation, explain
 from identify.effects.actuators import shaft_lag
 from identify.effects.effect import QUICK_COMMANDS, Effect, before_the_shaft
+from identify.side_by_side import both
 
 Array = NDArray[np.float64]
 
@@ -41,13 +42,13 @@ def of_likelier_lag(
 
     A lag of the shafts makes the thrust later, as many a cause does, so that both are searched where it does so.
     """
-    plain = _searched(nominal, library, progress)
-    if not _can_tell(nominal, library):
-        return plain
-    by_shaft = of_shafts(nominal)
+    by_shaft = of_shafts(nominal) if _can_tell(nominal, library) else nominal
     if by_shaft.log_posterior < nominal.log_posterior + LEAST_GAIN:
-        return plain
-    other = _searched(by_shaft, (*library, shaft_lag(nominal.course.lag_s)), progress)
+        return _searched(nominal, library, progress)
+    plain, other = both(
+        lambda: _searched(nominal, library, progress),
+        lambda: _searched(by_shaft, (*library, shaft_lag(nominal.course.lag_s)), lambda _share, _words: None),
+    )
     return other if other.worth > plain.worth + AMBIGUOUS_NATS else plain
 
 

@@ -16,9 +16,9 @@ AUTOPILOT: Final = dialect.MAV_COMP_ID_AUTOPILOT1
 
 
 def autopilot_parameters(path: Path) -> dict[str, float]:
-    """Parameters by name, as a recording or a dive folder last states them.
+    """Parameters by name, as a recording or a dive folder last states them; empty if it holds none.
 
-    Raises LogError for a recording that holds none, or another form of file.
+    Raises LogError for another form of file, and for an autopilot that is no ArduPilot.
     """
     files = recording_files(path)
     logs = [file for file in files if file.name.lower().endswith(".bin")]
@@ -30,11 +30,6 @@ def autopilot_parameters(path: Path) -> dict[str, float]:
     values = _heard(heard) if heard else {}
     for log in logs:
         values |= dataflash_parameters(log)
-    if not values:
-        raise LogError(
-            f"{path}: holds no parameters of the autopilot; let the ground station read them all while it records "
-            "(QGroundControl does at each connection), or give the autopilot's own log, the .BIN"
-        )
     return values
 
 

@@ -1,36 +1,41 @@
-"""The vehicle that recorded a log, by its autopilot's own parameters and by how it moved."""
+"""The vehicle that recorded a log: by its autopilot's own parameters, and by how it moved."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
+import numpy as np
 import yaml
 
+from bridge.ardusub.frames import FRAME
 from bridge.ardusub.settings import FAILSAFE, PILOT_FAILSAFE, WARNS_ALONE, direction_name
 from bridge.ardusub.wiring import FILES, FIRST_MOTOR, Wiring, wiring
-from bridge.errors import SeatrialError
+from bridge.errors import LogError, SeatrialError
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from identify.checks.gaps import never_armed
-from identify.diagnose.motors import Miswired, miswired
-from identify.diagnose.mounting import PUSHED, mirrored, mounting_hints, swapped
+from identify.checks.motors import FOLLOWS, Miswired, following, miswired
+from identify.checks.mounting import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
+from identify.words import listed
 
 HOLDER: Final = "SYSID_MYGCS"
 
 
 @dataclass(frozen=True)
 class Guess:
-    """A vehicle file proposed for a recording by the autopilot's parameters in it.
+    """A vehicle file proposed for a recording, by the autopilot's parameters in it or by its motion alone.
 
     `file` fits the wiring; `base` names the bundled file that it comes from. `findings` are sentences on what the
     motion contradicts; `judged` the degrees of freedom that were compared, and `unjudged` why none was, if none;
     `hints` are sentences on parameters that would trouble a companion.
     """
+
+    by: Literal["parameters", "motion"]
 
     base: str
     file: VehicleFile
@@ -54,14 +59,16 @@ class Guess:
             }
             for motor, thruster in zip(self.wiring.motors, fitted, strict=True)
         ]
+        known = "the autopilot's parameters" if self.by == "parameters" else "the motions"
         head = (
             f"# {self.base} of configs/vehicles, whose sources it names, with its thrusters in the order and with the\n"
-            f"# signs that the autopilot's parameters in {source} state.\n"
+            f"# signs that {known} in {source} show.\n"
         )
         return head + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=116)
 
     def to_json(self) -> dict[str, Any]:
         return {
+            "by": self.by,
             "vehicle": self.base,
             "configuration": self.configuration,
             "frame": self.wiring.frame,
@@ -78,17 +85,60 @@ class Guess:
 def guess(path: Path) -> Guess:
     """Propose a vehicle file for a recording, and compare it with the recorded motion.
 
-    Raises LogError for a recording without an ArduPilot's parameters, ConfigError for parameters that fit no file.
+    Without the autopilot's FRAME_CONFIG the motion alone proposes one: the bundled file and the signs of its thrusters
+    that it follows best.
+
+    Raises LogError for a recording that has neither, ConfigError for parameters that fit no file.
     """
     values = autopilot_parameters(path)
     bases = {frame: load_vehicle(name) for frame, name in FILES.items()}
-    configurations = {frame: next(iter(base.vehicle.configurations.items())) for frame, base in bases.items()}
-    wired = wiring(values, {frame: len(each.thrusters) for frame, (_, each) in configurations.items()})
-    base, (name, configuration) = bases[wired.frame], configurations[wired.frame]
-    vehicle = replace(base.vehicle, configurations={name: wired.fitted(configuration)})
-    file = replace(base, vehicle=vehicle, configuration=name)
+    if FRAME not in values:
+        return _guessed_by_motion(path, bases, values)
+    wired = wiring(values, {frame: len(_configuration(base)[1].thrusters) for frame, base in bases.items()})
+    name, _ = _configuration(bases[wired.frame])
+    file = _wired_file(bases[wired.frame], wired)
     findings, judged, unjudged = _by_motion(path, file, name, wired)
-    return Guess(FILES[wired.frame], file, name, wired, findings, judged, unjudged, companion_hints(values))
+    hints = companion_hints(values)
+    return Guess("parameters", FILES[wired.frame], file, name, wired, findings, judged, unjudged, hints)
+
+
+def _configuration(base: VehicleFile) -> tuple[str, Configuration]:
+    return next(iter(base.vehicle.configurations.items()))
+
+
+def _wired_file(base: VehicleFile, wired: Wiring) -> VehicleFile:
+    """The bundled file with its thrusters as they are wired."""
+    name, configuration = _configuration(base)
+    vehicle = replace(base.vehicle, configurations={name: wired.fitted(configuration)})
+    return replace(base, vehicle=vehicle, configuration=name)
+
+
+def _guessed_by_motion(path: Path, bases: Mapping[str, VehicleFile], values: Mapping[str, float]) -> Guess:
+    """The bundled file of the most thrusters, all of them used, that the motion follows, with those turned that it
+    shows to be reversed.
+
+    Raises LogError if it follows none.
+    """
+    for frame, base in sorted(bases.items(), key=lambda item: -len(_configuration(item[1])[1].thrusters)):
+        name, configuration = _configuration(base)
+        count = len(configuration.thrusters)
+        dive = read_dive(path, vehicle=base)
+        if dive.pwm is None or np.count_nonzero(dive.pwm.value[:, :count].std(axis=0)) < count:
+            continue
+        wrong = miswired(dive, base, name)
+        turned = () if wrong is None else wrong.reversed
+        wired = Wiring(frame, tuple(range(1, count + 1)), turned)
+        file = _wired_file(base, wired)
+        if following(dive, file, name) < FOLLOWS:
+            continue
+        findings, judged, unjudged = _by_motion(path, file, name, wired)
+        hints = companion_hints(values)
+        return Guess("motion", FILES[frame], file, name, wired, findings, judged, unjudged, hints)
+    raise LogError(
+        f"{path}: holds no {FRAME} of the autopilot, and its motion follows the thrust of no known frame; let the "
+        "ground station read all parameters while it records (QGroundControl does at each connection), give the "
+        "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)"
+    )
 
 
 def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
@@ -126,26 +176,35 @@ def _by_motion(
     )
     if not judged:
         return (), (), "it holds no velocity and no rate of turn"
-    wrong = miswired(dive, file, configuration_name, axes)
+    wrong = miswired(dive, file, configuration_name)
     if wrong is not None:
         return (_sentence(wrong, wired),), judged, ""
     return mounting_hints(mirrored(axes), swapped(axes)), judged, ""
 
 
 def _sentence(wrong: Miswired, wired: Wiring) -> str:
-    motors = [wired.motors[place - 1] for place in wrong.motors]
-    so = f"the recorded motion follows the thrust then by {wrong.follows:.2f}, and by {wrong.followed:.2f} as it is"
-    if len(motors) == 1:
-        name = direction_name(motors[0])
-        now = -1 if motors[0] in wired.reversed else 1
-        return (
-            f"Motor {motors[0]} pushes the other way than {name} {now} says ({so}): set {name} to {-now}, or swap two "
-            "of its three wires."
+    if wrong.reversed:
+        motors = [wired.motors[place - 1] for place in wrong.reversed]
+        now, then = (
+            listed(
+                [f"{direction_name(motor)} {sign if motor in wired.reversed else -sign}" for motor in motors]
+            )
+            for sign in (-1, 1)
         )
-    first, second = motors
-    outputs = " and ".join(str(place) for place in wrong.motors)
+        many, push, says, wires = (
+            ("Motor", "pushes", "says", "its three wires")
+            if len(motors) == 1
+            else ("Motors", "push", "say", "the three wires of each")
+        )
+        numbers = listed([str(motor) for motor in motors])
+        return (
+            f"{many} {numbers} {push} the other way than {now} {says} ({wrong.agreement}): set {then}, or swap two of "
+            f"{wires}."
+        )
+    first, second = (wired.motors[place - 1] for place in wrong.swapped)
+    outputs = " and ".join(str(place) for place in wrong.swapped)
     return (
-        f"Motors {first} and {second} are swapped ({so}): swap their plugs on outputs {outputs}, or "
-        f"SERVO{wrong.motors[0]}_FUNCTION {FIRST_MOTOR + first - 1} and SERVO{wrong.motors[1]}_FUNCTION "
-        f"{FIRST_MOTOR + second - 1}."
+        f"Motors {first} and {second} are swapped ({wrong.agreement}): swap their plugs on outputs {outputs}, or "
+        f"SERVO{wrong.swapped[0]}_FUNCTION {FIRST_MOTOR + second - 1} and SERVO{wrong.swapped[1]}_FUNCTION "
+        f"{FIRST_MOTOR + first - 1}."
     )

@@ -14,6 +14,7 @@ from typing import Any
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
+from identify.checks.motors import miswired_doubts
 from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
@@ -114,6 +115,7 @@ def _answer(
         answer = estimate_by(dive, file, configuration_name, passed_on)
     except FitError as error:
         answer = nothing(dive, file, configuration_name, method, error.reason)
+        answer = replace(answer, doubts=miswired_doubts(dive, file, configuration_name))
     progress(Step(method, 1.0, ANSWERED, _values_of(answer), True))
     return replace(answer, notes=(*answer.notes, *((f"{capital(ended)}.",) if ended else ())))
 

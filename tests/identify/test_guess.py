@@ -3,6 +3,7 @@
 import json
 import struct
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from bridge.ardusub.wiring import wiring
 from bridge.errors import ConfigError, LogError
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
-from identify.diagnose.motors import miswired
+from identify.checks.motors import miswired, miswired_doubts
+from identify.checks.mounting import mounted_otherwise
 from identify.dive import Dive, Signal
-from identify.estimators.axes import build_axes
+from identify.identification import Outcome
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.run.guess import companion_hints, guess
@@ -45,16 +47,39 @@ def test_the_autopilots_parameters_are_read_and_no_companions(tmp_path):
     assert autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN)) == PLAIN
 
 
-@pytest.mark.parametrize(
-    ("values", "autopilot", "words"),
-    [
-        ({}, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, "holds no parameters of the autopilot"),
-        (PLAIN, mav.MAV_AUTOPILOT_PX4, "its autopilot is no ArduPilot"),
-    ],
-)
-def test_a_log_without_an_ardupilots_parameters_is_refused(tmp_path, values, autopilot, words):
-    with pytest.raises(LogError, match=words):
-        autopilot_parameters(tlog(tmp_path / "a.tlog", values, autopilot))
+def test_a_log_of_another_autopilot_is_refused(tmp_path):
+    with pytest.raises(LogError, match="its autopilot is no ArduPilot"):
+        autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN, mav.MAV_AUTOPILOT_PX4))
+
+
+def test_without_parameters_the_motion_shows_the_frame_and_the_reversed_motors(tmp_path, monkeypatch):
+    dive = moved(np.array((-1.0, -1.0, 1.0, -1.0, -1.0, 1.0)), np.arange(6))
+    pulses = np.hstack([dive.pwm.value, np.full((len(dive.pwm), 2), 1500.0)])
+    dive = replace(dive, pwm=Signal(dive.pwm.time_s, pulses))
+    monkeypatch.setattr("identify.run.guess.read_dive", lambda _path, **_of: dive)
+    log, out = tlog(tmp_path / "a.tlog", {}), tmp_path / "ours.yaml"
+    guessed = guess(log)
+    assert (guessed.by, guessed.base, guessed.wiring.reversed) == ("motion", "bluerov2", (1, 2, 4, 5))
+    assert (guessed.findings, guessed.judged) == ((), ("surge", "sway", "heave", "yaw"))
+    assert main(["vehicle", "guess", str(log), "--out", str(out)]) == 0
+    thrusters = load_vehicle(str(out)).vehicle.configurations["standard"].thrusters
+    turned = [
+        number
+        for number, (ours, plain) in enumerate(
+            zip(thrusters, FILE.vehicle.configurations["standard"].thrusters, strict=True), 1
+        )
+        if np.dot(ours.direction, plain.direction) < 0
+    ]
+    assert turned == [1, 2, 4, 5]
+
+
+def test_without_parameters_a_motion_that_follows_no_frame_is_refused(tmp_path, monkeypatch):
+    still = moved(np.zeros(6), np.arange(6))
+    noise = np.random.default_rng(1).normal(size=still.velocity.value.shape)
+    other = replace(still, velocity=Signal(still.velocity.time_s, noise), gyro=None)
+    monkeypatch.setattr("identify.run.guess.read_dive", lambda _path, **_of: other)
+    with pytest.raises(LogError, match="its motion follows the thrust of no known frame"):
+        guess(tlog(tmp_path / "a.tlog", {}))
 
 
 @pytest.mark.parametrize(
@@ -156,14 +181,34 @@ def moved(signs, order):
     ("signs", "order", "motors"),
     [
         ((1, 1, 1, 1, 1, 1), (0, 1, 2, 3, 4, 5), None),
-        ((1, -1, 1, 1, 1, 1), (0, 1, 2, 3, 4, 5), (2,)),
-        ((1, 1, 1, 1, 1, 1), (3, 1, 2, 0, 4, 5), (1, 4)),
+        ((1, -1, 1, 1, 1, 1), (0, 1, 2, 3, 4, 5), ((2,), ())),
+        ((-1, -1, 1, -1, -1, 1), (0, 1, 2, 3, 4, 5), ((1, 2, 4, 5), ())),
+        ((-1, -1, -1, -1, -1, -1), (0, 1, 2, 3, 4, 5), ((1, 2, 3, 4, 5, 6), ())),
+        ((1, 1, 1, 1, 1, 1), (3, 1, 2, 0, 4, 5), ((), (1, 4))),
     ],
 )
-def test_the_motor_that_the_motion_contradicts_is_named(signs, order, motors):
-    dive = moved(np.array(signs, dtype=float), np.array(order))
-    found = miswired(dive, FILE, "standard", build_axes(dive, FILE, "standard", (0, 1, 2, 5)).axes)
-    assert (found and found.motors) == motors
+def test_the_motors_that_the_motion_contradicts_are_named(signs, order, motors):
+    found = miswired(moved(np.array(signs, dtype=float), np.array(order)), FILE, "standard")
+    assert (found and (found.reversed, found.swapped)) == motors
+
+
+def test_a_motor_that_hardly_ran_is_not_called_reversed():
+    dive = moved(np.array((-1.0, -1.0, 1.0, 1.0, -1.0, 1.0)), np.arange(6))
+    pwm = dive.pwm.value.copy()
+    pwm[:, 4] = 1500.0
+    found = miswired(replace(dive, pwm=Signal(dive.pwm.time_s, pwm)), FILE, "standard")
+    assert found.reversed == (1, 2)
+
+
+def test_reversed_motors_speak_against_every_mass_and_damping():
+    (doubt,) = miswired_doubts(
+        moved(np.array((1.0, -1.0, 1.0, 1.0, 1.0, 1.0)), np.arange(6)), FILE, "standard"
+    )
+    assert doubt.outcome is Outcome.DISAGREES
+    assert {"M_u", "D_u", "I_r", "D_r"} <= {*doubt.about}
+    assert doubt.sentence.startswith("Thruster 2 pushes the other way than the vehicle file says (so wired, ")
+    assert doubt.sentence.endswith("give each the opposite `direction` in the vehicle file.")
+    assert mounted_otherwise((0,), (), [doubt.sentence])[1:] == (doubt.sentence,)
 
 
 def test_motion_is_not_held_against_the_thrust_of_a_vehicle_that_was_never_armed(tmp_path):

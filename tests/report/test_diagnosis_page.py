@@ -20,9 +20,9 @@ from made_diagnoses import (
     with_figure,
 )
 
+from identify.checks.mounting import mounted_otherwise
 from identify.diagnose import wording
 from identify.diagnose.candidates import Cause
-from identify.diagnose.mounting import mounted_otherwise
 from identify.diagnose.result import (
     AxisShrink,
     Disturbance,

@@ -1,4 +1,4 @@
-"""`seatrial vehicle guess`: propose a vehicle file for a log, by the autopilot's own parameters."""
+"""`seatrial vehicle guess`: propose a vehicle file for a log, by the autopilot's own parameters or its motion."""
 
 import argparse
 from pathlib import Path
@@ -30,8 +30,9 @@ def _table(guessed: Guess) -> Table:
         (str(output), str(motor), "reversed" if motor in wiring.reversed else "")
         for output, motor in enumerate(wiring.motors, 1)
     ]
-    title = f"frame {wiring.frame}, FRAME_CONFIG {FRAMES.index(wiring.frame)}"
-    return Table(title, ("output", "motor", "MOT_n_DIRECTION"), rows)
+    number = f"FRAME_CONFIG {FRAMES.index(wiring.frame)}"
+    title = f"frame {wiring.frame}, {number if guessed.by == 'parameters' else 'by the motion alone'}"
+    return Table(title, ("output", "motor", "direction"), rows)
 
 
 def _sentences(guessed: Guess, out: str) -> list[str]:

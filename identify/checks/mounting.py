@@ -44,9 +44,14 @@ def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
     )
 
 
-def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
-    """Warnings that precede any verdict on a dive with such a mounting; empty if motion follows thrust."""
-    hints = mounting_hints(dofs, pairs)
+def mounted_otherwise(
+    dofs: Sequence[int], pairs: Sequence[tuple[int, int]], wiring: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Warnings that precede any verdict on a dive with such a mounting; empty if motion follows thrust.
+
+    wiring: sentences on the thrusters, which explain such a motion.
+    """
+    hints = wiring or mounting_hints(dofs, pairs)
     if not hints:
         return ()
     return (
