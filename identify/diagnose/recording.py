@@ -26,7 +26,7 @@ from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvable
-from identify.estimators.timing import coarse_delay_s
+from identify.estimators.timing import coarse_delay_of_all_s, coarse_delay_s
 from identify.forces import tells_thrusters, wrench
 from identify.identifiability import MOST_ADDED
 from identify.ingest.commands import sampled_seldom
@@ -171,8 +171,8 @@ def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configura
     forces = wrench(dive, file, configuration_name)
     # A delay at which the equations have no solution ends the search: without a delay they have one.
     with suppress(np.linalg.LinAlgError):
-        hidden = drowned(disturbance_of(nominal))
-        delay_s = coarse_delay_s(forces, nominal.built, nominal.joint, nominal.theta, hidden)
+        delay_of = coarse_delay_of_all_s if drowned(disturbance_of(nominal)) else coarse_delay_s
+        delay_s = delay_of(forces, nominal.built, nominal.joint, nominal.theta)
         return replace(nominal, late_thrust_s=(delay_s, 0.0))
     return nominal
 

@@ -292,17 +292,21 @@ class HeldOutFit:
     def without(self, fold: int) -> tuple[Array, Array]:
         """The fit's theta and the step of the slopes' parameters, with a fold left out.
 
-        If the fold holds nearly all information on a parameter, as the only leg that dives would, noise would move
-        the parameter; SCARCE holds it in place.
+        The step is from the regression's own optimum for the whole dive, which is the fit's but for what the filters
+        weigh otherwise, as noise of the commands. If the fold holds nearly all information on a parameter, as the only
+        leg that dives would, noise would move the parameter; SCARCE holds it in place.
         """
         joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_indices, *mean_indices(joint)})
-        taught = self._products.sum(axis=0) - self._products[fold]
-        scarce = SCARCE * np.diag(self._products.sum(axis=0))[:-1]
-        precision = scarce + np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
-        pull = np.zeros(len(precision))
+        whole = self._products.sum(axis=0)
+        left = whole - self._products[fold]
+        known = np.diag(np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])]))
+        pull = np.zeros(len(known))
         pull[: len(kept)] = (joint.prior_precision * (joint.prior_mean - theta))[kept]
-        step = inverse(taught[:-1, :-1] + np.diag(precision)) @ (taught[:-1, -1] + pull)
+        optimum = inverse(whole[:-1, :-1] + known) @ (whole[:-1, -1] + pull)
+        beyond = left[:-1, -1] + pull - (left[:-1, :-1] + known) @ optimum
+        scarce = SCARCE * np.diag(np.diag(whole)[:-1])
+        step = inverse(left[:-1, :-1] + known + scarce) @ beyond
         theta = _moved(theta, joint, kept, step[: len(kept)])
         return theta, step[self.rows.nuisance.width :]
 

@@ -163,27 +163,29 @@ def with_delay(
     return Delayed(ThrustDelay(by_s, by_s - half_s, by_s + half_s, in_file_s), built, fit)
 
 
-def coarse_delay_s(
-    forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array, everywhere: bool
-) -> float:
-    """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls.
-
-    With `everywhere`, the likeliest of EVERYWHERE_S: a fit whose disturbance takes all of the thrust is as poor at a
-    wrong delay as at the next, and its likelihood rises within a step of the right delay alone.
-    """
+def coarse_delay_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
+    """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls."""
     profile = _profile(forces, built, joint, theta)
     undelayed = log_posterior(profile.at(0.0), theta)
-    if everywhere:
-        profile.tops[0.0] = undelayed
-        for by_s in EVERYWHERE_S:
-            profile.top(by_s, COARSELY, undelayed)
-        return profile.best
     if profile.top(DELAYS_S[1], COARSELY, undelayed) < undelayed:
         return 0.0
     profile.top(0.0, COARSELY)
     for by_s in DELAYS_S[1:]:
         if profile.top(by_s, COARSELY) < profile.tops[profile.best]:
             break
+    return profile.best
+
+
+def coarse_delay_of_all_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
+    """The likeliest of the delays EVERYWHERE_S and none.
+
+    A fit whose disturbance takes all of the thrust is as poor at a wrong delay as at the next, and its likelihood
+    rises within a step of the right delay alone.
+    """
+    profile = _profile(forces, built, joint, theta)
+    undelayed = profile.tops[0.0] = log_posterior(profile.at(0.0), theta)
+    for by_s in EVERYWHERE_S:
+        profile.top(by_s, COARSELY, undelayed)
     return profile.best
 
 

@@ -82,8 +82,20 @@ def test_a_parameter_that_one_piece_alone_tells_stays_near_what_it_is_without_th
     assert abs(by_others) > 1.0
     assert abs(taught.without(3)[1][0]) < 0.1 * abs(by_others)
     fine = HeldOutFit(rows, taught.model, np.ones_like(slope), value)
-    whole = value[piece != 3].mean()
-    assert fine.without(3)[1][0] == pytest.approx(whole, rel=0.03)
+    assert fine.without(3)[1][0] == pytest.approx(value[piece != 3].mean() - value.mean(), rel=0.03)
+
+
+def test_a_fold_that_tells_nothing_moves_nothing_wherever_the_filters_optimum_lies():
+    piece = np.repeat(np.arange(12), 50)
+    slope = np.where(piece == 3, 0.0, 1.0)[:, None]
+    nothing = np.zeros(0)
+    joint = SimpleNamespace(
+        problems=(), slices=(), mass_indices=(), prior_precision=nothing, prior_mean=nothing
+    )
+    nuisance = Blocks((Block(np.zeros(0, dtype=np.intp), np.zeros((len(piece), 0))),), 0)
+    rows = SimpleNamespace(piece=piece, nuisance=nuisance, nominal_precision=nothing)
+    far_off = HeldOutFit(rows, SimpleNamespace(joint=joint, theta=nothing), slope, np.full(len(piece), 3.0))
+    assert far_off.without(3)[1] == pytest.approx([0.0], abs=1e-6)
 
 
 def test_a_gap_that_a_single_piece_makes_is_no_gap_to_be_sure_of():

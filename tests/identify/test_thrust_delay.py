@@ -117,10 +117,10 @@ def test_a_parabola_says_where_it_has_fallen_by_that_of_a_95_percent_interval():
     assert half == pytest.approx(1.96 * 0.004, rel=1e-3)
 
 
-@pytest.mark.parametrize(("everywhere", "delay_s"), [(False, 0.0), (True, 0.4)])
-def test_a_delay_that_no_smaller_one_leads_to_is_found_by_looking_everywhere(
-    monkeypatch, everywhere, delay_s
-):
+@pytest.mark.parametrize(
+    ("search", "delay_s"), [(delay.coarse_delay_s, 0.0), (delay.coarse_delay_of_all_s, 0.4)]
+)
+def test_a_delay_that_no_smaller_one_leads_to_is_found_by_looking_everywhere(monkeypatch, search, delay_s):
     profile = delay._Profile(lambda by_s: by_s, {0.0: 0.0})
     nats = {0.0: 100.0, 0.4: 900.0}
     monkeypatch.setattr(delay, "_profile", lambda *_: profile)
@@ -128,4 +128,4 @@ def test_a_delay_that_no_smaller_one_leads_to_is_found_by_looking_everywhere(
     monkeypatch.setattr(
         delay, "climb", lambda by_s, *_: SimpleNamespace(theta=by_s, log_likelihood=nats.get(by_s, 90.0))
     )
-    assert delay.coarse_delay_s(None, None, None, None, everywhere) == delay_s
+    assert search(None, None, None, None) == delay_s
