@@ -336,7 +336,8 @@ def load_vehicle(argument: str) -> VehicleFile:
         text, configuration = head, tail
     path = Path(text)
     bundled = CONFIGS / "vehicles" / f"{text}.yaml"
-    if not path.exists() and bundled.exists():
+    # A folder of that name, as a crew has for its dives, hides no bundled file.
+    if not path.is_file() and bundled.exists():
         path = bundled
     if not path.exists():
         raise ConfigError(f"{text}: no such file; {_nearest(path.stem)}")

@@ -145,9 +145,10 @@ class ColumnMap:
 def map_file(name: Path | str) -> Path:
     """The column map that `name` means: a file, or a bundled map (configs/columns). Raises ConfigError."""
     bundled = CONFIGS / "columns"
-    for file in (Path(name), bundled / f"{name}.yaml"):
-        if file.exists():
-            return file
+    if not Path(name).is_file() and (file := bundled / f"{name}.yaml").exists():
+        return file
+    if Path(name).exists():
+        return Path(name)
     known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
     raise ConfigError(f"{name}: no such column map; give a YAML file, or one of {known}")
 

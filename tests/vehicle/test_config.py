@@ -10,6 +10,7 @@ import yaml
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import (
+    CONFIGS,
     Configuration,
     Device,
     Mounting,
@@ -22,6 +23,7 @@ from bridge.vehicle.config import (
     load_vehicle,
 )
 from bridge.vehicle.thrusters import Allocator, thrust_curve
+from identify.ingest.column_map import map_file
 
 BODY: dict[str, Any] = {
     "dry_mass_kg": 10.0,
@@ -127,3 +129,10 @@ def test_the_least_file_loads_and_its_thrusters_push(tmp_path):
         [10.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     )
     assert list(thrust_n) == pytest.approx([5.0, 5.0, 0.0, 0.0])
+
+
+def test_a_folder_of_the_same_name_hides_neither_vehicle_nor_column_map(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bolt").mkdir()
+    assert load_vehicle("bolt").path == CONFIGS / "vehicles" / "bolt.yaml"
+    assert map_file("bolt") == CONFIGS / "columns" / "bolt.yaml"
