@@ -184,7 +184,7 @@ class Effect:
     """An effect of the library: a cause for which a vehicle moves otherwise than its nominal model says.
 
     - name: as in answers and accepted effects.
-    - place: what it acts on: a force on the hull, a thruster, a sensor's reading, the water, the body (masses, thruster
+    - acts_on: a force on the hull, a thruster, a sensor's reading, the water, the body (masses, thruster
       positions), or the log (which stamps what is recorded).
     - parameters: what is estimated of it, with units, the values at which it is absent, and bounds.
     - act: returns its contribution for the values (p,) of its parameters. An effect without parameters adds nothing

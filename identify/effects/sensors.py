@@ -91,6 +91,7 @@ DVL_LEVER_ARM = Effect(
     tuple(Parameter(name, "m", 0.1, -3.0, 3.0) for name in "xyz"),
     _lever,
     Separation(manoeuvres=("a spin in place both ways",)),
+    caveat="Add it to `position_m` of the DVL's mounting in the vehicle file, and diagnose the dive again.",
 )
 
 
