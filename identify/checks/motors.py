@@ -1,8 +1,9 @@
 """Which motors are reversed, or which two are swapped, by the recorded motion against the thrust.
 
 Each wiring that differs from the given one by reversed motors, or by one swapped pair, is tried: the velocities and the
-rate of turn should follow the thrust that it gives, behind the vehicle's lag. It is named where they follow it clearly
-better than the given wiring.
+rate of turn should go with the thrust that it gives, behind the vehicle's lag, and their changes with its sign. It is
+named where they follow it clearly better than the given wiring. The speed alone gives no sign: a controller that brakes
+against a sea pushes against it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,6 +19,7 @@ from identify.checks.mounting import LAGS_S, behind
 from identify.dive import Dive, Signal
 from identify.forces import asked_thrusts
 from identify.identification import Doubt, Outcome, coefficients_of
+from identify.statistics import left_of
 from identify.words import fixed, listed
 
 Array = NDArray[np.float64]
@@ -26,12 +28,17 @@ Order = NDArray[np.int64]
 YAW = 5
 
 FOLLOWS = 0.5
-"""Least mean correlation of the motion with the thrust of a wiring that is named."""
+"""Least correlation of a motion that follows a thrust."""
+HAS_SIGN = 0.1
+"""Least correlation of the changes."""
 CLEARLY = 0.15
-"""Margin in mean correlation over the given wiring."""
+"""Margin in mean correlation over the given wiring, of a wiring that is named."""
 NEAR = 0.01
 """Margin in mean correlation within which two wirings are as good."""
-FEWEST = 50
+FEWEST = 60
+"""Steps of a degree of freedom that are judged."""
+STEPS_S = (0.5, 1.0, 2.0)
+"""Steps over which speeds change."""
 MOST_OF_ANY = 8
 """Motors of which any may be reversed: of more, at most two."""
 
@@ -41,7 +48,7 @@ class Miswired:
     """A wiring that the motion follows better than the vehicle file's: thrusters reversed, or two swapped.
 
     reversed, swapped: their numbers in the vehicle file, from 1. follows: mean correlation of the motion with the
-    thrust of this wiring; followed: with that of the vehicle file's.
+    thrust of this wiring, over the degrees of freedom that follow it; followed: with that of the vehicle file's.
     """
 
     reversed: tuple[int, ...]
@@ -78,31 +85,45 @@ class Miswired:
 
 
 @dataclass(frozen=True)
+class _Related:
+    """Covariances of a quantity with the thrusts (k,), and among these (k, k), and the quantity's deviation."""
+
+    with_thrust: Array
+    among: Array
+    std: float
+
+    def correlation(self, effect: Array, order: Order) -> float:
+        """With the thrusts' effect (k,), output `order` (k,) driving each."""
+        variance = float(effect @ self.among[np.ix_(order, order)] @ effect)
+        if variance <= 0:
+            return 0.0
+        return float(effect @ self.with_thrust[order] / (self.std * np.sqrt(variance)))
+
+
+@dataclass(frozen=True)
 class _Driven:
-    """Of a degree of freedom: covariances of its speed with the lagged thrusts (k, lags), and among these."""
+    """Of a degree of freedom: its speed against the thrusts behind each of LAGS_S, and the change of its speed against
+    the thrusts, beyond those of the speed, over each of STEPS_S."""
 
     dof: int
-    with_speed: Array
-    among: Array
-    speed_std: float
+    speed: tuple[_Related, ...]
+    change: tuple[_Related, ...]
 
     def follows(self, effect: Array, order: Order) -> float:
-        """Correlation of the speed with the thrusts' effect (k,), output `order` (k,) driving each, at its best lag."""
-        best = 0.0
-        for with_speed, among in zip(self.with_speed.T, self.among, strict=True):
-            variance = float(effect @ among[np.ix_(order, order)] @ effect)
-            if variance > 0:
-                correlation = float(effect @ with_speed[order]) / (self.speed_std * np.sqrt(variance))
-                best = max(best, correlation, key=abs)
-        return best
+        """Correlation of the speed with the thrusts' effect (k,), output `order` (k,) driving each, at the best lag; 0
+        where it does not follow, or its changes go against it."""
+        size = max(abs(related.correlation(effect, order)) for related in self.speed)
+        sign = max((related.correlation(effect, order) for related in self.change), key=abs)
+        return size if size > FOLLOWS and sign > HAS_SIGN else 0.0
 
 
 def following(dive: Dive, file: VehicleFile, configuration_name: str) -> float:
-    """Mean correlation of the motion with the thrust of the vehicle file's wiring; 0 without a motion or a command."""
+    """Mean correlation of the motion with the thrust of the vehicle file's wiring, over the degrees of freedom that
+    follow it; 0 for none."""
     matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
     order = np.arange(matrix.shape[1], dtype=np.int64)
-    driven = _driven_by(dive, file, configuration_name)
-    return float(np.mean([each.follows(matrix[each.dof], order) for each in driven])) if driven else 0.0
+    follows = [each.follows(matrix[each.dof], order) for each in _driven_by(dive, file, configuration_name)]
+    return float(np.mean([value for value in follows if value > 0])) if any(follows) else 0.0
 
 
 def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired | None:
@@ -117,24 +138,27 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
     count = matrix.shape[1]
     in_order = np.arange(count, dtype=np.int64)
 
-    def mean(signs: Array, order: Order) -> float:
-        return float(np.mean([each.follows(matrix[each.dof] * signs, order) for each in driven]))
+    def follows(signs: Array, order: Order) -> Array:
+        return np.array([each.follows(matrix[each.dof] * signs, order) for each in driven])
 
-    as_given = mean(np.ones(count), in_order)
-    if as_given > 1.0 - CLEARLY:
-        return None
-    tried = [
+    wirings = [
+        *((motors, (), _signs(motors, count), in_order) for motors in _reversals(count)),
         *(
-            Miswired(motors, (), mean(_signs(motors, count), in_order), as_given)
-            for motors in _reversals(count)
-        ),
-        *(
-            Miswired((), pair, mean(np.ones(count), _exchanged(pair, in_order)), as_given)
+            ((), pair, np.ones(count), _exchanged(pair, in_order))
             for pair in combinations(range(1, count + 1), 2)
         ),
     ]
+    as_given = follows(np.ones(count), in_order)
+    each_follows = [follows(signs, order) for *_, signs, order in wirings]
+    judged = max(each_follows, key=lambda values: float(values.sum())) > 0
+    if not judged.any():
+        return None
+    tried = [
+        Miswired(reversed_motors, pair, float(values[judged].mean()), float(as_given[judged].mean()))
+        for (reversed_motors, pair, *_), values in zip(wirings, each_follows, strict=True)
+    ]
     best = max(tried, key=lambda each: each.follows)
-    if best.follows <= max(FOLLOWS, as_given + CLEARLY):
+    if best.follows <= best.followed + CLEARLY:
         return None
     near = [each for each in tried if each.follows > best.follows - NEAR]
     if len(near) == 1:
@@ -188,18 +212,47 @@ def _speeds(dive: Dive) -> Iterator[tuple[int, Signal]]:
 
 
 def _driven(dof: int, speed: Signal, thrust: Signal) -> _Driven | None:
-    moving = np.isfinite(speed.value[:, 0])
-    moving &= (speed.time_s >= thrust.time_s[0]) & (speed.time_s <= thrust.time_s[-1])
-    value, at_s = speed.value[moving, 0], speed.time_s[moving]
+    known = np.isfinite(speed.value[:, 0])
+    known &= (speed.time_s >= thrust.time_s[0]) & (speed.time_s <= thrust.time_s[-1])
+    value, at_s = speed.value[known, 0], speed.time_s[known]
     if len(value) < FEWEST or np.std(value) == 0.0:
         return None
     step_s = np.diff(thrust.time_s, append=thrust.time_s[-1])
-    with_speed, among = [], []
-    for lag_s in LAGS_S:
-        lagged = np.column_stack(
-            [np.interp(at_s, thrust.time_s, behind(column, step_s, lag_s)) for column in thrust.value.T]
-        )
-        lagged -= lagged.mean(axis=0)
-        with_speed.append(lagged.T @ (value - value.mean()) / len(value))
-        among.append(lagged.T @ lagged / len(value))
-    return _Driven(dof, np.column_stack(with_speed), np.array(among), float(np.std(value)))
+    behind_lag = (
+        [np.interp(at_s, thrust.time_s, behind(column, step_s, lag_s)) for column in thrust.value.T]
+        for lag_s in LAGS_S
+    )
+    always = np.ones((len(value), 1))
+    lagged = tuple(_related(value, np.column_stack(columns), always) for columns in behind_lag)
+    steps = tuple(step for step_s in STEPS_S if (step := _over_steps(value, at_s, thrust, step_s)))
+    return _Driven(dof, lagged, steps) if steps else None
+
+
+def _over_steps(value: Array, at_s: Array, thrust: Signal, step_s: float) -> _Related | None:
+    """The change of a speed (n,) against the thrusts over steps of that length; None for too few steps."""
+    bins = np.floor((at_s - at_s[0]) / step_s).astype(np.int64)
+    count = np.bincount(bins)
+    mean = np.bincount(bins, value) / np.maximum(count, 1)
+    full = (count[1:] > 0) & (count[:-1] > 0)
+    if np.count_nonzero(full) < FEWEST:
+        return None
+    middle_s = at_s[0] + step_s * (np.flatnonzero(full) + 0.5)
+    pushed = np.cumsum(thrust.value[:-1] * np.diff(thrust.time_s)[:, None], axis=0)
+    pushed = np.vstack([np.zeros(thrust.value.shape[1]), pushed])
+    force = np.column_stack(
+        [
+            np.interp(middle_s + step_s, thrust.time_s, column) - np.interp(middle_s, thrust.time_s, column)
+            for column in pushed.T
+        ]
+    )
+    speed = 0.5 * (mean[1:] + mean[:-1])[full]
+    alike = np.column_stack([np.ones(len(speed)), speed, speed * np.abs(speed)])
+    return _related(np.diff(mean)[full], force, alike)
+
+
+def _related(value: Array, force: Array, beyond: Array) -> _Related:
+    """A quantity (n,) against forces (n, k), both beyond some columns (n, m)."""
+    value, force = left_of(beyond, value), left_of(beyond, force)
+    return _Related(
+        force.T @ value / len(value), force.T @ force / len(value), max(float(np.std(value)), 1e-300)
+    )
