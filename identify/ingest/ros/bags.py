@@ -77,7 +77,7 @@ def read_bag(files: Sequence[Path]) -> Streams:
             "give another bag",
             cut[0],
         )
-    notes += [f"{file.name} is cut off or damaged: what is before was read." for file in cut]
+    notes += [f"{file.name} is cut off or damaged: all that is whole was read." for file in cut]
     if not streams:
         said = "".join(f" {note}" for note in notes[-1:])
         raise LogError(f"holds no message with numbers that can be read; check the bag.{said}", files[0])
