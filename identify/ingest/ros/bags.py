@@ -93,8 +93,8 @@ def read_bag(files: Sequence[Path]) -> Streams:
     unstamped = [name for name, topic in topics.items() if not topic.is_stamped]
     if unstamped:
         notes.append(
-            f"No header time in {some_of(unstamped)}: its `{STAMP}` is the time of the log, later by what the way "
-            "takes."
+            f"No header time in {some_of(unstamped)}: `{STAMP}` is when the log got a message, later by what the way "
+            "takes; a diagnosis shows that as a delay."
         )
     return Streams(tuple(streams), tuple(notes))
 
