@@ -18,6 +18,7 @@ import numpy as np
 from bridge.errors import FitError, LogError
 from identify.dive import Array, Dive, Note, Run, Signal
 from identify.estimators.refusals import refuse_unpushed
+from identify.run.ballast import ballast_note
 from identify.run.recordings import Reading
 from identify.words import listed, significant
 
@@ -61,6 +62,7 @@ def together(readings: Sequence[Reading], unread: Mapping[str, str] = NOTHING) -
         name, reason = next(iter(left_out.items()))
         raise FitError(f"no run of {len(readings)} can be used; of the first, {name}: {reason}")
     dive = joined(used, left_out)
+    dive = replace(dive, notes=(*dive.notes, *ballast_note(dive, first.file, configuration_name)))
     remarks = tuple(dict.fromkeys(remark for reading in readings for remark in reading.remarks))
     return Reading(dive, first.file, remarks)
 
