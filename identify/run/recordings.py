@@ -103,7 +103,7 @@ def runs_in(path: Path) -> list[Path]:
 def read_each(
     paths: Sequence[Path], read: Callable[[Path], Sequence[_Read]]
 ) -> tuple[list[_Read], dict[str, str]]:
-    """What `read` makes of recordings, those in folders of runs too; and by name why a run of a folder was left out.
+    """The results of `read` for recordings, those in folders of runs too; and why runs of a folder were left out.
 
     A run of a folder that can't be read, or a text that is none, is left out. Raises LogError for any other recording
     that can't be, and for a folder of which as many can't be read as can.

@@ -1,4 +1,4 @@
-"""Ballast that changed between the runs of one dive, by what each run has to be pushed down by."""
+"""Ballast that changed between the runs of one dive, by the steady push down that each run needs."""
 
 from pathlib import Path
 

@@ -24,7 +24,7 @@ _OF_ROS_2: dict[str, Reader] = {
     ".db3.zstd": of_packed(read_db3),
 }
 READERS: dict[str, Reader] = {".bag": read_rosbag1, ".bag.active": read_rosbag1, **_OF_ROS_2}
-"""By ending; a `.bag.active` is what a recorder of ROS 1 leaves that was killed."""
+"""By ending; a recorder of ROS 1 that was killed leaves a `.bag.active`."""
 RECEIVED, STAMP, HEADER_STAMP = "received", "stamp", "header.stamp"
 APART_S = 1.0
 """Longer than the way of any message from a sensor to the log."""
