@@ -23,8 +23,8 @@ HEAVE: Final = 2
 def ballast_note(dive: Dive, file: VehicleFile, configuration_name: str) -> tuple[str, ...]:
     """A sentence on runs that are heavier in the water than the others; () if all are alike, or that can't be told.
 
-    Over windows, the thrust in heave is a steady push of each run, and shares of acceleration, drag and turning that all
-    runs have in common.
+    Over windows, the thrust in heave is a steady push of each run, and shares of acceleration, drag and turning that
+    all runs have in common.
     """
     numbers, thrust, shapes = _windows(dive, file, configuration_name)
     runs = np.unique(numbers)
