@@ -26,6 +26,8 @@ from tui.files import Files, check_new_file
 
 BARS = "▁▂▃▄▅▆▇█"
 LEVEL = BARS[0]
+HEADER_NUMBER = ".header.seq"
+"""Of ROS 1, by which a header counts the messages."""
 SPARED = ("median", "unknown %", "course", "rate Hz")
 """What a narrow terminal goes without, first what it misses least."""
 
@@ -116,11 +118,12 @@ def _fitting(table: show.Table, width: int) -> show.Table:
 
 
 def _worth_a_look(profile: Profile, proposal: Proposal) -> bool:
-    """Whether a column is used, or may be: the covariances of a bag never change, and one clock is enough."""
+    """Whether a column is used, or may be: the covariances of a bag never change, one clock is enough, and the numbers
+    of its messages are none."""
     if proposal.taken_for(profile.name)[0]:
         return True
-    is_clock = profile.name.rpartition(".")[2] == RECEIVED
-    return not is_clock and (profile.is_text or profile.least != profile.largest)
+    counts = profile.name.rpartition(".")[2] == RECEIVED or profile.name.endswith(HEADER_NUMBER)
+    return not counts and (profile.is_text or profile.least < profile.largest)
 
 
 def _counted(proposal: Proposal, shown: list[Profile]) -> str:

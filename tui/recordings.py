@@ -8,7 +8,7 @@ from bridge.vehicle.config import VehicleFile
 from gcs_plugin.dives.folder import conditions_of
 from identify.ingest.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
-from identify.run.recordings import Reading, Recording, read_runs, runs_in
+from identify.run.recordings import Reading, Recording, read_each, read_runs, runs_in
 from identify.run.together import together
 
 TETHER = "tether"
@@ -45,9 +45,11 @@ def each_alone(recordings: Sequence[str]) -> list[Path]:
 
 def read_together(recordings: Sequence[str | Path], file: VehicleFile, columns: Path | None) -> Reading:
     """Read recordings, and those in folders of runs, as one dive. Raises LogError, ConfigError, FitError."""
-    places = [place for recording in recordings for place in runs_in(Path(recording))]
     return together(
-        [reading for place in places for reading in read_runs(recording_at(place), file, columns)]
+        *read_each(
+            [Path(recording) for recording in recordings],
+            lambda place: read_runs(recording_at(place), file, columns),
+        )
     )
 
 

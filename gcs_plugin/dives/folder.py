@@ -258,7 +258,8 @@ def conditions_of(dive: Path) -> Conditions:
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
 MADE_ELSEWHERE: Final = (
-    ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".mcap", ".db3",
+    ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".bag.active", ".mcap",
+    ".db3", ".mcap.zstd", ".db3.zstd",
 )  # fmt: skip
 """Endings of what other programs recorded, as `identify.ingest.open` reads it."""
 _STAMP: Final = struct.Struct(">Q")

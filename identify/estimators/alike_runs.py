@@ -33,7 +33,8 @@ def kinds_of_runs(problem: AxisLikelihood, theta: Array) -> Kinds | None:
         _word_of_run(rows.tolist(), gradient, information)
         for rows, gradient, information in problem.score_by_run(theta)
     ]).T  # fmt: skip
-    return _split(shifts, precisions)
+    kinds = split(shifts, precisions, np.log(LEAST_RATIO))
+    return None if kinds is None else Kinds(kinds[0], float(np.exp(kinds[1])))
 
 
 def _word_of_run(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
@@ -44,8 +45,9 @@ def _word_of_run(rows: Sequence[int], gradient: Array, information: Array) -> tu
     return float(covariance[index] @ gradient), float(1.0 / covariance[index, index])
 
 
-def _split(shifts: Array, precisions: Array) -> Kinds | None:
-    """The kinds of runs by their steps (r,) of the log mass and the precisions (r,) of these."""
+def split(shifts: Array, precisions: Array, least: float) -> tuple[tuple[int, ...], float] | None:
+    """The runs of the upper of two kinds by values (r,) and their precisions (r,), and by how much it is above the
+    other, at least `least`; None if they are of one kind."""
     order = np.argsort(shifts)
     whole = _scatter(shifts, precisions)
     best, clearest = None, CLEAR_SCORE
@@ -55,8 +57,8 @@ def _split(shifts: Array, precisions: Array) -> Kinds | None:
         apart = _mean(shifts[heavy], precisions[heavy]) - _mean(shifts[light], precisions[light])
         variance = 1.0 / precisions[light].sum() + 1.0 / precisions[heavy].sum()
         score = apart / np.sqrt(variance * max(1.0, within / (len(order) - 2)))
-        if score > clearest and apart > np.log(LEAST_RATIO) and within < (1.0 - LEAST_SHARE) * whole:
-            best, clearest = Kinds(tuple(sorted(heavy.tolist())), float(np.exp(apart))), score
+        if score > clearest and apart > least and within < (1.0 - LEAST_SHARE) * whole:
+            best, clearest = (tuple(sorted(heavy.tolist())), apart), score
     return best
 
 

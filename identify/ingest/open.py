@@ -34,6 +34,7 @@ from identify.ingest.parquet import read_parquet
 from identify.ingest.reckoned import with_reckoned_pulses
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.ros.bags import ending_of as bag_ending
 from identify.ingest.run_column import split_streams
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Streams, some_of
@@ -59,7 +60,7 @@ _PART = re.compile(r"_\d+$")
 HASHED_BYTES = 1 << 24
 FORMS = (
     "give a dive folder, a .tlog, a .tlog.gz, a .BIN, or with --columns a .csv, .csv.gz, .txt, .tsv, .parquet, .mat, "
-    ".npz, .ulg, .bag, .mcap, .db3 or the folder of a ROS 2 bag"
+    ".npz, .ulg, .bag, .bag.active, .mcap, .db3, .mcap.zstd, .db3.zstd or the folder of a ROS 2 bag"
 )
 
 
@@ -155,12 +156,10 @@ def _imported(folder: Path) -> list[Path]:
     copies = [file for file in folder.glob("telemetry.*") if file.name.lower().endswith((".bin", *MAPPED))]
     files = sorted(copies, key=_number) or list(bag_files(folder))
     if not files and (folder / BAG_FOLDER).exists():
-        raise LogError(
-            f"{folder}: is the folder of a ROS 2 bag without a .db3 or .mcap; if they end in .zstd, "
-            "unpack them with zstd -d"
-        )
-    is_bag = len({file.suffix for file in files}) == 1 and files[0].suffix.lower() in BAGS
-    if len(files) > 1 and not (is_bag and (copies or len({_PART.sub("", file.stem) for file in files}) == 1)):
+        raise LogError(f"{folder}: is the folder of a ROS 2 bag without a .db3 or .mcap; copy these into it")
+    endings = {bag_ending(file) for file in files}
+    bags = {_PART.sub("", file.name.lower().removesuffix(bag_ending(file))) for file in files}
+    if len(files) > 1 and not (len(endings) == 1 and endings <= BAGS.keys() and (copies or len(bags) == 1)):
         names = ", ".join(file.name for file in files)
         raise LogError(f"{folder}: holds several recordings ({names}); name one of them")
     return files
@@ -231,14 +230,21 @@ def _fields(files: Sequence[Path], columns: ColumnMap | None, source: str) -> di
     if columns is not None:
         fields = dive_fields(_streams(files), columns, files[0])
         return fields if name.endswith(TABLES) else _since_start(fields)
-    raise LogError(f"{source}: can't tell what this is by its ending; {FORMS}")
+    raise LogError(_strange(source))
+
+
+def _strange(source: str) -> str:
+    return f"{source}: can't tell what this is by its ending; {FORMS}"
 
 
 def read_streams(path: Path) -> Streams:
     """What a recording that needs a column map holds. Raises LogError."""
     files = recording_files(path)
-    if not files[0].name.lower().endswith(MAPPED):
+    name = files[0].name.lower()
+    if name.endswith((*SUFFIXES, ".bin")):
         raise LogError(f"{path}: needs no column map; leave it out")
+    if not name.endswith(MAPPED):
+        raise LogError(_strange(str(path)))
     return _streams(files)
 
 

@@ -115,6 +115,8 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
                 *notes,
                 f"{_listed(choice)}: not used for velocity. It is in earth axes, and {_NO_ATTITUDE}.",
             )
+    if any(_meant(choice) == "attitude" and FLU in (m.factors for m in choice.mends) for choice in choices):
+        notes = (*notes, _EAST_IS_NORTH)
     choices = _borne_out(choices, agreeing(_dive(timed, map_of(time, choices), path)))
     return Proposal(
         map_of(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
@@ -122,6 +124,12 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
 
 
 _NO_ATTITUDE = "no attitude was recognised that could turn it to the body's"
+
+
+_EAST_IS_NORTH = (
+    "Where the attitude's earth has x to the east, as in ROS, a current that a diagnosis says to run north runs east, "
+    "and one east runs south."
+)
 
 
 def _listed(choice: Choice) -> str:

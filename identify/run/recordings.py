@@ -1,8 +1,9 @@
 """Recordings as the analyses read them: the dive, the vehicle file under the dive's conditions, remarks on both."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from bridge.errors import LogError
 from bridge.vehicle.config import Configuration, VehicleFile
@@ -10,6 +11,8 @@ from bridge.wire.tlog import SUFFIXES
 from identify.dive import Dive
 from identify.ingest.frames import locate
 from identify.ingest.open import MAPPED, read_dive, read_dives, recording_files
+
+_Read = TypeVar("_Read")
 
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
@@ -95,6 +98,30 @@ def runs_in(path: Path) -> list[Path]:
         if not runs:
             raise
         return runs
+
+
+def read_each(
+    paths: Sequence[Path], read: Callable[[Path], Sequence[_Read]]
+) -> tuple[list[_Read], dict[str, str]]:
+    """The results of `read` for recordings, those in folders of runs too; and why runs of a folder were left out.
+
+    A run of a folder that can't be read, or a text that is none, is left out. Raises LogError for any other recording
+    that can't be, and for a folder of which as many can't be read as can.
+    """
+    held, left_out = list[_Read](), dict[str, str]()
+    for path in paths:
+        places, unread = runs_in(path), list[LogError]()
+        for place in places:
+            try:
+                held += read(place)
+            except LogError as error:
+                if place == path:
+                    raise
+                unread.append(error)
+                left_out[place.name] = str(error).removeprefix(f"{place}: ")
+        if 2 * len(unread) >= len(places):
+            raise unread[0]
+    return held, left_out
 
 
 def _is_recording(path: Path) -> bool:

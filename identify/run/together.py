@@ -18,6 +18,7 @@ import numpy as np
 from bridge.errors import FitError, LogError
 from identify.dive import Array, Dive, Note, Run, Signal
 from identify.estimators.refusals import refuse_unpushed
+from identify.run.ballast import ballast_note
 from identify.run.recordings import Reading
 from identify.words import listed, significant
 
@@ -37,20 +38,21 @@ NAMED: Final = 5
 NOTHING: Final[Mapping[str, str]] = {}
 
 
-def together(readings: Sequence[Reading]) -> Reading:
+def together(readings: Sequence[Reading], unread: Mapping[str, str] = NOTHING) -> Reading:
     """Join runs in order of their time, or of their names, so that their order as arguments doesn't matter.
 
-    A run in which no thruster pushed is left out, and named. A single reading stays as it is. Raises LogError for the
+    A run in which no thruster pushed is left out, and named, as are those that are `unread`, by name with the reason. A
+    single reading stays as it is. Raises LogError for the
     same recording twice, or recordings that can't be of one vehicle under the same conditions; FitError if nothing was
     pushed in any.
     """
-    if len(readings) == 1:
+    if len(readings) == 1 and not unread:
         return readings[0]
     _refuse_twice([reading.dive for reading in readings])
     readings = _in_order(readings)
     first = readings[0]
     configuration_name = _refuse_others(readings)
-    used, left_out = [], {}
+    used, left_out = [], dict(unread)
     for reading in readings:
         if reason := _useless(reading, configuration_name):
             left_out[reading.dive.name] = reason
@@ -60,6 +62,7 @@ def together(readings: Sequence[Reading]) -> Reading:
         name, reason = next(iter(left_out.items()))
         raise FitError(f"no run of {len(readings)} can be used; of the first, {name}: {reason}")
     dive = joined(used, left_out)
+    dive = replace(dive, notes=(*dive.notes, *ballast_note(dive, first.file, configuration_name)))
     remarks = tuple(dict.fromkeys(remark for reading in readings for remark in reading.remarks))
     return Reading(dive, first.file, remarks)
 

@@ -79,6 +79,25 @@ def test_runs_with_other_columns_and_those_that_cannot_be_read_are_named(runs, c
     assert written["specific_force"]["columns"] == ["ax", "ay", "az"]
 
 
+def test_a_text_of_notes_and_a_damaged_run_are_left_out_of_a_folder_and_named(runs, capsys):
+    proposed(capsys)
+    (runs / "notes.txt").write_text("calm day\nwind 2\n", encoding="utf-8")
+    damaged = (runs / "lap3.csv").read_text(encoding="utf-8").splitlines()
+    damaged[100] = "0.1,0.2"
+    (runs / "lap3.csv").write_text("\n".join(damaged), encoding="utf-8")
+    assert cli.main(["import", "runs", "--columns", "made.yaml"]) == exit_codes.DONE
+    told = " ".join(capsys.readouterr().out.split())
+    assert "3 runs are one dive of 48 s: lap0, lap1 and lap2." in told
+    assert "The run notes.txt was left out: has no column 'u'; it has day, calm: mend the column map." in told
+    assert "The run lap3.csv was left out: row 101 has 2 cells, the first line names 19; mend it." in told
+    assert cli.main(["import", "runs/lap3.csv", "--columns", "made.yaml"]) == exit_codes.BAD_INPUT
+    (runs / "lap2.csv").write_text("", encoding="utf-8")
+    (runs / "lap1.csv").write_text("", encoding="utf-8")
+    capsys.readouterr()
+    assert cli.main(["import", "runs", "--columns", "made.yaml"]) == exit_codes.BAD_INPUT
+    assert "runs/lap1.csv: is empty" in " ".join(capsys.readouterr().err.split())
+
+
 def test_a_clock_of_the_day_is_known_by_the_run_that_passes_a_minute(runs, capsys):
     second = np.arange(2000) // 50
     for k in range(4):

@@ -17,11 +17,15 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.ros.recorded import ZSTD_MAGIC
 from identify.ingest.ros.sqlite_leaves import rows_in
 from identify.ingest.streams import Stream, Streams
 from tui import cli
 
 COUNT = 200
+LATER = (
+    "`stamp` is when the log got a message, later by what the way takes; a diagnosis shows that as a delay."
+)
 K = np.arange(COUNT)
 
 
@@ -48,9 +52,7 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
     assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 64).tolist()
     assert read["/thrusters"].columns["data.5"].tolist() == (K + 5.0).tolist()
     assert "data.6" not in read["/thrusters"].columns
-    assert recorded.notes == (
-        "No header time in /thrusters: its `stamp` is the time of the log, later by what the way takes.",
-    )
+    assert recorded.notes == (f"No header time in /thrusters: {LATER}",)
 
 
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
@@ -89,9 +91,7 @@ def test_a_header_that_is_never_filled_in_gives_the_time_of_the_log(tmp_path: Pa
     recorded = read_bag([write_bag(tmp_path, "mcap", messages)])
     columns = recorded.streams[0].columns
     assert columns["stamp"].tolist() == columns["received"].tolist()
-    assert recorded.notes == (
-        "No header time in /dvl: its `stamp` is the time of the log, later by what the way takes.",
-    )
+    assert recorded.notes == (f"No header time in /dvl: {LATER}",)
 
 
 WILD = """
@@ -361,13 +361,40 @@ def test_of_a_chunk_that_is_cut_the_beginning_is_read(tmp_path: Path) -> None:
     assert "/dvl/twist" not in topics(recorded)
 
 
+LZ4_MAGIC = b"\x04\x22\x4d\x18"
+ZSTD, CRC_BEFORE = b"zstd", 8
+
+
+@pytest.mark.parametrize(
+    ("form", "mark", "at"),
+    [("bag.lz4", LZ4_MAGIC, 0), ("mcap.zstd", ZSTD_MAGIC, 0), ("mcap.zstd", ZSTD, -CRC_BEFORE)],
+    ids=["packed data of ROS 1", "packed data of MCAP", "checksum of MCAP"],
+)
+def test_damage_in_the_middle_of_a_bag_costs_its_chunk_alone(
+    tmp_path: Path, form: str, mark: bytes, at: int
+) -> None:
+    count = 4500
+    file = write_bag(tmp_path, form, swim(store_of(form), count))
+    data = bytearray(file.read_bytes())
+    hole = data.index(mark, data.index(mark) + 1) + at
+    data[hole : hole + 4] = b"\1\1\1\1"
+    file.write_bytes(data)
+    recorded = read_bag([file])
+    turned = (8 * topics(recorded)["/imu"].columns["angular_velocity.z"]).tolist()
+    lost = sorted(set(range(count)) - set(turned))
+    assert turned == sorted(turned)
+    assert 0 < len(lost) == lost[-1] - lost[0] + 1 < count / 2
+    assert turned[-1] == count - 1
+    assert f"{file.name} is cut off or damaged: all that is whole was read." in recorded.notes
+
+
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
 def test_a_cut_is_said(tmp_path: Path, form: str) -> None:
     file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
     data = file.read_bytes()
     file.write_bytes(data[: len(data) * 7 // 10])
     notes = read_bag([file]).notes
-    assert f"{file.name} is cut off or damaged: what is before was read." in notes
+    assert f"{file.name} is cut off or damaged: all that is whole was read." in notes
 
 
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])

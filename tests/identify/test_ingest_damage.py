@@ -140,6 +140,9 @@ def test_a_recording_of_the_ground_station_alone_says_so(tmp_path: Path) -> None
 def test_what_is_no_recording_gets_one_sentence(tmp_path: Path, name: str, content: bytes, said: str) -> None:
     with pytest.raises(LogError, match=said) as caught:
         read_dive(write(tmp_path / name, content))
+    if name == "dive.docx":
+        with pytest.raises(LogError, match=said):
+            read_streams(tmp_path / name)
     assert "\n" not in str(caught.value)
 
 

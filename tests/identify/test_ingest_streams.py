@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,10 @@ from gcs_plugin.dives.folder import MADE_ELSEWHERE, recordings
 from identify.batch.recordings import find_recordings, name_of
 from identify.ingest.open import FORMS as SAID_FORMS
 from identify.ingest.open import MAPPED, SAME, date_of, of_one_dive, read_dive, read_streams, recording_files
+from identify.ingest.ros.recorded import ZSTD as ZSTD_MODULE
 from tui import cli
 
+ZSTD = import_module(ZSTD_MODULE)
 COUNT = 100
 K = np.arange(COUNT)
 SWIM = """
@@ -188,11 +191,39 @@ def test_a_bag_in_parts_needs_no_metadata_as_its_recorder_may_have_been_killed(t
     assert recording_files(folder) == parts
 
 
-def test_a_bag_whose_parts_are_packed_says_how_to_unpack_them(tmp_path: Path) -> None:
-    file = bag(tmp_path)
-    file.rename(file.with_name("bag.mcap.zstd"))
-    with pytest.raises(LogError, match=r"without a \.db3 or \.mcap; if they end in \.zstd, unpack them"):
-        recording_files(file.parent)
+@pytest.mark.parametrize("form", ["mcap", "db3"])
+def test_a_bag_whose_parts_are_packed_is_read_as_if_they_were_not(tmp_path: Path, form: str) -> None:
+    file = bag(tmp_path, form)
+    plain = read_dive(file, column_map(tmp_path)).velocity.value
+    folder, layout, made = file.parent, column_map(tmp_path), tmp_path / "dive"
+    (folder / f"bag_0.{form}.zstd").write_bytes(ZSTD.compress(file.read_bytes()))
+    file.unlink()
+    assert read_dive(folder / f"bag_0.{form}.zstd", layout).velocity.value.tolist() == plain.tolist()
+    assert cli.main(["import", str(folder), "--columns", str(layout), "--out", str(made)]) == exit_codes.DONE
+    assert recordings(made) == [made / f"telemetry.{form}.zstd"]
+    assert read_dive(made).velocity.value.tolist() == plain.tolist()
+
+
+@pytest.mark.parametrize("form", ["mcap", "db3"])
+def test_of_a_packed_bag_that_is_cut_the_beginning_is_read(tmp_path: Path, form: str) -> None:
+    file = write_bag(tmp_path, form, swim(ROS2, 10 * COUNT))
+    packed = file.with_name(f"bag_0.{form}.zstd")
+    data = ZSTD.compress(file.read_bytes())
+    packed.write_bytes(data[: len(data) * 3 // 4])
+    file.unlink()
+    recorded = read_streams(packed)
+    assert {stream.name for stream in recorded.streams} == {"/imu", "/thrusters", "/dvl/twist"}
+    assert f"{packed.name} is cut off or damaged: all that is whole was read." in recorded.notes
+    packed.write_bytes(data[:20])
+    with pytest.raises(LogError, match=r"is cut off or damaged before its first message with numbers"):
+        read_streams(packed)
+
+
+def test_what_a_killed_recorder_of_ros_1_leaves_is_read(tmp_path: Path) -> None:
+    file = bag(tmp_path, "bag")
+    left = file.with_name("swim.bag.active")
+    left.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    assert 20 < len(read_dive(left, column_map(tmp_path)).velocity) < COUNT
 
 
 def test_a_folder_of_two_bags_is_no_dive(tmp_path: Path) -> None:

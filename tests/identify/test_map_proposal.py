@@ -176,6 +176,8 @@ def test_a_log_in_axes_forward_left_up_is_turned_and_says_so() -> None:
     assert signals["depth"].scale == (-1.0,)
     assert_maps_to_the_truth(table(columns), proposal)
     assert map_text(proposal, "log.csv").count("forward, left, up (FLU, as in ROS)") == 4
+    assert any("says to run north runs east" in note for note in proposal.notes)
+    assert not any("runs east" in note for note in proposed(usual(READ)).notes)
 
 
 def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_dive() -> None:

@@ -61,10 +61,10 @@ def run(arguments: argparse.Namespace) -> int:
     runs = recordings_of(arguments.dives)
     checks = recordings_of([arguments.check]) if arguments.check else []
     columns = column_map_for(arguments.columns, [*map(str, (*runs, *checks))])
-    reading, check = read_together(runs, file, columns), None
+    reading, check = read_together(arguments.dives, file, columns), None
     if checks:
         try:
-            check = read_together(checks, file, columns)
+            check = read_together([arguments.check], file, columns)
         except SeatrialError as error:
             raise type(error)(f"the check dive {error}") from None
     remarks = [
@@ -246,9 +246,9 @@ def run_against(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     places, of_simulator = recordings_of(arguments.dives), recordings_of([arguments.against])
     columns = column_map_for(arguments.columns, [*map(str, (*places, *of_simulator))])
-    reading = read_together(places, file, columns)
+    reading = read_together(arguments.dives, file, columns)
     try:
-        of_sim = read_together(of_simulator, file, columns)
+        of_sim = read_together([arguments.against], file, columns)
     except SeatrialError as error:
         raise type(error)(f"the simulator's {error}") from None
     real, sim = reading.dive, of_sim.dive

@@ -2,7 +2,7 @@
 
 import argparse
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,12 @@ from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
 from identify.dive import Array, Dive, Signal
 from identify.fixes import check_fixes
-from identify.ingest.open import BAG_FOLDER, TABLES, identity_of, read_dives, recording_files
+from identify.ingest.open import BAG_FOLDER, MAPPED, identity_of, read_dives, recording_files
 from identify.ingest.proposal_of_runs import MOST_ASKED
-from identify.ingest.ros.bags import READERS as BAGS
+from identify.ingest.ros.bags import ending_of
 from identify.ingest.ros.definitions import files_beside
 from identify.ingest.streams import some_of
-from identify.run.recordings import runs_in
+from identify.run.recordings import read_each, runs_in
 from identify.run.together import joined
 from tui import show
 from tui.column_map import propose_map
@@ -48,8 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
             f"--out: {path} holds {len(places)} recordings, and is a folder of runs as it is; leave it out, and give "
             "the folder and its column map to `identify --together` and `diagnose`"
         )
-    runs = [dive for place in places for dive in read_dives(place, columns, file)]
-    dive = _whole(runs, places)
+    runs, left_out = read_each([path], lambda place: read_dives(place, columns, file))
+    dive = _whole(runs, places, left_out)
     holds = contents(dive)
     console = show.results(arguments.json)
     show.put(
@@ -86,11 +86,11 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _whole(runs: Sequence[Dive], places: Sequence[Path]) -> Dive:
+def _whole(runs: Sequence[Dive], places: Sequence[Path], left_out: Mapping[str, str]) -> Dive:
     """The dive, or all runs as one, known by the table that holds them."""
-    if len(runs) == 1:
+    if len(runs) == 1 and not left_out:
         return runs[0]
-    whole = joined(runs)
+    whole = joined(runs, left_out)
     return whole if len(places) > 1 else replace(whole, sha256=identity_of(recording_files(places[0])).sha256)
 
 
@@ -144,9 +144,9 @@ def _copy(source: Path, out: Path) -> None:
         write_records(out / "telemetry.tlog", frames)
     else:
         for number, file in enumerate(recording_files(source), start=1):
-            ending = next((ending for ending in TABLES if file.name.lower().endswith(ending)), file.suffix)
+            ending = next((ending for ending in MAPPED if file.name.lower().endswith(ending)), file.suffix)
             _copy_bytes(file, out / f"telemetry{f'.{number}' if number > 1 else ''}{ending}")
-            for defined in files_beside(file) if file.suffix.lower() in BAGS else ():
+            for defined in files_beside(file) if ending_of(file) else ():
                 made = out / defined.relative_to(file.parent)
                 made.parent.mkdir(parents=True, exist_ok=True)
                 _copy_bytes(defined, made)

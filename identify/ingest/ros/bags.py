@@ -1,4 +1,5 @@
-"""Reads a bag of ROS 1 (`.bag`) or ROS 2 (`.mcap`, `.db3`, or a folder of these) into streams, one for each topic."""
+"""Reads a bag of ROS 1 (`.bag`) or ROS 2 (`.mcap`, `.db3`, packed or not, or a folder of these) into streams, one for
+each topic."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,11 +12,19 @@ from identify.ingest.ros.db3 import read_db3
 from identify.ingest.ros.definitions import Types, definition_file, full_type, is_large, types_of
 from identify.ingest.ros.fields import Undefined, columns_of
 from identify.ingest.ros.mcap import read_mcap
+from identify.ingest.ros.packed import of_packed
 from identify.ingest.ros.recorded import CutOff, Reader, Topic
 from identify.ingest.ros.rosbag1 import read_rosbag1
 from identify.ingest.streams import Stream, Streams, some_of
 
-READERS: dict[str, Reader] = {".bag": read_rosbag1, ".mcap": read_mcap, ".db3": read_db3}
+_OF_ROS_2: dict[str, Reader] = {
+    ".mcap": read_mcap,
+    ".db3": read_db3,
+    ".mcap.zstd": of_packed(read_mcap),
+    ".db3.zstd": of_packed(read_db3),
+}
+READERS: dict[str, Reader] = {".bag": read_rosbag1, ".bag.active": read_rosbag1, **_OF_ROS_2}
+"""By ending; a recorder of ROS 1 that was killed leaves a `.bag.active`."""
 RECEIVED, STAMP, HEADER_STAMP = "received", "stamp", "header.stamp"
 APART_S = 1.0
 """Longer than the way of any message from a sensor to the log."""
@@ -56,7 +65,7 @@ def read_bag(files: Sequence[Path]) -> Streams:
 
     for file in files:
         try:
-            for topic, time_ns, message in READERS[file.suffix.lower()](file, wanted):
+            for topic, time_ns, message in READERS[ending_of(file)](file, wanted):
                 topics[topic.name].add(time_ns, message)
         except CutOff:
             cut.append(file)
@@ -77,15 +86,15 @@ def read_bag(files: Sequence[Path]) -> Streams:
             "give another bag",
             cut[0],
         )
-    notes += [f"{file.name} is cut off or damaged: what is before was read." for file in cut]
+    notes += [f"{file.name} is cut off or damaged: all that is whole was read." for file in cut]
     if not streams:
         said = "".join(f" {note}" for note in notes[-1:])
         raise LogError(f"holds no message with numbers that can be read; check the bag.{said}", files[0])
     unstamped = [name for name, topic in topics.items() if not topic.is_stamped]
     if unstamped:
         notes.append(
-            f"No header time in {some_of(unstamped)}: its `{STAMP}` is the time of the log, later by what the way "
-            "takes."
+            f"No header time in {some_of(unstamped)}: `{STAMP}` is when the log got a message, later by what the way "
+            "takes; a diagnosis shows that as a delay."
         )
     return Streams(tuple(streams), tuple(notes))
 
@@ -176,7 +185,12 @@ def _joined(pieces: list[dict[str, Array]]) -> dict[str, Array]:
     }
 
 
+def ending_of(file: Path) -> str:
+    """The ending of a bag, a key of READERS; "" for another file."""
+    return next((ending for ending in READERS if file.name.lower().endswith(ending)), "")
+
+
 def bag_files(folder: Path) -> Iterator[Path]:
     """The parts of a ROS 2 bag, which is a folder with a `metadata.yaml`, in the order of their numbers."""
-    parts = [file for file in folder.iterdir() if file.suffix.lower() in (".db3", ".mcap")]
+    parts = [file for file in folder.iterdir() if ending_of(file) in _OF_ROS_2]
     yield from sorted(parts, key=lambda file: (len(file.name), file.name))

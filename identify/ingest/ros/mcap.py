@@ -4,6 +4,7 @@ A file is records, each of a kind, a length and its content. Chunks are records 
 """
 
 import struct
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -29,26 +30,40 @@ def read_mcap(path: Path, wanted: Wanted) -> Iterator[Message]:
             raise LogError("is no MCAP file; check the file", path)
         schemas: Schemas = {}
         topics: dict[int, Topic | None] = {}
+        is_damaged = False
         for kind, content in _outer(file):
-            if kind == CHUNK:
-                records = _inner(_chunk(content, path))
-            else:
-                records = iter([(kind, content)])
-            for inner, held in records:
-                if inner == MESSAGE:
-                    if len(held) < _MESSAGE.size:
-                        raise CutOff
-                    channel, _, time_ns, _ = _MESSAGE.unpack_from(held)
-                    topic = topics.get(channel)
-                    if topic is not None:
-                        yield topic, time_ns, unpacked_message(held[_MESSAGE.size :], path)
-                elif inner == SCHEMA:
-                    words = _Words(held, 2)
-                    schemas[int.from_bytes(held[:2], "little")] = words.text(), words.text(), words.text()
-                elif inner == CHANNEL:
-                    number, topic = _topic(held, schemas)
-                    if number not in topics:
-                        topics[number] = topic if wanted(topic) else None
+            try:
+                records = _inner(_chunk(content, path)) if kind == CHUNK else iter([(kind, content)])
+                yield from _messages(records, schemas, topics, wanted, path)
+            except CutOff:
+                is_damaged = True
+        if is_damaged:
+            raise CutOff
+
+
+def _messages(
+    records: Iterator[tuple[int, bytes]],
+    schemas: Schemas,
+    topics: dict[int, Topic | None],
+    wanted: Wanted,
+    path: Path,
+) -> Iterator[Message]:
+    """The messages in some records; the topics that they announce are added to `topics`, their types to `schemas`."""
+    for kind, held in records:
+        if kind == MESSAGE:
+            if len(held) < _MESSAGE.size:
+                raise CutOff
+            channel, _, time_ns, _ = _MESSAGE.unpack_from(held)
+            topic = topics.get(channel)
+            if topic is not None:
+                yield topic, time_ns, unpacked_message(held[_MESSAGE.size :], path)
+        elif kind == SCHEMA:
+            words = _Words(held, 2)
+            schemas[int.from_bytes(held[:2], "little")] = words.text(), words.text(), words.text()
+        elif kind == CHANNEL:
+            number, topic = _topic(held, schemas)
+            if number not in topics:
+                topics[number] = topic if wanted(topic) else None
 
 
 def _outer(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
@@ -85,11 +100,17 @@ def _inner(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _chunk(content: bytes, path: Path) -> bytes:
+    """The records in a chunk, of a chunk that is cut its beginning. Raises CutOff if its checksum is wrong: packed data
+    that are damaged unpack to numbers that nobody measured."""
     if len(content) < _CHUNK.size:
         raise CutOff
     words = _Words(content, _CHUNK.size)
     packing = words.text()
-    return unpacked(content[words.at + 8 :], packing, _CHUNK.unpack_from(content)[2], path)
+    _, _, size, checksum = _CHUNK.unpack_from(content)
+    data = unpacked(content[words.at + 8 :], packing, size, path)
+    if checksum and len(data) == size and zlib.crc32(data) != checksum:
+        raise CutOff
+    return data
 
 
 def _topic(content: bytes, schemas: Schemas) -> tuple[int, Topic]:

@@ -43,7 +43,7 @@ at all."""
 
 
 class CutOff(Exception):
-    """The bag is cut or damaged here; everything before has been read."""
+    """The bag is cut or damaged; all that can be read of it has been."""
 
 
 def unpacked(data: bytes, packing: str, size: int, path: Path) -> bytes:

@@ -25,13 +25,19 @@ def read_rosbag1(path: Path, wanted: Wanted) -> Iterator[Message]:
         if not file.readline(len(MAGIC) + 1).startswith(MAGIC):
             raise LogError("is no bag of ROS 1 in version 2.0; check the file", path)
         topics: dict[bytes, Topic | None] = {}
+        is_damaged = False
         for header, data in _outer(file):
-            if header.get(b"op") == CHUNK:
-                packing = header.get(b"compression", b"").decode("ascii", "replace")
-                size = _LENGTH.unpack(header.get(b"size", b"\0\0\0\0"))[0]
-                yield from _messages(_inner(unpacked(data, packing, size, path)), topics, wanted)
-            else:
-                yield from _messages(iter([(header, data)]), topics, wanted)
+            try:
+                if header.get(b"op") == CHUNK:
+                    packing = header.get(b"compression", b"").decode("ascii", "replace")
+                    size = _LENGTH.unpack(header.get(b"size", b"\0\0\0\0"))[0]
+                    yield from _messages(_inner(unpacked(data, packing, size, path)), topics, wanted)
+                else:
+                    yield from _messages(iter([(header, data)]), topics, wanted)
+            except CutOff:
+                is_damaged = True
+        if is_damaged:
+            raise CutOff
 
 
 def _outer(file: BinaryIO) -> Iterator[tuple[Fields, bytes]]:
