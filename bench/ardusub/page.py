@@ -20,6 +20,7 @@ import numpy as np
 from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of
 from bench.ardusub.firmware import WHY_NOT, binary
 from bench.ardusub.flight import vehicle_file
+from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
@@ -169,32 +170,31 @@ def table(results: dict[str, dict[str, Any]]) -> str:
 def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     """How long the companion's plan took to know as much as laps by hand, as Markdown; of several flights the slowest,
     and the widest intervals."""
-    names, flights = list(figures["hand"]), figures["flights"]
-    known_s = [flight["known_s"] for flight in flights]
-    widest = {name: max(flight["flown"][name] for flight in flights) for name in names}
-    rows = [
-        (
-            "laps by sticks, all of them",
-            f"{figures['hand_s']:.0f} s",
-            *map(_percent, figures["hand"].values()),
-        ),
-        (
-            f"`fly`, until the masses are known, the least of {len(flights)} flights",
-            f"{max(known_s):.0f} s",
-            *map(_percent, widest.values()),
-        ),
-    ]
-    masses = [mass for flight in flights for mass in flight["masses"].values()]
+    names, hand_s, by_way = list(figures["hand"]), figures["hand_s"], figures["flights"]
+    known_s = {way: [flight["known_s"] for flight in flights] for way, flights in by_way.items()}
+    rows = [("laps by sticks, all of them", f"{hand_s:.0f} s", *map(_percent, figures["hand"].values()))]
+    for way, words in (
+        (WIDEST, "every mass is known to the widest of these"),
+        (EACH, "each mass is known as by laps"),
+    ):
+        widest = [max(flight["flown"][name] for flight in by_way[way]) for name in names]
+        words = f"`fly` until {words}, the worst of {len(by_way[way])} flights"
+        rows.append((words, f"{max(known_s[way]):.0f} s", *map(_percent, widest)))
+    every = [flight for flights in by_way.values() for flight in flights]
+    masses = [mass for flight in every for mass in flight["masses"].values()]
     off = max(abs(value / true - 1) for true, value, _, _ in masses)
     holding = sum(low <= true <= high for true, _, low, high in masses)
-    identify_s = np.mean([flight["identify_s"] for flight in flights])
+    shares = {
+        way: f"1/{hand_s / max(took):.1f} to 1/{hand_s / min(took):.1f}" for way, took in known_s.items()
+    }
     return [
         *bench_table(("known to, % of the value", "after", *names), rows),
         "",
-        f"Asked for was the widest of the laps' intervals of a mass, {100 * figures['share']:.2g} %; `fly` took "
-        f"1/{figures['hand_s'] / max(known_s):.1f} to 1/{figures['hand_s'] / min(known_s):.1f} of their time, "
-        f"{identify_s:.0f} s of it for each identification beside it. What the flights then knew of the masses was off "
-        f"by {100 * off:.1f} % at most, and {holding} of {len(masses)} intervals hold the truth.",
+        f"The widest of the laps' intervals of a mass was {100 * figures['share']:.2g} %: for that `fly` took "
+        f"{shares[WIDEST]} of their time, and for each mass as by laps {shares[EACH]}, "
+        f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. What "
+        f"the flights then knew of the masses was off by {100 * off:.1f} % at most, and {holding} of {len(masses)} "
+        "intervals hold the truth.",
     ]
 
 

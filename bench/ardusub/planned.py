@@ -4,9 +4,11 @@ well. How well both know the drags then is told too.
 Beside the flight identifications take the time that this computer's processors spend on them.
 """
 
+import math
 import shutil
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,7 +26,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from gcs_plugin.dives.folder import ABOUT
 from gcs_plugin.flying.plan import FlightPlan
-from gcs_plugin.flying.run import Outcome, Wanted
+from gcs_plugin.flying.run import Outcome, Wanted, Widths
 from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.limits import Limits
@@ -35,6 +37,8 @@ BATTERY: Final = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "
 WITHIN: Final = Limits(space_m=4.5, depth_space_m=0.9, speed_m_s=0.5)
 READY_S: Final = 60.0
 FLIGHTS: Final = 5
+WIDEST, EACH = "widest", "each"
+"""What flights are asked for: every mass to the widest interval that laps leave of one, or each to its own."""
 SLOWER: Final = ("rows at 0.3", "rows at 0.2")
 
 
@@ -56,25 +60,36 @@ def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
     hand = fly(path, folder / "laps", by_sticks, truth, depth_m=LIMITS.deepest_m)
     by_hand = widths_of(hand.recording, str(vehicle), configuration)
     flown_plan = plan_of(file, WITHIN)
-    wanted = as_well(by_hand, [mass.name for mass in MASSES if mass.name in flown_plan.tells])
-    flights = []
-    for seed in range(1, FLIGHTS + 1):
-        root = folder / f"planned-{seed}"
-        outcome, took_s = flown(path, root, vehicle, truth, flown_plan, wanted, seed)
-        flights.append(
-            {
-                "known_s": outcome.known_s,
-                "identify_s": float(np.mean(took_s)),
-                "flown": {name: outcome.widths[name] for name in flown_plan.tells},
-                "masses": masses_of(root, file, configuration, truth, wanted.names),
-            }
-        )
+    widest = as_well(by_hand, [mass.name for mass in MASSES if mass.name in flown_plan.tells])
+    flights: dict[str, list[dict[str, Any]]] = {WIDEST: [], EACH: []}
+    for way, wanted in ((WIDEST, widest), (EACH, AsEach(widest.names, widest.share, by_hand))):
+        for seed in range(1, FLIGHTS + 1):
+            root = folder / f"{way}-{seed}"
+            outcome, took_s = flown(path, root, vehicle, truth, flown_plan, wanted, seed)
+            flights[way].append(
+                {
+                    "known_s": outcome.known_s,
+                    "identify_s": float(np.mean(took_s)),
+                    "flown": {name: outcome.widths[name] for name in flown_plan.tells},
+                    "masses": masses_of(root, file, configuration, truth, wanted.names),
+                }
+            )
     return {
         "hand_s": by_sticks.duration_s,
-        "share": wanted.share,
+        "share": widest.share,
         "hand": {name: by_hand[name] for name in flown_plan.tells},
         "flights": flights,
     }
+
+
+@dataclass(frozen=True)
+class AsEach(Wanted):
+    """Each coefficient to be known to a width of its own."""
+
+    of: Widths
+
+    def missing(self, widths: Widths) -> tuple[str, ...]:
+        return tuple(name for name in self.names if not widths.get(name, math.inf) <= self.of[name])
 
 
 def masses_of(
