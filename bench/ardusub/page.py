@@ -199,7 +199,9 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
 
 
 def _percent(width: float) -> str:
-    return f"{100 * width:.2g}" if math.isfinite(width) else "-"
+    if not math.isfinite(width):
+        return "-"
+    return f"{100 * width:.0f}" if width >= 1.0 else f"{100 * width:.2g}"
 
 
 def _answered(figures: Mapping[str, Any]) -> str:
