@@ -192,8 +192,8 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
         "",
         f"The widest of the laps' intervals of a mass was {100 * figures['share']:.2g} %: for that `fly` took "
         f"{shares[WIDEST]} of their time, and for each mass as by laps {shares[EACH]}, "
-        f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. What "
-        f"the flights then knew of the masses was off by {100 * off:.1f} % at most, and {holding} of {len(masses)} "
+        f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. The "
+        f"masses of these flights were off by {100 * off:.1f} % at most, and {holding} of {len(masses)} of their "
         "intervals hold the truth.",
     ]
 

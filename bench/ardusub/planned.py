@@ -38,7 +38,7 @@ WITHIN: Final = Limits(space_m=4.5, depth_space_m=0.9, speed_m_s=0.5)
 READY_S: Final = 60.0
 FLIGHTS: Final = 5
 WIDEST, EACH = "widest", "each"
-"""What flights are asked for: every mass to the widest interval that laps leave of one, or each to its own."""
+"""Flights are asked for every mass to the widest interval that laps leave of one, or for each to its own."""
 SLOWER: Final = ("rows at 0.3", "rows at 0.2")
 
 

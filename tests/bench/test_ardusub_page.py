@@ -42,7 +42,7 @@ def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_th
         "5.1 %: for that `fly` took 1/8.0 to 1/10.0 of their time, and for each mass as by laps 1/4.0 to 1/4.0"
         in text
     )
-    assert "off by 2.9 % at most, and 3 of 6 intervals hold the truth." in text
+    assert "off by 2.9 % at most, and 3 of 6 of their intervals hold the truth." in text
 
 
 def test_without_the_firmware_the_table_stays_and_the_reason_is_said(tmp_path, monkeypatch):
