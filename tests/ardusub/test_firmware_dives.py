@@ -32,11 +32,16 @@ def test_mass_and_drag_are_identified_within_5_percent_and_inside_their_interval
         ("delay", "command_delay"),
         ("current", "steady_current"),
         ("tether", "tether"),
+        ("waves", "waves"),
     ],
 )
-def test_what_is_planted_is_named(tmp_path, case, cause):
+def test_what_is_planted_is_named_and_gone_in_the_next_dive(tmp_path, case, cause):
+    """Waves are of one dive alone: the next has its own, and nothing else."""
     figures = measured(binary(), tmp_path, case)
     sys.stderr.write(f"\n{figures}\n")
     assert any(named.startswith(cause) for named in figures["causes"])
-    if case == "half":
+    if case == "waves":
+        (again,) = figures["after"]["causes"]
+        assert again.startswith(cause)
+    else:
         assert figures["after"] == {"verdict": "no_gap", "causes": []}
