@@ -10,13 +10,17 @@ import json
 import math
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of
 from bench.ardusub.firmware import WHY_NOT, binary
 from bench.ardusub.flight import vehicle_file
+from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
@@ -29,7 +33,8 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 END: Final = "<!-- end -->"
 PUSHED: Final = (0, 1, 2, 5)
-
+PLAIN_DIVES: Final = 5
+"""Dives with nothing planted, each in another sea: eight intervals of one dive tell little of how often they hold."""
 
 PLANNED: Final = "planned"
 
@@ -58,7 +63,8 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     if name == PLANNED:
         figures = measured_plan(path, runs / name, truth_of(CASES[PLAIN]))
     elif name == PLAIN:
-        figures = identified(answer_of("identify", recording_of(path, runs, name, 1)), truth_of(CASES[name]))
+        recordings = (recording_of(path, runs, name, seed) for seed in range(1, PLAIN_DIVES + 1))
+        figures = identified([answer_of("identify", each) for each in recordings], truth_of(CASES[name]))
     else:
         first = recording_of(path, runs, name, 1)
         model = first.parents[1] / "accepted.param"
@@ -96,23 +102,20 @@ def answer_of(verb: str, recording: Path, *options: str) -> dict[str, Any]:
     return answer
 
 
-def identified(answer: dict[str, Any], truth: Truth) -> dict[str, Any]:
+def identified(answers: Sequence[dict[str, Any]], truth: Truth) -> dict[str, Any]:
     """Of each degree of freedom that was pushed: mass, and drag at the dive's usual speed, each [true, value, low,
-    high] with the interval given the thrust."""
-    parameters = {each["name"]: each for each in answer["parameters"]}
-    drags = {each["axis"]: each for each in answer["drag_forces"]}
-    figures: dict[str, Any] = {}
-    for dof in PUSHED:
-        name = DOFS[dof]
-        mass, drag = parameters[MASSES[dof].name], drags[name]
+    high] by dive, with the interval given the thrust."""
+    figures: dict[str, Any] = {DOFS[dof]: {"mass": [], "drag": [], "speed": []} for dof in PUSHED}
+    for answer, dof in product(answers, PUSHED):
+        of_axis = figures[name := DOFS[dof]]
+        mass = next(each for each in answer["parameters"] if each["name"] == MASSES[dof].name)
+        drag = next(each for each in answer["drag_forces"] if each["axis"] == name)
         speed = drag["speed"]
         true_drag = (truth.model[DAMPINGS[dof].name] + truth.effects[QUADRATICS[dof].name] * speed) * speed
         interval = [mass["given_thrust"], mass["given_thrust_low95"], mass["given_thrust_high95"]]
-        figures[name] = {
-            "mass": [truth.model[mass["name"]], *interval],
-            "drag": [true_drag, drag["force"], drag["low95"], drag["high95"]],
-            "speed": speed,
-        }
+        of_axis["mass"].append([truth.model[mass["name"]], *interval])
+        of_axis["drag"].append([true_drag, drag["force"], drag["low95"], drag["high95"]])
+        of_axis["speed"].append(speed)
     return figures
 
 
@@ -132,21 +135,29 @@ def _sized(cause: dict[str, Any]) -> str:
 
 def table(results: dict[str, dict[str, Any]]) -> str:
     """The figures as Markdown."""
-    lines = [
-        "| plan flown by sticks, recorded by the companion | true | identified, 95 % given the thrust | off |",
-        "|---|---|---|---|",
-    ]
+    rows = []
     for name, figures in results[PLAIN].items():
         turns = name == DOFS[5]
         units = ("kg m2", "N m") if turns else ("kg", "N")
-        speed = f"{figures['speed']:.2g} {'rad/s' if turns else 'm/s'}"
-        for words, unit, (true, value, low, high) in (
+        speed = f"{figures['speed'][0]:.2g} {'rad/s' if turns else 'm/s'}"
+        for words, unit, dives in (
             (f"mass in {name}" if not turns else "inertia in yaw", units[0], figures["mass"]),
             (f"drag in {name} at {speed}", units[1], figures["drag"]),
         ):
-            inside = "" if low <= true <= high else ", outside"
-            off = f"{100 * (value / true - 1):+.1f} %{inside}"
-            lines.append(f"| {words} | {true:.3g} {unit} | {value:.3g} ({low:.3g} to {high:.3g}) | {off} |")
+            off = ", ".join(f"{100 * (value / true - 1):+.1f}" for true, value, _, _ in dives)
+            half = max(50 * (high - low) / true for true, _, low, high in dives)
+            holding = sum(low <= true <= high for true, _, low, high in dives)
+            rows.append(
+                (
+                    words,
+                    f"{dives[0][0]:.3g} {unit}",
+                    f"{off} %",
+                    f"{half:.2g} %",
+                    f"{holding} of {len(dives)}",
+                )
+            )
+    head = ("plan flown by sticks, recorded by the companion", "true", "identified is off by, dive by dive")
+    lines = [*bench_table((*head, "95 % given the thrust, ±", "inside"), rows)]
     lines += ["", "| planted in the body | named | the next dive, with that accepted |", "|---|---|---|"]
     lines += [
         f"| {CASES[name].words} | {_answered(figures)} | {_answered(figures['after'])} |"
@@ -157,22 +168,40 @@ def table(results: dict[str, dict[str, Any]]) -> str:
 
 
 def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
-    """How long the companion's plan took to know as much as laps by hand, as Markdown."""
-    names = list(figures["hand"])
-    times = {"hand": f"{figures['hand_s']:.0f} s", "flown": f"{figures['known_s']:.0f} s"}
-    words = {"hand": "laps by sticks, all of them", "flown": "`fly`, until the masses are known"}
-    rows = [(words[way], times[way], *(_percent(figures[way][name]) for name in names)) for way in words]
+    """How long the companion's plan took to know as much as laps by hand, as Markdown; of several flights the slowest,
+    and the widest intervals."""
+    names, hand_s, by_way = list(figures["hand"]), figures["hand_s"], figures["flights"]
+    known_s = {way: [flight["known_s"] for flight in flights] for way, flights in by_way.items()}
+    rows = [("laps by sticks, all of them", f"{hand_s:.0f} s", *map(_percent, figures["hand"].values()))]
+    for way, words in (
+        (WIDEST, "every mass is known to the widest of these"),
+        (EACH, "each mass is known as by laps"),
+    ):
+        widest = [max(flight["flown"][name] for flight in by_way[way]) for name in names]
+        words = f"`fly` until {words}, the worst of {len(by_way[way])} flights"
+        rows.append((words, f"{max(known_s[way]):.0f} s", *map(_percent, widest)))
+    every = [flight for flights in by_way.values() for flight in flights]
+    masses = [mass for flight in every for mass in flight["masses"].values()]
+    off = max(abs(value / true - 1) for true, value, _, _ in masses)
+    holding = sum(low <= true <= high for true, _, low, high in masses)
+    shares = {
+        way: f"1/{hand_s / max(took):.1f} to 1/{hand_s / min(took):.1f}" for way, took in known_s.items()
+    }
     return [
         *bench_table(("known to, % of the value", "after", *names), rows),
         "",
-        f"Asked for was the widest of the laps' intervals of a mass, {100 * figures['share']:.2g} %; `fly` took "
-        f"1/{figures['hand_s'] / figures['known_s']:.1f} of their time, {figures['identify_s']:.0f} s of "
-        "it for each identification beside it.",
+        f"The widest of the laps' intervals of a mass was {100 * figures['share']:.2g} %: for that `fly` took "
+        f"{shares[WIDEST]} of their time, and for each mass as by laps {shares[EACH]}, "
+        f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. The "
+        f"masses of these flights were off by {100 * off:.1f} % at most, and {holding} of {len(masses)} of their "
+        "intervals hold the truth.",
     ]
 
 
 def _percent(width: float) -> str:
-    return f"{100 * width:.2g}" if math.isfinite(width) else "-"
+    if not math.isfinite(width):
+        return "-"
+    return f"{100 * width:.0f}" if width >= 1.0 else f"{100 * width:.2g}"
 
 
 def _answered(figures: Mapping[str, Any]) -> str:

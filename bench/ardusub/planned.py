@@ -4,23 +4,31 @@ well. How well both know the drags then is told too.
 Beside the flight identifications take the time that this computer's processors spend on them.
 """
 
+import math
 import shutil
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from bench.ardusub.firmware import SETTINGS, Firmware, Passing, Stepped
 from bench.ardusub.flight import Aboard, Pilot, fly, vehicle_file
-from bench.flying import LIMITS, as_well, figures, flight, plan_of
+from bench.flying import LIMITS, as_well, flight, plan_of
 from bridge.ardusub.companion import companion_file
 from bridge.simulator.json_plant import json_body
 from bridge.simulator.missions import AFLOAT_M, hovering
 from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import MASSES
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
+from gcs_plugin.dives.folder import ABOUT
 from gcs_plugin.flying.plan import FlightPlan
-from gcs_plugin.flying.run import Outcome, Wanted
+from gcs_plugin.flying.run import Outcome, Wanted, Widths
+from identify.estimators.table import DEFAULT, estimator
+from identify.ingest.open import read_dive
 from identify.planning.limits import Limits
 from tui.flying import widths_of
 
@@ -28,6 +36,9 @@ BATTERY: Final = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "
 """A battery whose voltage the limits can hold."""
 WITHIN: Final = Limits(space_m=4.5, depth_space_m=0.9, speed_m_s=0.5)
 READY_S: Final = 60.0
+FLIGHTS: Final = 5
+WIDEST, EACH = "widest", "each"
+"""Flights are asked for every mass to the widest interval that laps leave of one, or for each to its own."""
 SLOWER: Final = ("rows at 0.3", "rows at 0.2")
 
 
@@ -38,7 +49,10 @@ def laps() -> Mission:
 
 
 def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
-    """Laps by hand, and a plan flown until as much is known; `folder` is made anew."""
+    """Laps by hand, and a plan flown until as much is known, in several seas; `folder` is made anew.
+
+    By flight: `known_s`, `identify_s`, the widths `flown`, and `masses`, [true, value, low, high] given the thrust.
+    """
     shutil.rmtree(folder, ignore_errors=True)
     vehicle = vehicle_file(folder)
     file, by_sticks = load_vehicle(str(vehicle)), laps()
@@ -46,11 +60,48 @@ def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
     hand = fly(path, folder / "laps", by_sticks, truth, depth_m=LIMITS.deepest_m)
     by_hand = widths_of(hand.recording, str(vehicle), configuration)
     flown_plan = plan_of(file, WITHIN)
-    wanted = as_well(by_hand, [mass.name for mass in MASSES if mass.name in flown_plan.tells])
-    outcome, took_s = flown(path, folder / "planned", vehicle, truth, flown_plan, wanted)
-    return figures(by_sticks.duration_s, by_hand, wanted, outcome, took_s) | {
+    widest = as_well(by_hand, [mass.name for mass in MASSES if mass.name in flown_plan.tells])
+    flights: dict[str, list[dict[str, Any]]] = {WIDEST: [], EACH: []}
+    for way, wanted in ((WIDEST, widest), (EACH, AsEach(widest.names, widest.share, by_hand))):
+        for seed in range(1, FLIGHTS + 1):
+            root = folder / f"{way}-{seed}"
+            outcome, took_s = flown(path, root, vehicle, truth, flown_plan, wanted, seed)
+            flights[way].append(
+                {
+                    "known_s": outcome.known_s,
+                    "identify_s": float(np.mean(took_s)),
+                    "flown": {name: outcome.widths[name] for name in flown_plan.tells},
+                    "masses": masses_of(root, file, configuration, truth, wanted.names),
+                }
+            )
+    return {
+        "hand_s": by_sticks.duration_s,
+        "share": widest.share,
         "hand": {name: by_hand[name] for name in flown_plan.tells},
-        "flown": {name: outcome.widths[name] for name in flown_plan.tells},
+        "flights": flights,
+    }
+
+
+@dataclass(frozen=True)
+class AsEach(Wanted):
+    """Each coefficient to be known to a width of its own."""
+
+    of: Widths
+
+    def missing(self, widths: Widths) -> tuple[str, ...]:
+        return tuple(name for name in self.names if not widths.get(name, math.inf) <= self.of[name])
+
+
+def masses_of(
+    root: Path, file: VehicleFile, configuration: str, truth: Truth, names: Sequence[str]
+) -> dict[str, list[float]]:
+    """The masses that the ground's recording in `root` tells, each [true, value, low, high] given the thrust."""
+    (about,) = root.glob(f"*/{ABOUT}")
+    answer = estimator(DEFAULT)(read_dive(about.parent, None, file), file, configuration, lambda *_: None)
+    return {
+        each.name: [truth.model[each.name], each.given_thrust, *each.at_thrust]
+        for each in answer.parameters
+        if each.name in names
     }
 
 
@@ -61,7 +112,7 @@ def flown(
     truth: Truth,
     flown_plan: FlightPlan,
     wanted: Wanted,
-    seed: int = 1,
+    seed: int,
 ) -> tuple[Outcome, list[float]]:
     """Fly a plan from the surface until all that is wanted is known; the seconds of each identification."""
     file = companion_file(load_vehicle(str(vehicle)))

@@ -13,8 +13,8 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.legs import DEPTH_M, Leg
 
 REST: Final = "rest"
-PIECE_S: Final = 16.0
-"""Length of the pieces that a wave is cut into."""
+FIRST_S, PIECE_S = 8.0, 16.0
+"""Lengths of the pieces that a wave is cut into: a short one first, for masses are soon known."""
 _DRIVEN: Final = {
     0: ("surge_m_s", "push_surge_n"),
     1: ("sway_m_s", "push_sway_n"),
@@ -107,15 +107,17 @@ def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) 
     return FlightPlan(name, depth_m, pieces)
 
 
-def cut(legs: Sequence[Leg], piece_s: float = PIECE_S) -> list[tuple[Leg, ...]]:
-    """Cut a square wave into waves of some `piece_s` each; any other manoeuvre stays whole."""
+def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
+    """Cut a square wave into waves of some PIECE_S each, after one of FIRST_S; any other manoeuvre stays whole."""
     if len(legs) != 3:
         return [tuple(legs)]
     first, halves, last = legs
     is_wave = first == last and halves.alternate % 2 and halves.duration_s == 2 * first.duration_s
     if not is_wave:
         return [tuple(legs)]
-    cycles = (halves.alternate + 1) // 2
-    goes = max(1, min(cycles, round(cycles * 2 * halves.duration_s / piece_s)))
-    sizes = [cycles // goes + (go < cycles % goes) for go in range(goes)]
+    cycles, cycle_s = (halves.alternate + 1) // 2, 2 * halves.duration_s
+    begin = min(cycles, max(1, round(FIRST_S / cycle_s)))
+    left = cycles - begin
+    goes = min(left, max(1, round(left * cycle_s / PIECE_S)))
+    sizes = [begin, *(left // goes + (go < left % goes) for go in range(goes))]
     return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]

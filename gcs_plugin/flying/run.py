@@ -144,6 +144,8 @@ class PlanFlight:
     def _go_on(self, now_s: float) -> None:
         """Ask for the next piece, or end a flight that is over."""
         session = self._crew.session
+        if session.idle and session.state is State.GOING:
+            self._piece_over()
         if session.over:
             self._end(now_s)
         elif now_s - max(session.heard_s, self._begun_s) > UNHEARD_S + self._limits.link_s:
@@ -170,11 +172,7 @@ class PlanFlight:
 
     def _next(self) -> None:
         """Fly the next piece that tells a missing coefficient, or go back where none is left."""
-        if self._flown is not None:
-            self._told_of |= set(self._flown.tells)
-            self.outcome.pieces += 1
-            self.outcome.flown_s += self._flown.duration_s
-            self._flown, self._unasked = None, True
+        self._piece_over()
         self._ask()
         missing = set(self._wanted.missing(self.outcome.widths))
         piece = next((piece for piece in self._left if missing & set(piece.tells)), None)
@@ -185,6 +183,15 @@ class PlanFlight:
             self._crew.session.fly(piece.legs)
         else:
             self._finish("the plan is flown; it goes back")
+
+    def _piece_over(self) -> None:
+        """Count the piece that was flown, and identify at once, while the vehicle goes back to its station."""
+        if self._flown is not None:
+            self._told_of |= set(self._flown.tells)
+            self.outcome.pieces += 1
+            self.outcome.flown_s += self._flown.duration_s
+            self._flown, self._unasked = None, True
+            self._ask()
 
     def _ask(self) -> None:
         """Identify the recording so far, where that is worth it."""

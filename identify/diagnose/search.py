@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from identify.diagnose.rhythms import seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
-from identify.effects.environment import STEADY_CURRENT
+from identify.effects.environment import STEADY_CURRENT, WAVES
 from identify.side_by_side import both, side_by_side
 
 Array = NDArray[np.float64]
@@ -302,6 +302,8 @@ def _settled(
 
     Turns that lead away from the filters' maximum are abandoned.
     """
+    in_waves = any(cause.effect.name == WAVES for cause in fit.causes)
+    nominal = replace(nominal, joint=replace(nominal.joint, in_waves=in_waves))
     best: tuple[Weighing, Fitted] | None = None
     for _ in range(MOST_REFITS):
         now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)

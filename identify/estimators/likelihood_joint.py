@@ -9,6 +9,8 @@ If a controller used a reading that the recording lacks, the thrust follows the 
 equation takes that for mass. The masses in that equation are then separate parameters that no other axis sees. The
 axis's mass in the Coriolis forces of the other axes is another parameter, which those axes alone determine. Their
 estimate is passed one way only, into the axis's equation (a cut, Plummer 2015), for the sake of its damping.
+
+In waves the Munk moments that tilt a hull are those of speeds through the water, which nobody knows: they tell no mass.
 """
 
 from collections.abc import Sequence
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 
 from identify.estimators.likelihood_axis import MASS, AxisLikelihood
 from identify.estimators.motion import Motion
+from identify.estimators.readings import PITCH, ROLL
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -34,12 +37,13 @@ class JointLikelihood:
 
     After them, theta holds the log masses of the degrees of freedom `apart`, as determined by the other axes'
     Coriolis forces; the mass in such an axis's own theta is used in its own equation alone. apart_prior (k, 2): mean
-    and precision of their prior.
+    and precision of their prior. in_waves: in roll and pitch the masses of the Coriolis forces stay as they are.
     """
 
     problems: tuple[AxisLikelihood, ...]
     apart: tuple[int, ...] = ()
     apart_prior: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    in_waves: bool = False
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
@@ -126,7 +130,8 @@ class JointLikelihood:
         """Contribution of axis i: the indices (k,) in theta that it depends on, gradient (k,) and information."""
         problem, of_axis = self.at(theta)[i], self.slices[i]
         dofs = [member.axis.dof for member in self.problems]
-        others = [k for k, dof in enumerate(dofs) if dof in problem.axis.coupled_dofs]
+        coupled = frozenset() if self._untold(problem) else problem.axis.coupled_dofs
+        others = [k for k, dof in enumerate(dofs) if dof in coupled]
         gradient, information = problem.score(theta[of_axis], [dofs[k] for k in others])
         masses = [self.mass_indices[k] for k in others]
         return np.array([*range(of_axis.start, of_axis.stop), *masses]), gradient, information
@@ -136,7 +141,13 @@ class JointLikelihood:
         masses = self.problems[0].masses.copy()
         for problem, index in zip(self.problems, self.mass_indices, strict=True):
             masses[problem.axis.dof] = np.exp(theta[index])
-        return tuple(replace(problem, masses=masses) for problem in self.problems)
+        return tuple(
+            problem if self._untold(problem) else replace(problem, masses=masses) for problem in self.problems
+        )
+
+    def _untold(self, problem: AxisLikelihood) -> bool:
+        """Whether the Coriolis forces of an axis tell no mass."""
+        return self.in_waves and problem.axis.dof in (ROLL, PITCH)
 
     def with_others_word(self, theta: Array, covariance: Array) -> "JointLikelihood":
         """Return the same likelihood with the prior of each own mass in an axis `apart` taken from the other axes'

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bridge.ardusub.frames import FRAME, motors_of
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import STAMPED_S, Array, Signal
-from identify.ingest import rotation
+from identify.ingest import held_pressure, rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.low_pass import CORNERS, before_low_pass
@@ -39,9 +39,6 @@ ARDUPILOT = 3
 ARDUPILOT_STAMPED_S = 2.5e-3
 """Its messages are dated as they are sent, and a companion's by when they arrive: so far off was a DVL beside a
 simulated ArduSub."""
-ARDUPILOT_PRESSURE_S = 0.085
-"""Its main loop reads its barometer ten times a second, and sends its last reading (ArduSub.cpp, update_altitude;
-GCS_Common.cpp): so late was the depth of a simulated body behind an ArduSub, and it may be 0.05 to 0.15 s."""
 AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
 FIX_2D = 2
 HAS_DATE_S = 1e9
@@ -152,6 +149,9 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         if not velocity.filtered and signals.get("pressure") is not None:
             # The autopilot's own depth comes out of its filter, late; a DVL beside it is judged by the pressure.
             signals["depth"] = None
+    if (pressure := signals.get("pressure")) is not None and _holds_pressure(messages):
+        read = None if velocity is None or velocity.filtered else velocity.signal
+        signals["pressure"] = held_pressure.dated(pressure, read, signals.get("attitude"))
     sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
@@ -199,7 +199,7 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
         "specific_force": _updated(imu, ACCELERATION_BITS, ("xacc", "yacc", "zacc")),
         "fog": _updated(messages.get("HIGHRES_IMU", id=1), FOG_BIT, ("zgyro",)),
         "attitude": _attitude(messages),
-        "pressure": _pressure(messages),
+        "pressure": _columns(messages.get("SCALED_PRESSURE2"), ("press_abs",), 100.0),
         "altitude": _altitude(messages.get("DISTANCE_SENSOR", orientation=DOWNWARD)),
         "pwm": pwm,
         "rpm": _rpm(arrays.get("RPM"), pwm),
@@ -215,13 +215,12 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
     return signals
 
 
-def _pressure(messages: Messages) -> Signal | None:
-    """Pressure, dated before the time for which an ArduPilot holds it; that of another sender as it is stamped."""
-    batch = messages.get("SCALED_PRESSURE2")
-    signal, autopilot = _columns(batch, ("press_abs",), 100.0), messages.get("HEARTBEAT", autopilot=ARDUPILOT)
-    if batch is None or signal is None or autopilot is None or batch.components[0] != autopilot.components[0]:
-        return signal
-    return Signal(signal.time_s - ARDUPILOT_PRESSURE_S, signal.value)
+def _holds_pressure(messages: Messages) -> bool:
+    """Whether the pressure is an ArduPilot's, not that of another sender, which is of the time of its stamp."""
+    batch, autopilot = messages.get("SCALED_PRESSURE2"), messages.get("HEARTBEAT", autopilot=ARDUPILOT)
+    return (
+        batch is not None and autopilot is not None and bool(batch.components[0] == autopilot.components[0])
+    )
 
 
 def _ardusub(messages: Messages) -> dict[str, Signal | None]:

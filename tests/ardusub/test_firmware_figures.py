@@ -12,10 +12,11 @@ from test_dvl_and_recording import WITH_DVL, Dvl
 from test_flights import BATTERY, LIMITS
 
 from bench.ardusub.firmware import Passing
+from bench.ardusub.flight import vehicle_file
 from bridge.ardusub.companion import companion_file
 from bridge.ardusub.law import MANUAL
 from bridge.flight.flight import End
-from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.flying.plan import flight_plan
 from gcs_plugin.flying.run import PlanFlight, Wanted
@@ -109,10 +110,7 @@ def begun_again(firmware):
 
 def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path):
     """`fly` until the masses are known to 3 %, the identifications beside it as slow as here."""
-    (tmp_path / "rov.yaml").write_text(
-        (CONFIGS / "vehicles" / "bluerov2.yaml").read_text() + "sensors: {dvl: {kind: a50}}\n"
-    )
-    file = load_vehicle(str(tmp_path / "rov.yaml"))
+    file = load_vehicle(str(vehicle_file(tmp_path / "file")))
     firmware = Firmware(tmp_path / "sitl", depth_m=4.0, settings=BATTERY)
     try:
         aboard, pilot = Aboard(firmware, file=companion_file(file)), Pilot(firmware)

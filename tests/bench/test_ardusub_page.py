@@ -2,25 +2,47 @@
 
 from bench.ardusub.page import BEGIN, END, page, table
 
+MASSES = {"M_u": [17.0, 17.5, 17.1, 17.9], "M_w": [26.0, 26.1, 25.9, 26.3]}
+
+
+def flight(known_s, **flown):
+    return {"known_s": known_s, "identify_s": 6.0, "flown": flown, "masses": MASSES}
+
+
 PLANNED = {
-    "hand_s": 804.0, "known_s": 100.5, "whole_s": 130.0, "identify_s": 6.0, "share": 0.051,
-    "hand": {"M_u": 0.051, "M_w": 0.02}, "flown": {"M_u": 0.012, "M_w": float("inf")},
+    "hand_s": 804.0, "share": 0.051, "hand": {"M_u": 0.051, "M_w": 0.02},
+    "flights": {
+        "widest": [flight(100.5, M_u=0.012, M_w=0.01), flight(80.4, M_u=0.011, M_w=float("inf"))],
+        "each": [flight(201.0, M_u=0.01, M_w=0.01)],
+    },
 }  # fmt: skip
-AXIS = {"mass": [17.0, 16.83, 16.6, 17.1], "drag": [0.33, 0.304, 0.29, 0.32], "speed": 0.063}
+AXIS = {
+    "mass": [[17.0, 16.83, 16.6, 17.1], [17.0, 17.17, 16.9, 17.4]],
+    "drag": [[0.33, 0.304, 0.29, 0.32], [0.34, 0.34, 0.32, 0.36]],
+    "speed": [0.063, 0.065],
+}
 
 
-def test_the_table_says_how_far_off_each_value_is_and_which_interval_misses_the_truth():
+def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_the_truth():
     half = {"verdict": "explained", "causes": ["weak_thruster (gain 0.53)"]}
     after = {"after": {"verdict": "no_gap", "causes": []}}
     text = table({"plain": {"surge": AXIS}, "half": half | after, "planned": PLANNED})
-    assert "| mass in surge | 17 kg | 16.8 (16.6 to 17.1) | -1.0 % |" in text
-    assert "| drag in surge at 0.063 m/s | 0.33 N | 0.304 (0.29 to 0.32) | -7.9 %, outside |" in text
+    assert "| mass in surge | 17 kg | -1.0, +1.0 % | 1.5 % | 2 of 2 |" in text
+    assert "| drag in surge at 0.063 m/s | 0.33 N | -7.9, +0.0 % | 5.9 % | 1 of 2 |" in text
     assert (
         "| thruster 2 at half its thrust | explained: weak_thruster (gain 0.53) | no_gap: nothing |" in text
     )
     assert "| laps by sticks, all of them | 804 s | 5.1 | 2 |" in text
-    assert "| `fly`, until the masses are known | 100 s | 1.2 | - |" in text
-    assert "5.1 %; `fly` took 1/8.0 of their time" in text
+    assert (
+        "| `fly` until every mass is known to the widest of these, the worst of 2 flights | 100 s | 1.2 | - |"
+        in text
+    )
+    assert "| `fly` until each mass is known as by laps, the worst of 1 flights | 201 s | 1 | 1 |" in text
+    assert (
+        "5.1 %: for that `fly` took 1/8.0 to 1/10.0 of their time, and for each mass as by laps 1/4.0 to 1/4.0"
+        in text
+    )
+    assert "off by 2.9 % at most, and 3 of 6 of their intervals hold the truth." in text
 
 
 def test_without_the_firmware_the_table_stays_and_the_reason_is_said(tmp_path, monkeypatch):

@@ -21,7 +21,7 @@ from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
-from identify.effects.environment import STEADY_CURRENT
+from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
@@ -209,6 +209,24 @@ def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows
     monkeypatch.setattr(search, "refitted", less_and_less_likely)
     assert explained_by([drag], spoilt, LIBRARY).now is made[0]
     assert len(made) == 2
+
+
+def test_in_waves_and_there_alone_the_tilting_of_the_hull_tells_no_mass(nominal):
+    """Its Munk moments are those of speeds through the water, and a mass of theirs was 22 % off."""
+    swell, drag = Cause(waves(5.0), np.full(6, 2.0)), Cause(QUADRATIC_DRAG, np.full(6, 5.0))
+    assert explained_by([swell], nominal, (swell.effect,)).now.joint.in_waves
+    assert not explained_by([drag], nominal, LIBRARY).now.joint.in_waves
+    heavier, told = nominal.theta.copy(), {}
+    heavier[nominal.joint.mass_indices[0]] += 1.0
+    for in_waves in (False, True):
+        joint = replace(nominal.joint, in_waves=in_waves)
+        masses = {p.axis.dof: float(p.masses[0]) for p in joint.at(heavier)}
+        told[in_waves] = {dof for dof, mass in masses.items() if mass == masses[0]}
+        for k, problem in enumerate(joint.problems):
+            own = joint.slices[k].stop - joint.slices[k].start
+            others = len(joint.score_of(k, nominal.theta)[0]) - own
+            assert (others == 0) is (in_waves and problem.axis.dof in (3, 4))
+    assert told[False] - told[True] == {3, 4}
 
 
 def test_causes_are_refitted_from_the_filters_that_are_near(nominal, monkeypatch):

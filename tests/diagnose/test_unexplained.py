@@ -312,6 +312,13 @@ def test_a_memory_that_is_held_behind_a_filter_tells_nothing_of_the_sea(
     assert slow_axes(replace(filtered, filtered=(0, 1, 2))) == {}
 
 
+def test_roll_and_pitch_do_not_tell_the_other_axes_how_long_the_sea_remembers(
+    still: Nominal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slow, "_forgets", lambda *_: False)
+    assert slow_axes(with_times(still, {dof: 0.5 if dof in (2, 3, 4) else 1.5 for dof in range(6)})) == {}
+
+
 def test_a_dive_that_is_short_beside_the_sea_shows_no_slow_force(still: Nominal) -> None:
     lasting_s = float(still.course.since_s[-1])
     rising = np.linspace(-1.0, 1.0, len(still.course.time_s))

@@ -53,9 +53,9 @@ LIMIT_FILE = (
 )
 
 
-def test_a_wave_is_cut_into_waves_of_the_same_kind_and_length_in_all():
+def test_a_wave_is_cut_into_waves_of_the_same_kind_and_length_in_all_a_short_one_first():
     pieces = cut(QUICK)
-    assert [piece[1].alternate for piece in pieces] == [7, 7]
+    assert [piece[1].alternate for piece in pieces] == [3, 5, 5]
     assert all(piece[0] == QUICK[0] == piece[2] for piece in pieces)
     assert sum(leg.duration_s * leg.alternate for piece in pieces for leg in piece) == 32.0
 
@@ -78,7 +78,9 @@ def test_a_plan_is_parted_at_its_rests_and_its_manoeuvres_take_turns(tmp_path):
     path = tmp_path / "plan.yaml"
     path.write_text(PLAN)
     plan = load_plan(path)
-    assert [piece.name for piece in plan.pieces] == ["1. surge, 16 s", "2. surge, 8 s", "1. surge, 16 s"]
+    assert [piece.name for piece in plan.pieces] == [
+        "1. surge, 8 s", "2. surge, 8 s", "1. surge, 12 s", "1. surge, 12 s",
+    ]  # fmt: skip
     assert plan.depth_m == 1.5
     assert plan.tells == ("M_u", "D_u")
     assert flight_plan("a", 1.5, [QUICK, YAW]).tells == ("M_u", "I_r", "D_u", "D_r")
@@ -154,6 +156,11 @@ def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_pat
     assert not water.link.vehicle.bridge.armed
     assert water.words[-1].startswith("holds its place")
     assert water.folder.telemetry()
+
+
+def test_what_was_flown_is_identified_while_the_vehicle_goes_back_to_its_station(tmp_path):
+    water = Water(tmp_path, {}).fly(lambda water: water.identifying.asked)
+    assert (water.state, water.flight.outcome.pieces) == (State.GOING, 2)
 
 
 def test_only_pieces_that_tell_what_is_not_known_yet_are_flown(tmp_path):
@@ -249,7 +256,7 @@ def test_without_armed_nothing_is_sent_and_the_plan_is_shown(capsys, monkeypatch
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
     assert cli.main(command()) == 0
     shown = capsys.readouterr().out
-    assert "1. surge, 16 s" in shown
+    assert "1. surge, 12 s" in shown
     assert "nothing was sent: --armed arms the vehicle" in shown
     assert "deepest_m" in shown
 

@@ -1,0 +1,94 @@
+"""Dates the pressure that an ArduPilot holds: by the vertical velocity of a DVL beside it, as far as that tells.
+
+Its main loop reads its barometer ten times a second, and sends its last reading (ArduSub.cpp, update_altitude;
+GCS_Common.cpp). How old that is goes by the phase of its tasks, which each start sets anew: 25 to 90 ms behind a
+simulated ArduSub, and a heave dated by one number for all had its mass off by 0.2 %, beyond its interval.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from identify.dive import Array, Signal
+from identify.ingest.rotation import attitude_at
+
+LATE_S: Final = 0.085
+"""Age of a pressure where no DVL tells it."""
+SPREAD_S: Final = 0.03
+"""How far that may be off, as a standard deviation."""
+OLDEST_S: Final = 0.15
+GAP_S: Final = 1.0
+"""Between readings of a DVL this far apart the depth is not followed."""
+FEWEST: Final = 50
+PASSES: Final = 3
+SPIKE: Final = 6.0
+"""A step of the pressure is a spike so many times the usual one off."""
+ALIKE: Final = 1e8
+"""Condition number of the squares from which on the columns can't be told apart."""
+
+
+def dated(pressure: Signal, velocity: Signal | None, attitude: Signal | None) -> Signal:
+    """A pressure (n, 1), stamped as it was sent, at the times at which it was read.
+
+    velocity (n, 3) of a DVL in body axes, m/s, and attitude (n, 4), where they are recorded.
+    """
+    late_s = LATE_S
+    if velocity is not None and attitude is not None and len(attitude) >= 2:
+        late_s = age_s(pressure, velocity.finite(), attitude.finite())
+    return Signal(pressure.time_s - late_s, pressure.value)
+
+
+def age_s(pressure: Signal, velocity: Signal, attitude: Signal) -> float:
+    """Age of the readings when they are sent, 0 to OLDEST_S: that at which their steps are those of the depth by the
+    DVL, weighed against LATE_S by how well both are known.
+
+    The steps go with those of the depth, of the speed downwards and of time (the DVL's zero error), whose factors
+    are fitted: so neither the water's density nor the sensor's unit matters.
+    """
+    inside = (velocity.time_s >= attitude.time_s[0]) & (velocity.time_s <= attitude.time_s[-1])
+    time_s, nu = velocity.time_s[inside], velocity.value[inside]
+    if len(time_s) < FEWEST:
+        return LATE_S
+    _, x, y, _ = (q := attitude_at(attitude, time_s)).T
+    w, z = q[:, 0], q[:, 3]
+    down = (
+        2 * (x * z - w * y) * nu[:, 0] + 2 * (y * z + w * x) * nu[:, 1] + (1 - 2 * (x * x + y * y)) * nu[:, 2]
+    )
+    step_s = np.diff(time_s)
+    sunk = np.concatenate([[0.0], np.cumsum(0.5 * (down[1:] + down[:-1]) * step_s)])
+    late_s = LATE_S
+    for _ in range(PASSES):
+        read_s = pressure.time_s - late_s
+        after = np.searchsorted(time_s, read_s)
+        known = (after > 0) & (after < len(time_s))
+        known[known] = step_s[after[known] - 1] <= GAP_S
+        both = known[1:] & known[:-1] & np.isfinite(np.diff(pressure.value[:, 0]))
+        columns = np.column_stack([np.interp(read_s, time_s, sunk), np.interp(read_s, time_s, down), read_s])
+        estimate = _lateness(np.diff(pressure.value[:, 0])[both], np.diff(columns, axis=0)[both])
+        if estimate is None:
+            return LATE_S
+        more_s, std_s = estimate
+        share = SPREAD_S**2 / (SPREAD_S**2 + std_s**2)
+        late_s = float(np.clip(LATE_S + share * (late_s + more_s - LATE_S), 0.0, OLDEST_S))
+    return late_s
+
+
+def _lateness(steps: Array, columns: Array) -> tuple[float, float] | None:
+    """Lateness of steps (n,) behind columns (n, 3) and its standard error, s; None where the columns do not tell it."""
+    if len(steps) < FEWEST:
+        return None
+    scale = np.sqrt(np.mean(columns**2, axis=0))
+    if not (scale > 0).all():
+        return None
+    columns = columns / scale
+    keep = np.ones(len(steps), np.bool_)
+    for _ in range(2):
+        size = np.linalg.lstsq(columns[keep], steps[keep], rcond=None)[0]
+        off = np.abs(steps - columns @ size)
+        keep = off <= SPIKE * max(float(np.median(off)), 1e-12)
+    square = columns[keep].T @ columns[keep]
+    if np.count_nonzero(keep) < FEWEST or np.linalg.cond(square) > ALIKE or size[0] <= 0:
+        return None
+    std = np.sqrt(np.mean(off[keep] ** 2) * np.linalg.inv(square)[1, 1])
+    late_s, std_s = np.array([-size[1], std]) / size[0] * scale[0] / scale[1]
+    return float(late_s), float(std_s)
