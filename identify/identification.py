@@ -4,7 +4,7 @@ provenance.
 
 import math
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple
 
@@ -210,6 +210,11 @@ class ThrustDelay:
     @property
     def std_s(self) -> float:
         return (self.high95_s - self.low95_s) / (2.0 * Z95)
+
+    def widened(self, variance_s2: float) -> "ThrustDelay":
+        """The same delay with that much more variance."""
+        reach_s = Z95 * math.sqrt(self.std_s**2 + variance_s2)
+        return replace(self, low95_s=self.later_s - reach_s, high95_s=self.later_s + reach_s)
 
     def to_json(self) -> dict[str, Any]:
         return {**vars(self), "delay_s": self.delay_s}

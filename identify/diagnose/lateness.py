@@ -19,7 +19,7 @@ from identify.dive import Array, Dive, Signal
 from identify.estimators.misfit import doubts_of
 from identify.estimators.timing import likeliest_delay
 from identify.forces import wrench
-from identify.ingest.commands import loop_is_recorded, sampled_seldom, sampled_slowly
+from identify.ingest.commands import commands_of_unknown_loop, holding_variance_s2, sampled_slowly
 from identify.statistics import Z95, birge_mean
 
 LEAST_GAIN, LEAST_OF_EACH = 7.0, 0.1
@@ -66,7 +66,7 @@ def slow_loop(dive: Dive, now: Nominal, file: VehicleFile, configuration: str) -
     Commands of the loop itself leave next to nothing; of samples, a faster loop's jumps can be a little more like a
     hold. Samples are of a loop at least twice as fast.
     """
-    commands = _of_unknown_loop(dive)
+    commands = commands_of_unknown_loop(dive)
     if commands is None or not _is_slow_and_delayed(commands, dive, now):
         return None
     held, gain = replace(dive, commands_hold=True), 0.0
@@ -94,13 +94,6 @@ def _noted(dive: Dive, note: str) -> Dive:
     return replace(dive, notes=(*dive.notes, note))
 
 
-def _of_unknown_loop(dive: Dive) -> Signal | None:
-    """The commands of a dive of which it is unknown whether they hold; None if that is known, or can't be told."""
-    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
-    known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
-    return None if commands is None or known or sampled_seldom(commands) else commands
-
-
 def _is_slow_and_delayed(commands: Signal, dive: Dive, now: Nominal) -> bool:
     # Behind an autopilot's filter the delay is that at which its velocity was dated.
     return sampled_slowly(commands) and now.late_thrust_s[0] > 0.0 and not dive.velocity_is_filtered
@@ -117,7 +110,7 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     Thrust of a loop that is much faster than the recording acts half a step earlier than thrust that holds. A delay of
     the thrusters hides the first, and can look like the second. Where the controller logs its wrench the loop is known.
     """
-    commands = _of_unknown_loop(dive)
+    commands = commands_of_unknown_loop(dive)
     if commands is None or _is_slow_and_delayed(commands, dive, now):
         return dive
     step_s = 1.0 / commands.rate_hz
@@ -131,15 +124,9 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
 
 def with_holding_unknown(covariance: Array, causes: Sequence[Cause], dive: Dive) -> Array:
     """The covariance (k, k) of causes' present parameters, where that of a late thrust is as uncertain as whether each
-    command holds until the next.
-
-    Commands of a faster loop act half a step earlier than the same commands that hold, and a delay takes that up.
-    """
-    commands = _of_unknown_loop(dive)
-    if commands is None:
-        return covariance
+    command holds until the next."""
     late = [bool(cause.effect.timing) for cause in causes for present in cause.present if present]
-    return covariance + np.diag(np.array(late, np.float64) / (12.0 * commands.rate_hz**2))
+    return covariance + np.diag(np.array(late, np.float64) * holding_variance_s2(dive))
 
 
 def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:

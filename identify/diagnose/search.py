@@ -14,7 +14,7 @@ from identify.diagnose.rhythms import seas_of
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, rows_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
-from identify.effects.environment import STEADY_CURRENT, WAVES
+from identify.effects.environment import STEADY_CURRENT
 from identify.side_by_side import both, side_by_side
 
 Array = NDArray[np.float64]
@@ -302,7 +302,9 @@ def _settled(
 
     Turns that lead away from the filters' maximum are abandoned.
     """
-    in_waves = any(cause.effect.name == WAVES for cause in fit.causes)
+    course = weighing.now.course
+    # A current's course is among what is fitted, that of the water in waves is not.
+    in_waves = any(cause.effect.sea and cause.act(course).water is None for cause in fit.causes)
     nominal = replace(nominal, joint=replace(nominal.joint, in_waves=in_waves))
     best: tuple[Weighing, Fitted] | None = None
     for _ in range(MOST_REFITS):

@@ -17,7 +17,6 @@ from identify.effects.effect import Act, Effect, Parameter, Separation, Told
 Array = NDArray[np.float64]
 
 WAVE_PERIODS_S = (2.0, 3.0, 4.0, 5.0, 6.5, 8.0)
-WAVES = "waves"
 CURRENT_PERIODS_S = (20.0, 40.0, 80.0, 160.0)
 
 
@@ -98,7 +97,7 @@ def waves(*periods_s: float) -> Effect:
         return {"force_amplitude": (float(amplitude), "N"), "period": (usual_s, "s")}
 
     return Effect(
-        WAVES,
+        "waves",
         "waves in a narrow band about one period",
         "water",
         tuple(

@@ -31,6 +31,7 @@ from identify.estimators.refusals import long_enough
 from identify.estimators.timing import shared_axes, with_delay
 from identify.forces import wrench
 from identify.identification import Doubt, Estimate, Identification, Information, Nuisance, Outcome
+from identify.ingest.commands import holding_variance_s2
 from identify.progress import Progress
 from identify.statistics import Z95
 from identify.words import axes_named, listed
@@ -72,7 +73,8 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
             # A delay at which the equations have no solution is rejected; without a delay they have one.
             late_fit = None
         if late_fit is not None:
-            delay, built, joint = late_fit.delay, late_fit.built, late_fit.fit
+            built, joint = late_fit.built, late_fit.fit
+            delay = late_fit.delay.widened(holding_variance_s2(dive))
             tests = doubts_of(joint.joint, joint.theta)
     progress(1.0, "")
     fits = joint.fits

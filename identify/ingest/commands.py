@@ -112,6 +112,23 @@ def sampled_seldom(commands: Signal) -> bool:
     return sampled_slowly(commands) and commands.rate_hz < SELDOM_HZ
 
 
+def commands_of_unknown_loop(dive: Dive) -> Signal | None:
+    """The commands of a dive of which it is unknown whether each holds until the next; None if that is known, or can't
+    be told."""
+    commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
+    known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
+    return None if commands is None or known or sampled_seldom(commands) else commands
+
+
+def holding_variance_s2(dive: Dive) -> float:
+    """Variance of a delay of the thrust, s2, because it is unknown whether each command holds until the next.
+
+    Commands of a faster loop act half a step earlier than the same commands that hold, and a delay takes that up.
+    """
+    commands = commands_of_unknown_loop(dive)
+    return 0.0 if commands is None else 1.0 / (12.0 * commands.rate_hz**2)
+
+
 def spread(commands: Signal, end_s: float) -> Signal:
     """Repeat commands that hold until the next, at the rate of a continuous log, up to the end of a dive."""
     ends_s = np.append(commands.time_s[1:], max(end_s, float(commands.time_s[-1])))
