@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array as Array
 from bridge.vehicle.config import Water
 from bridge.vehicle.mode import Mode
-
-Array = NDArray[np.float64]
 
 
 class Kind(Enum):

@@ -20,12 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
 from identify.align import ORDER, low_pass
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.statistics import bulk_std
 
 AXES = (0, 1, 5)

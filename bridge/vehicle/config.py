@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from bridge import schema
+from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 
-Vector3 = tuple[float, float, float]
 MARK_DIGITS = 16
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 GRAVITY_M_S2 = 9.80665

@@ -13,9 +13,9 @@ from statistics import median
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Vehicle
@@ -24,7 +24,6 @@ from bridge.wire.framing import Frame
 from bridge.wire.framing import decode as decode_message
 from bridge.wire.readings import decode
 
-Array = NDArray[np.float64]
 OFF_NEUTRAL_US: Final = 15.0
 SHORTEST_PULSE_S: Final = 0.3
 LONGEST_PULSE_S: Final = 3.0

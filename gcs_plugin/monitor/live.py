@@ -6,8 +6,8 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.parameters import vehicle_table
@@ -15,8 +15,6 @@ from bridge.wire.readings import Reading
 from gcs_plugin.monitor.gap import Gap, GapMonitor
 from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
-
-Array = NDArray[np.float64]
 
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
 """Without one of these signals there is nothing to compare; each in words."""

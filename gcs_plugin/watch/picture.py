@@ -6,12 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
+from bridge.arrays import Array
 from gcs_plugin.monitor.gap import Gap
-
-Array = NDArray[np.float64]
 
 
 class Freshness(Enum):

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, Kind
 from identify.batch.causes import EffectSize
 from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
-from identify.dive import Array
 from identify.ingest.open import utc
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
@@ -20,7 +19,6 @@ from identify.challenge.site import Planted, Site, site_of
 from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle
 from identify.dive import Dive
 
-Array = NDArray[np.float64]
 Kind = Literal["none", "one", "two", "novel"]
 
 SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15}

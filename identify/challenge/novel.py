@@ -5,14 +5,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.challenge.site import Planted, Site, changed, sized
 from identify.challenge.vehicles import DrawnVehicle
 
 Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
 
-Array = NDArray[np.float64]
 
 SHORTEST_S, LONGEST_S = 300.0, 600.0
 REST_S = 8.0

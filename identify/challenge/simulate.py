@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Water
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge import dive as kernel
@@ -17,8 +17,6 @@ from identify.challenge.vehicles import LAG_S, STEP_S, Clock, DrawnVehicle, Nois
 from identify.challenge.world import STATES
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import quaternions_from_euler
-
-Array = NDArray[np.float64]
 
 FULL_VOLTAGE_V = 16.4
 

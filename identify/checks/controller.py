@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile, Water
 from identify.checks.frozen import axis_key
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.forces import wrench
 from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles

@@ -5,8 +5,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import Damping
 from identify.estimators.axes import Axes, Axis
@@ -17,8 +17,6 @@ from identify.estimators.misfit import DOUBTFUL_SCORE, Force, Multiplier, with_f
 from identify.estimators.readings import Channel
 from identify.identification import Culprit, Doubt, Outcome, ThrustDelay, coefficients_of
 from identify.words import axes_named
-
-Array = NDArray[np.float64]
 
 SURGE, SWAY = 0, 1
 

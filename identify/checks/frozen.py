@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 
 SHORTEST_S, FEWEST = 2.0, 8
 """Least duration and number of equal values: shorter repetitions are left alone."""

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.checks.frozen import axis_key
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.ingest.commands import unknown_between
 from identify.words import axes_named
 

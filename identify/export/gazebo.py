@@ -19,8 +19,8 @@ import math
 import xml.etree.ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.export.model import (
     Model,
@@ -35,7 +35,6 @@ from identify.export.model import (
     volume_m3,
 )
 
-Array = NDArray[np.float64]
 PLUGIN_AXES = (("x", "U"), ("y", "V"), ("z", "W"), ("k", "P"), ("m", "Q"), ("n", "R"))
 ADDED_TAGS = ("xx", "yy", "zz", "pp", "qq", "rr")
 PROPELLER_KG, PROPELLER_KGM2, PROPELLER_M = 1e-3, 1e-6, 0.1

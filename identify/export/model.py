@@ -12,9 +12,10 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, QUADRATICS
-from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, Vector3, VehicleFile
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, VehicleFile
 from bridge.vehicle.thrusters import thrust_curve
 
 Six = tuple[float, float, float, float, float, float]

@@ -16,7 +16,8 @@ bodies,environment,materials,robots}.rst. Earth NED; the robot's axes are ours, 
 
 import xml.etree.ElementTree as ET
 
-from bridge.vehicle.config import GRAVITY_M_S2, Vector3
+from bridge.arrays import Vector3
+from bridge.vehicle.config import GRAVITY_M_S2
 from identify.export.model import Model, Propeller, comment, document, element, numbers, pointing, volume_m3
 
 DRAG_SPEED_M_S = 0.5

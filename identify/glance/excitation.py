@@ -15,11 +15,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.estimators.likelihood_fit import Begun, rough_fit
 from identify.estimators.misfit import Force, coefficients, doubts_of, lacking_drag, timing_of, with_forces
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable

@@ -39,6 +39,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
@@ -46,7 +47,7 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.align import AlignedDive, aligned, low_pass
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.glance.foretold import Held, MadeUp
 from identify.validate import (
     CUTOFF_HZ,

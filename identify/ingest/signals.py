@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from identify.checks.impossible import LONGEST_DIVE_S, tame
-from identify.dive import Array, Signal
+from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.column_map import (

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array
+from bridge.arrays import Array
 
 Mask = NDArray[np.bool_]
 

@@ -10,9 +10,9 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
-from identify.dive import Array
 from identify.ingest.streams import Mask, Stream, Streams
 from identify.words import listed
 

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.ardusub.frames import FRAME, motors_of
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.dive import STAMPED_S, Array, Signal
+from identify.dive import STAMPED_S, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.frames import Frames, load_frames, message_name

@@ -20,8 +20,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.simulator.truth import DISTURBANCE_N_PER_KG, TYPICAL
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES
@@ -29,8 +29,6 @@ from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds
 from identify.estimators.lateness import LATER_S
 from identify.identification import Identification, disturbance, noise, time_constant
-
-Array = NDArray[np.float64]
 
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7

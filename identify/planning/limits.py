@@ -5,16 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.truth import Truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.planning.knowledge import Knowledge
-
-Array = NDArray[np.float64]
 
 START_DEPTH_M = 1.5
 REST_S = 5.0

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.simulator.direct import TICK_S
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
@@ -37,7 +38,6 @@ from identify.planning.manoeuvres import (
     sweep,
 )
 
-Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 DOFS_PLANNED = (SURGE, SWAY, HEAVE, YAW)

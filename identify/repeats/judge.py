@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration, Water
 from identify.diagnose import candidates
 from identify.diagnose.result import Finding, Value, Verdict
-from identify.dive import Array
 from identify.effects.actuators import weak
 from identify.effects.course import Course
 from identify.effects.effect import Effect

@@ -15,10 +15,11 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.forces import asked_thrusts
 from identify.ingest.rotation import euler_angles
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array
+from bridge.arrays import Array
 from identify.words import fixed, safe
 
 ZOOMS = (1, 4, 16)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gcs_plugin.watch.picture import Array
+from bridge.arrays import Array
 from tui.app.drawing import Line, Lines, Role, Span, apart, cut, number, width
 
 BLANK: Final = 0x2800

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array
+from bridge.arrays import Array
 from identify.ingest.ros.definitions import Fields, Types
 from identify.ingest.streams import LONGEST_LIST, Mask
 

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gcs_plugin.watch.picture import Array, Freshness, Trace
+from bridge.arrays import Array
+from gcs_plugin.watch.picture import Freshness, Trace
 from tui.app.curves import (
     AXIS_CELLS,
     Gaps,
