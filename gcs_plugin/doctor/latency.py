@@ -18,8 +18,8 @@ from bridge.vehicle.thrusters import Curve, thrust_curve
 from bridge.wire.framing import Frame
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, ok, warn
-from gcs_plugin.doctor.response import Pulse, Series, WetRecord, record_of
 from gcs_plugin.doctor.wet import LABELS, Diagnosis, diagnose, findings
+from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, record_of
 
 EARLIEST_S: Final = -0.1
 LATEST_S: Final = 0.6

@@ -25,7 +25,7 @@ from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vehicle
 from bridge.vehicle.thrusters import Curve
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, fail, ok, warn
-from gcs_plugin.doctor.response import Pulse, WetRecord, find_pulses
+from gcs_plugin.doctor.wet_record import Pulse, WetRecord, find_pulses
 
 
 def _all_turns() -> tuple[Array, ...]:
@@ -119,7 +119,7 @@ def diagnose(vehicle: Vehicle, configuration: Configuration, curve: Curve, recor
         raise LogError("no sensor said anything during the pulses; check that DVL, IMU or gyro are recorded")
     want = response.expected(vehicle, configuration, curve, pulses)
     scale = {name: _scale(felt[name], want[name]) for name in felt}
-    noise, rest_force = response.noise(record, pulses), response.rest_force(record, pulses)
+    noise, rest_force = response.feature_noise(record, pulses), response.rest_force(record, pulses)
     evidence = _Evidence(felt, want, noise, scale, rest_force)
     dvl = [_cost(evidence, "dvl", turn) for turn in TURNS]
     imu = [_imu_cost(evidence, turn) for turn in TURNS]
