@@ -10,9 +10,10 @@ import numpy as np
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
+from identify.challenge.mission import DEPTH, LONGEST_S, SHORTEST_S, draw_mission, sampled
 from identify.challenge.nearest import nearest, sizes
-from identify.challenge.novel import LONGEST_S, NOVEL, SHORTEST_S, draw_mission, sampled
 from identify.challenge.plants import ABSORBED, BY_NAME_ALONE, PLANTS
+from identify.challenge.plants_novel import NOVEL
 from identify.challenge.score import alike
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
 from identify.challenge.site import Planted, Site, site_of
@@ -201,7 +202,7 @@ def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
     depth_m = rng.uniform(0.4, 0.8) if shallow else rng.uniform(2.5, 5.0)
     legs = draw_mission(rng, case.vehicle, case.seconds[which])
     reference = sampled(legs, time_s, depth_m, rng.uniform(-np.pi, np.pi))
-    deepest = float(reference[:, 13].max())
+    deepest = float(reference[:, DEPTH].max())
     floor_m = deepest + (rng.uniform(0.15, 0.4) if low else rng.uniform(2.0, 6.0))
     site = site_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
     site.sag, site.ripple = rng.uniform(0.005, 0.1), rng.uniform(0.0, 0.2)

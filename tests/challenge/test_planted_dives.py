@@ -12,8 +12,8 @@ from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
-from identify.challenge.novel import NOVEL
 from identify.challenge.plants import PLANTS
+from identify.challenge.plants_novel import NOVEL
 from identify.challenge.seal import tlog_of
 from identify.challenge.site import (
     ACCELERATION,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words typed in MAVProxy: the commands with their help, and their completions."""
+"""The commands of the MAVProxy module with their help, and the completions of their words."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
