@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, HEAVE, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile, Water
 from identify.checks.frozen import axis_key
 from identify.dive import Dive
@@ -38,7 +38,6 @@ explanation."""
 EARLIER_SHARE = 0.5
 """Use of readings before their stamps is accepted only if it reduces the residual to less than this share."""
 
-HEAVE = 2
 
 LARGEST_UNEXPLAINED = 0.25
 """Share of the controller's wrench that may remain unexplained by recorded readings: rounding and late readings cause

@@ -11,13 +11,13 @@ import contextlib
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL, YAW
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.dive import Dive, Signal
@@ -28,8 +28,6 @@ from identify.estimators.timing import lasting_axes
 from identify.forces import wrench
 from identify.glance.span import Span
 from identify.identification import LARGEST_RELATIVE_STD
-
-YAW: Final = 5
 
 
 @dataclass(frozen=True)

@@ -15,19 +15,15 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.simulator.direct import TICK_S
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, HEAVE, MASSES, SURGE, SWAY, YAW
 from bridge.vehicle.legs import Leg
 from identify.dive import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, of_motion, of_timing
 from identify.planning.limits import REST_S, Limits, Tank, Trial
 from identify.planning.manoeuvres import (
-    HEAVE,
     PERIODS_S,
     PUSHES,
     RATES,
-    SURGE,
-    SWAY,
-    YAW,
     Drive,
     Family,
     Manoeuvre,

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import Configuration, Water
 from identify.diagnose import candidates
 from identify.diagnose.result import Finding, Value, Verdict
@@ -20,7 +21,7 @@ from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.rigid_body import NET_BUOYANCY
 from identify.effects.sensors import DEPTH_SCALE
-from identify.repeats.marks import DEPTH, FORCE, HEAVE, MARKS, PITCH, ROLL, YAW, Usual
+from identify.repeats.marks import DEPTH, FORCE, MARKS, PITCH, ROLL, YAW, Usual
 
 ROUGH: Final = 0.5
 """Relative standard deviation of a thruster's moments about x and y: arms and righting moment are seldom known."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError, LogError
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.dive import Dive
@@ -36,8 +37,6 @@ STEADY: Final = 0.2
 
 LEAST_SHARE: Final = 0.02
 """Thrust below this share of a thruster's limit counts as none."""
-
-HEAVE = 2
 
 
 @dataclass(frozen=True)

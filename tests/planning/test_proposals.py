@@ -14,6 +14,7 @@ from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.missions import load_mission, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
+from bridge.vehicle.coefficients import HEAVE, SURGE, SWAY, YAW
 from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
@@ -28,7 +29,7 @@ from identify.planning.knowledge import (
     of_axis,
 )
 from identify.planning.limits import Limits, Tank
-from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep
+from identify.planning.manoeuvres import Drive, coast_down, laps, square, sweep
 from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
 from identify.planning.writing import DOUBT, instruction, mission_text, needs, notes, pulses
 

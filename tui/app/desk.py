@@ -19,7 +19,9 @@ RECEIPTS: Final = Path("receipts")
 LIST: Final = "dives"
 """The job that reads the dives, so that the next step is known on every screen."""
 
-IDENTIFIED, DIAGNOSED, ACCEPTABLE = "identified.param", "diagnosis.json", "diagnosed.param"
+IDENTIFIED, DIAGNOSED, ACCEPTABLE, VALIDATED = (
+    "identified.param", "diagnosis.json", "diagnosed.param", "validation.json",
+)  # fmt: skip
 """Files that the screens leave next to a dive: its values; its diagnosis, and the model with the causes found."""
 
 FEW: Final = 4

@@ -14,7 +14,7 @@ from gcs_plugin.dives.folder import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
 from gcs_plugin.watch.picture import Armed
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, values_of
 from tui.app.jobs import JobState, written_ns
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import FLY
@@ -22,7 +22,6 @@ from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
 
-VALIDATED: Final = "validation.json"
 DIAGNOSE: Final = "diagnose"
 LONG: Final = ("identify", DIAGNOSE, "validate")
 """Verbs that take long enough for the user to wait, and to miss their work if it were lost."""

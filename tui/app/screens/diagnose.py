@@ -21,7 +21,7 @@ from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
 
-JSON, REPORT, PARAM = DIAGNOSED, "diagnosis.html", ACCEPTABLE
+REPORT: Final = "diagnosis.html"
 PHASES: Final = {
     "rest": "at rest",
     "accelerating": "speeds up",
@@ -106,7 +106,7 @@ class Answer:
 
 
 def answer(data: Any) -> Answer | None:
-    """Parse a diagnosis from a JSON value; None if it is not a diagnosis."""
+    """Parse a diagnosis from a DIAGNOSED value; None if it is not a diagnosis."""
     try:
         return _answer(data)
     except (KeyError, TypeError, ValueError, AttributeError, ConfigError):
@@ -382,7 +382,11 @@ class DiagnoseScreen(SectionScreen):
     @property
     def _accepts(self) -> bool:
         """Whether the diagnosis left a model with its causes."""
-        return self.dive is not None and newer(self.dive / PARAM, self.dive / JSON) and self.unkept is None
+        return (
+            self.dive is not None
+            and newer(self.dive / ACCEPTABLE, self.dive / DIAGNOSED)
+            and self.unkept is None
+        )
 
     def action_check(self) -> None:
         self._other = (self._other + 1) % (len(self.others) + 1)
@@ -390,7 +394,7 @@ class DiagnoseScreen(SectionScreen):
 
     async def action_parameters(self) -> None:
         if self.dive is not None:
-            self.desk.param = self.dive / PARAM
+            self.desk.param = self.dive / ACCEPTABLE
             await self.begin_on("parameters")
 
     def comparable(self, dive: Path) -> tuple[Path, ...]:
@@ -400,7 +404,7 @@ class DiagnoseScreen(SectionScreen):
         self._other = 0
 
     def result(self) -> Answer | None:
-        return self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None
+        return self._kept.read(self.dive / DIAGNOSED, self.unkept) if self.dive is not None else None
 
     def verdict(self, cells: int) -> Lines:
         diagnosis = self.result()
@@ -412,7 +416,7 @@ class DiagnoseScreen(SectionScreen):
             return ()
         ahead: tuple[str, ...] = ()
         if name == "far" and self.dive is not None and self._accepts:
-            ahead = self._foretold.read(sidecar_path(self.dive / PARAM)) or ()
+            ahead = self._foretold.read(sidecar_path(self.dive / ACCEPTABLE)) or ()
         return (
             *(line for words in ahead for line in wrapped(words, "strong", cells)),
             *MAKES[name](diagnosis, cells),
@@ -424,7 +428,7 @@ class DiagnoseScreen(SectionScreen):
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         check = self._check_dive()
-        leaves = (("--json", JSON), ("--report", REPORT), ("--accept", PARAM))
+        leaves = (("--json", DIAGNOSED), ("--report", REPORT), ("--accept", ACCEPTABLE))
         outputs = (word for option, name in leaves for word in (option, str(dive / name)))
         checked = ("--check", str(check)) if check is not None else ()
         return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *outputs)
