@@ -17,7 +17,7 @@ from bridge.errors import LogError, ParamUnwritten
 from bridge.exit_codes import UsageError
 from bridge.reports import PAGE
 from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
-from gcs_plugin.params.files import sidecar_path
+from gcs_plugin.params.sidecar import sidecar_path
 from tui import show
 from tui.cli import complain
 from tui.options import FolderTarget, NewFile, NewFolder, ParameterTarget, Target

@@ -12,7 +12,7 @@ from bridge import schema
 from bridge.errors import ParamError, ParamRejected, ParamUnknown
 from bridge.vehicle.coefficients import EffectCoefficient
 from bridge.vehicle.parameters import ACTIVE, MODE
-from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
+from gcs_plugin.params.files import read_parameters, system_of
 from gcs_plugin.params.identified import doubt_lines
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
@@ -39,6 +39,7 @@ from gcs_plugin.params.plan import (
 from gcs_plugin.params.plausible import half_a_model, implausible, other_half
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path
 from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Upload
 

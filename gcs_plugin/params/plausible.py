@@ -14,9 +14,9 @@ from bridge.vehicle.feedforward import AXES
 from bridge.vehicle.foretold import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
-from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, part_of_set, value_text
+from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1

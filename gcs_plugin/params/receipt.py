@@ -25,15 +25,9 @@ from bridge.files import open_own, read_small, sync_folder
 from bridge.plain import from_json
 from gcs_plugin.locks import try_lock
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import (
-    Sidecar,
-    replace_text,
-    sidecar_path,
-    unwritten,
-    write_parameters,
-    write_sidecar,
-)
+from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
+from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Ending
 

@@ -10,7 +10,7 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.foretold import Foretold
-from gcs_plugin.params.files import sidecar_path
+from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.glance.foretold import rows_words
 from identify.words import significant
