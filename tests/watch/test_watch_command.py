@@ -98,7 +98,7 @@ def test_a_line_is_never_longer_than_a_terminal_is_wide_and_loses_its_end(health
 
 
 def test_a_line_has_no_values_of_a_vehicle_that_says_none(watcher):
-    assert line(watcher.picture(1.0), None) == "UNKNOWN | NO LINK | NOT RECORDING"
+    assert watch_text.line(watcher.picture(1.0), None) == "UNKNOWN | NO LINK | NOT RECORDING"
 
 
 def test_a_link_is_named_where_it_loses_frames(healthy):
