@@ -79,8 +79,8 @@ class Outlet(Protocol):
         """Take whole frames that arrived on the links."""
         ...
 
-    def taken(self) -> list[bytes]:
-        """Whole frames to be sent, since the last call."""
+    def to_send(self) -> list[bytes]:
+        """Whole frames for the links, since the last call."""
         ...
 
 
@@ -129,24 +129,9 @@ class Recorder:
         return {link.name: self._peers.receptions(link.name, now_s) for link in self._links}
 
     @property
-    def files(self) -> int:
-        """Number of files of the present dive."""
-        return self._files.files
-
-    @property
-    def recorded(self) -> int:
-        """Number of frames in the present dive's files."""
-        return self._files.kept.frames
-
-    @property
-    def recorded_bytes(self) -> int:
-        """Number of bytes of these frames."""
-        return self._files.kept.bytes
-
-    @property
-    def lost(self) -> int:
-        """Number of frames that are in no file of the dive's folder."""
-        return self._files.kept.lost
+    def kept(self) -> Kept:
+        """Counts of the files of the present dive; any thread may read them."""
+        return self._files.kept
 
     @property
     def unwritten(self) -> str:
@@ -297,7 +282,7 @@ class Recorder:
             self._outlet.broadcast(
                 b"".join(item.frame.raw for item in received if not carries_key(item.frame.raw))
             )
-        for raw in self._outlet.taken():
+        for raw in self._outlet.to_send():
             if carries_key(raw):
                 self._say("warning", KEY_STAYS)
                 continue

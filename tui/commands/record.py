@@ -196,7 +196,7 @@ def _counts(dive: RecordedDive) -> dict[str, int]:
 
 
 def _line(recorder: Recorder, since_s: float) -> str:
-    return f"{since_s:.0f} s, {recorder.recorded} frames, {recorder.recorded_bytes / 1e3:.0f} kB"
+    return f"{since_s:.0f} s, {recorder.kept.frames} frames, {recorder.kept.bytes / 1e3:.0f} kB"
 
 
 def described(about: About, root: Path, *, same_conditions: bool) -> Callable[[DiveFolder], About]:
@@ -263,15 +263,16 @@ class RecordingState:
     def tell(self, recorder: Recorder) -> None:
         """Write the state now; if that fails, say so once."""
         folder, began_utc = self._dive
+        kept = recorder.kept
         holding = Holding(
             os.getpid(),
             self._hub,
             self._links,
             str(folder.absolute()),
             began_utc,
-            recorder.recorded,
-            recorder.recorded_bytes,
-            recorder.lost,
+            kept.frames,
+            kept.bytes,
+            kept.lost,
             recorder.disk_left_s,
             self._notices,
             self._clock.unix_s(),
