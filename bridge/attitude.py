@@ -93,6 +93,18 @@ def quaternion_of(rotation: Array) -> Quaternion:
     return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
 
 
+def quaternion_of_angles(roll: float, pitch: float, heading: float) -> Quaternion:
+    """The unit quaternion of angles in radians."""
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(heading / 2), math.sin(heading / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
     """The turn `b`, then `a`."""
     aw, ax, ay, az = a
