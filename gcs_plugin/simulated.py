@@ -36,8 +36,8 @@ def record_dive(
 ) -> DiveFolder:
     """Dive a mission into a new folder under `root`; the recorder reads the vehicle's link tick by tick.
 
-    The vehicle boots at `unix_s`. Give it the present, so that the dive comes after what was uploaded for it; one that
-    is simulated faster than real time ends later than now.
+    The vehicle boots at `unix_s`. Give it the present, so that the dive comes after the uploads for it; if
+    simulated faster than real time, it ends later than now.
     `mode` None leaves FF_MODE as in the parameters; `truth` None means the truth file next to the vehicle file.
     `links` get the same frames, `pace` may delay a tick.
     """

@@ -1,4 +1,4 @@
-"""`seatrial import FILE --map`: the columns of a file, what each is taken for, and the column map written of it."""
+"""`seatrial import FILE --map`: the columns of a file, the signal proposed for each, and the column map."""
 
 import argparse
 import math
@@ -27,7 +27,7 @@ from tui.files import Files, check_new_file
 BARS = "▁▂▃▄▅▆▇█"
 LEVEL = BARS[0]
 SPARED = ("median", "unknown %", "course", "rate Hz")
-"""What a narrow terminal goes without, first what it misses least."""
+"""Columns left out on a narrow terminal, the least important first."""
 
 
 def propose_map(arguments: argparse.Namespace) -> int:

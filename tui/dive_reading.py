@@ -1,6 +1,6 @@
-"""Reads dives for the list of them.
+"""Reads dives for the list of them, with a cache in each dive's folder.
 
-What it reads is cached, and made again if missing, or if the recording, the vehicle file or this program has changed.
+An entry is renewed if the recording, the vehicle file or this program has changed.
 """
 
 import contextlib
@@ -18,7 +18,8 @@ from bridge.plain import from_json
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.wire.tlog import SUFFIXES
-from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, order, recordings, vehicle_named
+from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
+from gcs_plugin.dives.recordings import GLANCE, began, order, recordings
 from gcs_plugin.locks import is_being_written
 from identify.dive import Dive, Kind
 from identify.glance.excitation import excitation, spans

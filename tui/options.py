@@ -11,7 +11,7 @@ PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 
 
 class Target(str):
-    """A file that a verb writes; `-` is standard output. `suffixes`: the endings of which it must have one, if any."""
+    """A file that a verb writes; `-` is standard output. `suffixes`: the endings that it may have, empty for any."""
 
     suffixes: ClassVar[tuple[str, ...]] = ()
 
@@ -91,7 +91,7 @@ class Options:
         self.value("--seed", None, "of noise and disturbance", type=seed, default=1)
 
     def network(self, large: str) -> None:
-        """The size of the source paper's network; `large` says what the largest is."""
+        """The size of the source paper's network; `large` describes the largest."""
         self.value(
             "--network",
             ("HIDDEN", "DEPTH", "EPOCHS"),

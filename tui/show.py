@@ -63,7 +63,7 @@ class Tell:
         stage: str = "",
         written: Written | None = None,
     ) -> None:
-        """Report the share that is done (0 to 1), what is done now in words, and the rest as in `Report`."""
+        """Report the share that is done (0 to 1), the present work in words, and all else as in `Report`."""
         self.shows(Report(self.of, share, words, stage, dict(values), answered, written))
 
 
@@ -102,7 +102,7 @@ def _has_width(console: Console) -> bool:
 
 
 def asked(client: "ParameterClient", question: str, to_do: str) -> str:
-    """Return the answer typed. Raises UsageError if stdin is no terminal; `to_do` says what --yes would do."""
+    """Return the answer typed. Raises UsageError if stdin is no terminal; `to_do` names the effect of --yes."""
     if not sys.stdin.isatty():
         raise UsageError(
             f"nobody to ask, standard input is no terminal; give --yes to {to_do} without asking"
@@ -339,9 +339,9 @@ def write_json(data: Any, target: str | None) -> None:
 
 
 def write_text(text: str, target: str, what: str = "") -> None:
-    """Write `text` to a file, completely or not at all; for `-` to standard output, without what steers a terminal.
+    """Write `text` to a file, completely or not at all; for `-` to standard output, without control characters.
 
-    Raises LogError if the file can't be written; `what` begins its words.
+    Raises LogError if the file can't be written; `what` begins its message.
     """
     if target == STANDARD_OUTPUT:
         sys.stdout.write(harmless(text))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.vehicle.config import shipped_vehicles
-from gcs_plugin.dives.folder import MADE_ELSEWHERE
+from gcs_plugin.dives.recordings import MADE_ELSEWHERE
 
 HELP: Final = {
     "status": ("status", "vehicles, links, alarms, how far it is off its model, recording, and what runs"),

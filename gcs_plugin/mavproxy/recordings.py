@@ -169,7 +169,7 @@ class Recordings:
             self._recording.keep(frame)
 
     def tick(self) -> None:
-        """Write the frames that have come, and say what came of another process's change to the next dive."""
+        """Write the frames that have come, and say whether another process began its next dive."""
         if self._recording is not None:
             self._recording.step()
         if self._order is not None and not self._answers.empty():
@@ -235,7 +235,7 @@ class Recordings:
         self._order.start()
 
     def _ask_for_next(self) -> None:
-        """Ask the other process, which may take seconds, and say what came of it in the next `tick`."""
+        """Ask the other process, which may take seconds; the next `tick` says its answer."""
         try:
             self._answers.put(orders.became(*orders.next_dive(self._clock, time.sleep)))
         except SeatrialError as error:

@@ -17,10 +17,10 @@ from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
 
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
-"""Without one of these signals there is nothing to compare; each in words."""
+"""The signals that a comparison needs, in words."""
 
 PATIENT_BEATS: Final = 5
-"""So many heartbeats without a signal mean that it isn't sent."""
+"""After this many heartbeats without a signal it counts as not sent."""
 
 LONGEST_HOLE_S: Final = 1.0
 LATE_S: Final = 3.0

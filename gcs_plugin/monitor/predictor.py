@@ -77,7 +77,7 @@ def _axes(attitude: Array) -> Array:
 
 
 CORRELATED_S: Final = 4.0
-"""Drifts over `OVER_S`, one a second, are alike for so long: so many count as one independent drift."""
+"""Drifts over `OVER_S`, taken once a second, are alike for this time, and count as a single independent drift."""
 OVER_S: Final = 5
 """Seconds over which the model is on its own."""
 
@@ -88,8 +88,8 @@ STEP_S: Final = 1.0 / SECOND
 TILTING: Final = slice(3, 5)
 QUICK: Final = 0.5
 """Share of a step's departure of the rates of roll and pitch that its running mean takes up: a tenth of a second. Sea
-and trim are slower; what is left is the gyro's noise, white, and what a weak thruster fails to answer of what the
-controller does about the noise of its sensors."""
+and trim are slower. The remainder is the gyro's white noise, and the thrust that a weak thruster lacks when the
+controller answers the noise of its sensors."""
 
 SELF_COMPENSATED: Final = frozenset(coefficient.name for coefficient in QUADRATICS)
 

@@ -1,4 +1,4 @@
-"""The values of a file compared with a vehicle: what it asks for, and the plan of its upload or roll back.
+"""The values of a file compared with a vehicle, and the plan of their upload or roll back.
 
 The command, the app and MAVProxy show the same lines and notes.
 """
@@ -103,7 +103,7 @@ def wanted_by(path: Path, option: str, *, despite_doubts: bool, any_vehicle: boo
     """Read a parameter file and its sidecar.
 
     Raises ParamRejected for a damaged file, and for an identification that did not converge unless `despite_doubts`;
-    `option` is what the user adds to send it all the same. With `any_vehicle`, any system may have the values.
+    `option` is named as the way to send it all the same. With `any_vehicle`, any system may have the values.
     """
     if path.suffix == ".json":
         raise ParamRejected(
@@ -134,7 +134,7 @@ MOST_PERCENT = 999.0
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Line of a plan, as `params diff --json` writes it; SI units, None for what is not known.
+    """Line of a plan, as `params diff --json` writes it; SI units, None if unknown.
 
     `low95` and `high95` are the target's 95 % interval, `change` is target minus present value in halves of it, None
     where the vehicle has none; `accepted` is the value last accepted, at `accepted_at`; `doubted` says why the

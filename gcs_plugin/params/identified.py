@@ -22,7 +22,7 @@ OF_A_PRIOR: Final = "prior"
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None for what the dive did not tell.
+    """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None if undetermined.
 
     The interval holds given the vehicle file's thrust, by which values are compared and act, unless a force standard
     corrected the thrust.

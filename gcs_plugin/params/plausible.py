@@ -84,10 +84,10 @@ def implausible(
 def _against_twice(
     row: Row, credits: Collection[Credit], gains: Mapping[str, float], present: Mapping[str, float]
 ) -> str:
-    """Why an accepted gain would act beside one of the vehicle's own, "" if it would not.
+    """Why an accepted gain would act on top of the vehicle's own, "" if it would not.
 
-    The vehicle's own gain is that of its file, and that which its allocation went by in the dive that was diagnosed. If
-    accepted effects acted then, the one that it still holds is taken out.
+    The vehicle's own gain is that of its file, or the gain that its allocation used in the diagnosed dive. If accepted
+    effects acted then, the gain that it still holds is taken out.
     """
     part = part_of_set(row.name)
     of = {gain_name(credit.thruster): credit for credit in credits}

@@ -137,7 +137,7 @@ class Hub:
             client.send(raw)
         self._sweep()
 
-    def to_send(self) -> list[bytes]:
+    def taken(self) -> list[bytes]:
         """Whole frames that clients sent since the last call; each call also accepts new clients."""
         now_s = self._clock.boot_s()
         frames: list[Frame] = []

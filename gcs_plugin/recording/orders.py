@@ -52,7 +52,7 @@ def end(clock: Clock, wait: Callable[[float], None]) -> Path:
 
 
 def became(finished: Path, present: Path | None) -> str:
-    """What a dive has become, and where the recording goes on, in a sentence."""
+    """A sentence on a finished dive and on the recording after it."""
     after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
     return f"{finished} {'is finished' if finished.exists() else 'is not kept, since nothing arrived in it'}; {after}"
 

@@ -79,7 +79,7 @@ class Outlet(Protocol):
         """Take whole frames that arrived on the links."""
         ...
 
-    def to_send(self) -> list[bytes]:
+    def taken(self) -> list[bytes]:
         """Whole frames for the links, since the last call."""
         ...
 
@@ -124,7 +124,7 @@ class Recorder:
 
     @property
     def receptions(self) -> dict[str, list[Reception]]:
-        """What was received and lost of each component, by link."""
+        """Frames received and lost of each component, by link."""
         now_s = self._clock.boot_s()
         return {link.name: self._peers.receptions(link.name, now_s) for link in self._links}
 
@@ -282,7 +282,7 @@ class Recorder:
             self._outlet.broadcast(
                 b"".join(item.frame.raw for item in received if not carries_key(item.frame.raw))
             )
-        for raw in self._outlet.to_send():
+        for raw in self._outlet.taken():
             if carries_key(raw):
                 self._say("warning", KEY_STAYS)
                 continue

@@ -32,7 +32,7 @@ def join(hub):
     def join():
         before, dropped = hub.clients, hub.dropped
         links.append(ByWay(open_link(hub.address), [LINK]))
-        assert to_send(hub, until=lambda _: hub.clients > before or hub.dropped > dropped) == []
+        assert taken(hub, until=lambda _: hub.clients > before or hub.dropped > dropped) == []
         return links[-1]
 
     yield join
@@ -40,11 +40,11 @@ def join(hub):
         link.close()
 
 
-def to_send(hub, until):
+def taken(hub, until):
     """The frames that the hub takes until they are enough; loopback delivers at once, or nearly."""
     frames = []
     for _ in range(TRIES):
-        frames += hub.to_send()
+        frames += hub.taken()
         if until(frames):
             return frames
     raise AssertionError(f"only {len(frames)} frames came")
@@ -76,9 +76,9 @@ def test_what_clients_send_is_taken_in_whole_frames_however_it_is_cut(hub, join)
     one.write(mine[1][:cut])
     for raw in theirs:
         other.write(raw)
-    first = to_send(hub, until=lambda frames: len(frames) == 5)
+    first = taken(hub, until=lambda frames: len(frames) == 5)
     one.write(mine[1][cut:] + mine[2] + mine[3])
-    second = to_send(hub, until=lambda frames: len(frames) == 3)
+    second = taken(hub, until=lambda frames: len(frames) == 3)
     assert sorted(first + second) == sorted(mine + theirs)
     assert [raw for raw in first + second if raw in mine] == mine
 
@@ -86,9 +86,9 @@ def test_what_clients_send_is_taken_in_whole_frames_however_it_is_cut(hub, join)
 def test_a_frame_of_an_id_that_nobody_knows_is_taken_once_nothing_follows(hub, join, clock):
     join().write(UNKNOWN)
     for _ in range(TRIES):
-        assert hub.to_send() == []
+        assert hub.taken() == []
     clock.advance_to(1.0)
-    assert hub.to_send() == [UNKNOWN]
+    assert hub.taken() == [UNKNOWN]
     assert hub.dropped == 0
 
 
@@ -110,12 +110,12 @@ def test_one_that_floods_is_dropped(hub, join):
     raw = frames_of(1)[0]
     for _ in range(hubs.BURST_BYTES // len(raw) + 100):
         flooding.write(raw)
-        hub.to_send()
+        hub.taken()
         if hub.dropped:
             break
     assert (hub.dropped, hub.clients) == (1, 1)
     other.write(raw)
-    assert to_send(hub, until=bool) == [raw]
+    assert taken(hub, until=bool) == [raw]
 
 
 def test_as_much_as_a_link_carries_is_no_flood(hub, join, clock):
@@ -127,7 +127,7 @@ def test_as_much_as_a_link_carries_is_no_flood(hub, join, clock):
     for second in range(20):
         for _ in range(each_second):
             client.write(raw)
-        to_send(hub, until=lambda frames: len(frames) == each_second)
+        taken(hub, until=lambda frames: len(frames) == each_second)
         clock.advance_to(second + 1.0)
     assert hub.dropped == 0
 
@@ -143,7 +143,7 @@ def test_as_much_as_a_link_carries_is_no_flood(hub, join, clock):
 def test_one_that_speaks_no_mavlink_is_dropped_with_all_that_it_sent(hub, stranger):
     with raw_client(hub, stranger):
         for _ in range(TRIES):
-            assert hub.to_send() == []
+            assert hub.taken() == []
             if hub.dropped:
                 break
     assert (hub.dropped, hub.clients) == (1, 0)
@@ -152,9 +152,9 @@ def test_one_that_speaks_no_mavlink_is_dropped_with_all_that_it_sent(hub, strang
 def test_one_that_leaves_is_not_counted_as_dropped_and_its_last_frames_are_taken(hub):
     sent = frames_of(2)
     raw_client(hub, sent[0] + sent[1] + UNKNOWN).close()
-    frames = to_send(hub, until=lambda frames: len(frames) == 3)
+    frames = taken(hub, until=lambda frames: len(frames) == 3)
     assert frames == [*sent, UNKNOWN]
-    hub.to_send()
+    hub.taken()
     assert (hub.dropped, hub.clients) == (0, 0)
 
 
@@ -197,6 +197,6 @@ def test_one_more_than_there_are_places_is_told_why_and_the_others_stay(hub, joi
 
 def test_a_place_that_becomes_free_is_given_to_the_next(hub, join, full):
     full[3].close()
-    to_send(hub, until=lambda _: hub.clients == hubs.PLACES - 1)
+    taken(hub, until=lambda _: hub.clients == hubs.PLACES - 1)
     join().write(REQUEST)
-    assert to_send(hub, until=bool) == [REQUEST]
+    assert taken(hub, until=bool) == [REQUEST]

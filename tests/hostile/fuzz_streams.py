@@ -172,8 +172,8 @@ def hub() -> Feed:
         clock.advance_to(max(time_s, clock.now_s))
         with socket.create_connection((host, int(port))) as client:
             client.sendall(data)
-            result = listening.to_send()
-        result += listening.to_send()
+            result = listening.taken()
+        result += listening.taken()
         assert listening.clients <= 1
         return result
 

@@ -28,7 +28,8 @@ from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.tlog import load_bytes
 from bridge.wire.whole import Segment, segments_in
-from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, vehicle_named
+from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
+from gcs_plugin.dives.recordings import GLANCE
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work

@@ -150,7 +150,7 @@ def tick_labels(scale: Scale, rows: int, downwards: bool, turns: bool = False) -
 
 
 def curve_row(measured: Codes, asked: Codes, gaps: Gaps, grid: str, role: Role) -> Line:
-    """One row of the curve, merged into runs of one role."""
+    """A row of the curve, merged into runs of the same role."""
     spans: list[Span] = []
     columns = zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True)
     for column, (value, reference, gap) in enumerate(columns):

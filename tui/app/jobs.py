@@ -1,7 +1,7 @@
 """The app's running verbs, each in a process of its own, as lines, and their results next to a dive.
 
-A job does exactly what the verb does, because it is the verb; if the app is gone, it goes on to its end: an upload is
-not cut short because a terminal was closed. Jobs belong to the app, not to a screen: a screen starts one, may be left
+A job is the verb itself; if the app is gone, it goes on to its end: an upload is not cut short because a terminal was
+closed. Jobs belong to the app, not to a screen: a screen starts one, may be left
 and opened again, and reads its progress.
 """
 

@@ -213,7 +213,7 @@ def raised_to(now: Situation) -> tuple[Mode | None, str]:
 
 
 def raising_words(now: Situation, key: str) -> str:
-    """What the key that raises would do about a dive that is a GO in shadow: it goes by `raised_to` as well."""
+    """The effect of the key that raises, after a dive that is a GO in shadow: it goes by `raised_to` as well."""
     mode, why = raised_to(now)
     return f"{key} raises it to {mode.word}." if mode is not None else f"{key} does not raise it now: {why}."
 

@@ -10,7 +10,7 @@ from bridge.errors import LogError, ParamError
 from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.mode import Mode, word_of
-from gcs_plugin.dives.folder import recordings
+from gcs_plugin.dives.recordings import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
 from gcs_plugin.watch.picture import Armed

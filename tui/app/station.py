@@ -26,10 +26,10 @@ STOP_S: Final = 2.0
 
 
 class LinkSource:
-    """One link, opened by `factory` in another thread, and opened again whenever it is lost.
+    """A link, opened by `factory` in another thread, and opened again whenever it is lost.
 
     It keeps the name `name`: a replacement link uses it too, so that no lost link remains in the picture. `refused`
-    says what to do if a signed link accepts no frames. With `silent`, nothing is ever sent.
+    gives the remedy if a signed link accepts no frames. With `silent`, nothing is ever sent.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Station:
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop reading and close the link; the recorder goes on. A hanging link is left as it is."""
+        """Stop reading and close the link; the recorder goes on. A hanging link is left alone."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(STOP_S)

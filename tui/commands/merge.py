@@ -57,8 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Merged:
-    """What came of a file, in a sentence for the crew; `into`: the file in the dive's folder that now holds its data,
-    None if it was not added."""
+    """The outcome for a file, in a sentence for the crew; `into`: the file in the dive's folder that now holds its
+    data, None if it was not added."""
 
     file: Path
     into: Path | None

@@ -200,7 +200,7 @@ def _line(recorder: Recorder, since_s: float) -> str:
 
 
 def described(about: About, root: Path, *, same_conditions: bool) -> Callable[[DiveFolder], About]:
-    """What is written of each new dive: `about`, with the conditions of the dive before if `same_conditions`."""
+    """The `dive.yaml` of each new dive: `about`, with the conditions of the dive before if `same_conditions`."""
 
     def describe(folder: DiveFolder) -> About:
         before = last_conditions(root, folder.path)

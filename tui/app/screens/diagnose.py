@@ -77,7 +77,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Words:
-    """What the diagnosis says in sentences, with the causes in the order of its effects."""
+    """A diagnosis in sentences, with the causes in the order of its effects."""
 
     dive: str
     check: str
@@ -114,7 +114,7 @@ def answer(data: Any) -> Answer | None:
 
 
 def foretold(data: Any) -> tuple[str, ...] | None:
-    """What the sidecar of the accepted model foretells for the next dive; None if it is no sidecar."""
+    """The sidecar's prediction for the next dive in words; None if it is no sidecar."""
     try:
         return rows_words([build(Foretold, row, "foretold") for row in data.get("foretold", ())])
     except (TypeError, ValueError, AttributeError, ConfigError):
@@ -272,7 +272,7 @@ def _tried(cause: Tried, most: float, cells: int) -> Lines:
 
 
 def _named(mark: Span, name: Span, right: Line, cells: int) -> Lines:
-    """A name and what stands at its right: in the same line where both fit, else in the line below."""
+    """A name, and text at its right: in the same line if both fit, else in the line below."""
     if len(mark[0]) + len(name[0]) + width(right) < cells:
         return (apart((mark, name), right, cells),)
     first, *more = wrapped(name[0], name[1], cells - len(mark[0]))

@@ -8,7 +8,7 @@ from typing import Any, Final
 from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from gcs_plugin.dives.folder import began, length_s
+from gcs_plugin.dives.recordings import began, length_s
 from identify.glance.span import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
