@@ -1,8 +1,4 @@
-"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, in the order of their start.
-
-Start and length are asked for several times a second: of a recording only the first and the last stamp are read, and
-they are cached.
-"""
+"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, in the order of their start."""
 
 import contextlib
 import re

@@ -1,4 +1,7 @@
-"""The recordings in a dive's folder: which there are, when they begin, and how long they are."""
+"""The recordings in a dive's folder, with their start and length.
+
+These are asked for several times a second: of a recording only the first and the last stamp are read, and cached.
+"""
 
 import gzip
 import os
