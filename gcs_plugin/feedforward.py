@@ -86,6 +86,8 @@ def sent_text(count: int) -> str:
 
 
 class Stage(Enum):
+    """Stage of an order to a vehicle: send the mode, let late echoes pass, read it back."""
+
     SEND = auto()
     QUIET = auto()
     READ = auto()

@@ -1,4 +1,4 @@
-"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, in the order of their start."""
+"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, ordered by their start."""
 
 import contextlib
 import re
@@ -53,6 +53,8 @@ class About:
 
 @dataclass(frozen=True)
 class DiveFolder:
+    """A dive's folder on the disk, with its recordings and `dive.yaml`."""
+
     path: Path
 
     def about(self) -> About:

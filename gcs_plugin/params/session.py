@@ -65,6 +65,8 @@ def news_of(frame: Frame, peer: Peer | None) -> News | None:
 
 
 class Step(Enum):
+    """State of a session."""
+
     IDLE = auto()
     READING = auto()
     WAITING = auto()

@@ -22,6 +22,8 @@ LEAST_DIVE_S: Final = 5.0
 
 
 class Order(Enum):
+    """An order to the running recording; the value stands in its file."""
+
     NEXT = "next"
     END = "end"
 

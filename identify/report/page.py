@@ -124,7 +124,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """`name`: content of the figure, also used for its file name; `draw`: draws it at a width in inches."""
+    """A figure of a page. `name` tells its content and names its file; `draw` draws it at a width in inches."""
 
     name: str
     caption: str
@@ -152,7 +152,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """`verdict` is the sentence for a reader in a hurry."""
+    """A page: a verdict, for a reader in a hurry, and sections."""
 
     title: str
     subtitle: str

@@ -33,6 +33,7 @@ from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
+from tui.app.keys_in_turn import KeysInTurn
 from tui.app.next_step import Situation, lowered_to, next_of, raised_to
 from tui.app.read_situation import LONG, ORDER, read_situation
 from tui.app.screens.connect import ConnectScreen
@@ -41,7 +42,7 @@ from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import ARMED, WRITE, agrees
-from tui.app.terminal import AnsweringDriver, KeysInTurn, Pace, keep_trace
+from tui.app.terminal import AnsweringDriver, RefreshRate, keep_trace
 from tui.app.view import View, Views, aged, silent_after
 from tui.show import harmless
 
@@ -92,7 +93,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.desk = desk or Desk()
         self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
-        self._pace = Pace(fps)
+        self._pace = RefreshRate(fps)
         self._keys = keymap or {}
         self._begins_recording = begins
         self._off_may_record = self._dies = False

@@ -240,7 +240,10 @@ async def aside(work: Callable[[], Answer]) -> Answer:
 
 
 class Kept(Generic[T]):
-    """`typed` converts a JSON value to the type that a screen shows, or returns None if it does not fit."""
+    """A job's result, read from its JSON once for each change of the file.
+
+    `typed` converts the JSON to the type that a screen shows, or returns None if it does not fit.
+    """
 
     def __init__(self, typed: Callable[[Any], T | None]) -> None:
         self._typed = typed

@@ -66,7 +66,9 @@ class LinkSource:
 
 
 class Station:
-    """`recording` returns the running recording at a Unix time; `make_switch` makes an off switch for the vehicles
+    """Thread that reads the link, keeps the newest picture, and sends OFF.
+
+    `recording` returns the running recording at a Unix time; `make_switch` makes an off switch for the vehicles
     heard so far; times are by `clock`.
     """
 

@@ -49,7 +49,9 @@ class Replayed:
 
 @dataclass(frozen=True)
 class View:
-    """`recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
+    """All that the app shows at an instant.
+
+    `recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
     everything else here is live. `over`: the dive has ended in order, so that silence is no alarm. `next` is the
@@ -147,7 +149,10 @@ def aged(picture: Picture, behind_s: float) -> Picture:
 
 
 class Replay:
-    """`make_watcher` returns a new watcher for frames recorded from a Unix time on; `clock` returns seconds."""
+    """A recorded dive shown on its own clock, which can pause, seek and run faster.
+
+    `make_watcher` returns a new watcher for frames recorded from a Unix time on; `clock` returns seconds.
+    """
 
     def __init__(
         self, name: str, reel: Reel, make_watcher: Callable[[float], Watcher], clock: Callable[[], float]

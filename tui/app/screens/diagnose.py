@@ -93,7 +93,9 @@ class Words:
 
 @dataclass(frozen=True)
 class Answer:
-    """`shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
+    """A diagnosis as the screen shows it.
+
+    `shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
     `probabilities` of the causes; `shrinks` of the drift by the data that it was measured on, NaN if unknown.
     """
 

@@ -201,7 +201,8 @@ class _Trouble(Label):
 
 
 class AskLine(Vertical):
-    """`question(cells, rows)` makes its words. Enter sends the typed text as `Input.Submitted`."""
+    """A question below the screen, with a line to type. `question(cells, rows)` makes its words; Enter sends the typed
+    text as `Input.Submitted`."""
 
     def __init__(self, question: Callable[[int, int], Lines], *, id: str) -> None:
         super().__init__(id=id)
