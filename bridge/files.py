@@ -100,6 +100,14 @@ def whole(path: Path) -> Iterator[BinaryIO]:
         yield file
 
 
+def write_whole(path: Path, text: str, *, synced: bool = False) -> None:
+    """Write a text file as `whole` does; `synced`: on the disk when this returns. Raises OSError."""
+    with whole(path) as file:
+        file.write(text.encode())
+        if synced:
+            to_disk(file)
+
+
 @contextmanager
 def replacing(path: Path, again: str) -> Iterator[BinaryIO]:
     """Like `whole`, but for large files: synced to the disk first, and the partial file has a fixed name.

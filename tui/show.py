@@ -5,7 +5,6 @@ to standard error as well.
 """
 
 import io
-import json
 import math
 import os
 import sys
@@ -27,7 +26,8 @@ from bridge import reports
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.exit_codes import UsageError
-from bridge.files import to_disk, whole
+from bridge.files import write_whole
+from bridge.plain import to_json
 from bridge.reports import Report, Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
@@ -323,9 +323,7 @@ def replace_file(path: Path, text: str) -> None:
     if (path.exists() and not path.is_file()) or not os.access(path.parent, os.W_OK):
         path.write_text(text, encoding="utf-8")
         return
-    with whole(path) as file:
-        file.write(text.encode())
-        to_disk(file)
+    write_whole(path, text, synced=True)
 
 
 def write_json(data: Any, target: str | None) -> None:
@@ -335,7 +333,7 @@ def write_json(data: Any, target: str | None) -> None:
     """
     if target is None:
         return
-    write_text(json.dumps(plain(data), indent=2, allow_nan=False) + "\n", target, "the JSON ")
+    write_text(to_json(data, indent=2) + "\n", target, "the JSON ")
 
 
 def write_text(text: str, target: str, what: str = "") -> None:
@@ -350,14 +348,3 @@ def write_text(text: str, target: str, what: str = "") -> None:
         replace_file(Path(target), text)
     except OSError as error:
         raise LogError(f"{target}: {what}can't be written ({error.strerror}); give another file") from None
-
-
-def plain(data: Any) -> Any:
-    """`data` with non-finite numbers as null and paths as text."""
-    if isinstance(data, dict):
-        return {str(key): plain(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [plain(value) for value in data]
-    if isinstance(data, float) and not math.isfinite(data):
-        return None
-    return str(data) if isinstance(data, Path) else data

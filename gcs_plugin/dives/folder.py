@@ -14,7 +14,7 @@ import yaml
 from bridge import schema
 from bridge.clock import utc_text
 from bridge.errors import ConfigError, LogError
-from bridge.files import whole
+from bridge.files import write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
 from bridge.wire.whole import WHOLE, standing_for
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
@@ -72,8 +72,7 @@ class DiveFolder:
         data = asdict(about)
         data["events"] = [asdict(event) for event in about.events]
         try:
-            with whole(file) as made:
-                made.write(yaml.safe_dump(data, sort_keys=False, allow_unicode=True).encode())
+            write_whole(file, yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
         except OSError as error:
             raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
 

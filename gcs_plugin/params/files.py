@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnwritten
-from bridge.files import size_to_read, to_disk, whole
+from bridge.files import size_to_read, write_whole
 from bridge.schema import why_unread
 from bridge.text import printable
 from gcs_plugin.params import float32
@@ -211,9 +211,7 @@ def replace_text(path: Path, text: str) -> None:
     """Replace the content of `path` by `text`, atomically. Raises ParamUnwritten if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as file:
-            file.write(text.encode())
-            to_disk(file)
+        write_whole(path, text, synced=True)
     except OSError as error:
         raise unwritten(path, error) from None
 

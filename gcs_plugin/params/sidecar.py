@@ -1,6 +1,5 @@
 """The sidecar of a `.param`: a JSON file next to it, with the provenance of its values and their intervals."""
 
-import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -8,7 +7,7 @@ from typing import Any, Final
 from bridge import schema
 from bridge.errors import ConfigError, ParamRejected
 from bridge.files import read_small
-from bridge.plain import from_json
+from bridge.plain import from_json, to_json
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params.files import replace_text
@@ -74,7 +73,7 @@ def sidecar_path(path: Path) -> Path:
 def write_sidecar(path: Path, sidecar: Sidecar) -> Path:
     """Write the sidecar of the parameter file `path` and return the sidecar's path."""
     target = sidecar_path(path)
-    replace_text(target, json.dumps(asdict(sidecar), indent=2, allow_nan=False) + "\n")
+    replace_text(target, to_json(asdict(sidecar), indent=2) + "\n")
     return target
 
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
-from bridge.files import whole
+from bridge.files import write_whole
 from gcs_plugin.recording.state import Holding, hangs, held, hung, state_file
 
 PATIENCE_S: Final = 15.0
@@ -103,8 +103,7 @@ def _obeyed(
     """
     file = _file(holding.pid)
     try:
-        with whole(file) as made:
-            made.write(order.value.encode())
+        write_whole(file, order.value)
     except OSError as error:
         raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
     latest, until_s = holding, clock.boot_s() + PATIENCE_S

@@ -12,6 +12,7 @@ from made_validation import raising, run
 from made_view import FixedViews, picture, view
 from screen_text import WIDE, Lacks, Sees, played
 
+from bridge.plain import plain
 from bridge.reports import PAGE, Report
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params import last_accepted
@@ -25,7 +26,6 @@ from tui.app.read_situation import read_situation
 from tui.app.screens.overlays import AskScreen
 from tui.app.view import heard_of
 from tui.dive_list import VERSION, Glance
-from tui.show import plain
 
 HERE = Situation(heard=True, recording=True, linked=True)
 DIVED = replace(HERE, dive="first", determined=6)
