@@ -63,6 +63,15 @@ class Runs:
     start_s: Array
     end_s: Array
 
+    def spans(self, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+        """Start and end of the chosen runs (k,)."""
+        return tuple(zip(self.start_s[chosen].tolist(), self.end_s[chosen].tolist(), strict=True))
+
+    def repeats(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """The samples of the chosen runs (k,), of which at least one is, after the first of each run."""
+        edges = zip(self.first[chosen], self.last[chosen], strict=True)
+        return np.concatenate([np.arange(first + 1, last + 1) for first, last in edges])
+
     @property
     def count(self) -> NDArray[np.int64]:
         return self.last - self.first + 1
@@ -91,11 +100,8 @@ def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
         frozen = _frozen(dive, name, known, runs, rest_us)
         if not frozen.any():
             continue
-        stretches[name] = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
-        index = np.concatenate(
-            [np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)]
-        )
-        stays = ~np.isin(signal.time_s, known.time_s[index])
+        stretches[name] = runs.spans(frozen)
+        stays = ~np.isin(signal.time_s, known.time_s[runs.repeats(frozen)])
         left = Signal(signal.time_s[stays], signal.value[stays])
         kept[name] = left if len(left.in_part()) > np.count_nonzero(frozen) else None
         notes.append(_note(words, stretches[name], len(index) / len(known)))
@@ -129,15 +135,13 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
         frozen[i] = _pushed(dive, stands, rest_us) and _is_unlikely(int(runs.count[i]), likely, len(known))
     if not frozen.any():
         return dive
-    index = np.concatenate([np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)])
     value = signal.value.copy()
-    value[rows[index], column] = np.nan
+    value[rows[runs.repeats(frozen)], column] = np.nan
     kept: dict[str, Any] = {name: Signal(signal.time_s, value)}
-    stretches = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
     return replace(
         dive,
         **kept,
-        frozen={**dive.frozen, axis_key(name, axis): stretches},
+        frozen={**dive.frozen, axis_key(name, axis): runs.spans(frozen)},
         notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", stretches, len(index) / len(known))),
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from identify.words import nice_step
 from tui.app.drawing import Line, Lines, Role, Span, apart, cut, number, width
 
 BLANK: Final = 0x2800
@@ -109,12 +110,6 @@ class Scale:
     def digits(self) -> int:
         """Decimals that its ticks need."""
         return max(0, -math.floor(math.log10(self.step) + 1e-9))
-
-
-def nice_step(least: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is at least `least`."""
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
 
 
 def scale_for(values: Array, least_span: float, with_zero: bool, steps: int = 4) -> Scale:
