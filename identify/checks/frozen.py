@@ -100,8 +100,8 @@ def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
         frozen = _frozen(dive, name, known, runs, rest_us)
         if not frozen.any():
             continue
-        stretches[name] = runs.spans(frozen)
-        stays = ~np.isin(signal.time_s, known.time_s[runs.repeats(frozen)])
+        stretches[name], index = runs.spans(frozen), runs.repeats(frozen)
+        stays = ~np.isin(signal.time_s, known.time_s[index])
         left = Signal(signal.time_s[stays], signal.value[stays])
         kept[name] = left if len(left.in_part()) > np.count_nonzero(frozen) else None
         notes.append(_note(words, stretches[name], len(index) / len(known)))
@@ -135,14 +135,15 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
         frozen[i] = _pushed(dive, stands, rest_us) and _is_unlikely(int(runs.count[i]), likely, len(known))
     if not frozen.any():
         return dive
+    spans, index = runs.spans(frozen), runs.repeats(frozen)
     value = signal.value.copy()
-    value[rows[runs.repeats(frozen)], column] = np.nan
+    value[rows[index], column] = np.nan
     kept: dict[str, Any] = {name: Signal(signal.time_s, value)}
     return replace(
         dive,
         **kept,
-        frozen={**dive.frozen, axis_key(name, axis): runs.spans(frozen)},
-        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", stretches, len(index) / len(known))),
+        frozen={**dive.frozen, axis_key(name, axis): spans},
+        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", spans, len(index) / len(known))),
     )
 
 
