@@ -246,8 +246,7 @@ class SimulatedBar30(SimulatedDevice):
         water, motion = self._world.water, self._motion(stretch)
         measured = []
         for time_s, depth_m in zip(motion.time_s.tolist(), motion.depth_of(self._arm).tolist(), strict=True):
-            pressure = 100 * water.surface_pressure_hpa
-            pressure += water.density_kg_m3 * water.gravity_m_s2 * max(depth_m, 0.0)
+            pressure = water.pressure_pa(max(depth_m, 0.0))
             self._bus.pressure_pa = pressure + self._noise.pressure_pa * self._rng.standard_normal()
             sample = self._driver.measure(SimulatedClock(time_s))
             if sample is not None:

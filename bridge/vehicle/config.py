@@ -5,7 +5,7 @@ import hashlib
 import math
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from bridge import schema
 from bridge.arrays import Vector3
@@ -41,6 +41,19 @@ class Water:
 
     def __post_init__(self) -> None:
         _above_zero(density_kg_m3=self.density_kg_m3, gravity_m_s2=self.gravity_m_s2)
+
+    @property
+    def weight_n_m3(self) -> float:
+        """Pressure per depth, Pa/m."""
+        return self.density_kg_m3 * self.gravity_m_s2
+
+    def depth_m(self, pressure_pa: T) -> Any:
+        """Depth at an absolute pressure; of floats or arrays."""
+        return (pressure_pa - 100.0 * self.surface_pressure_hpa) / self.weight_n_m3
+
+    def pressure_pa(self, depth_m: T) -> Any:
+        """Absolute pressure at a depth; of floats or arrays."""
+        return 100.0 * self.surface_pressure_hpa + self.weight_n_m3 * depth_m
 
 
 @dataclass(frozen=True)

@@ -113,10 +113,7 @@ class Navigator:
 
     def take_pressure(self, sample: PressureSample) -> None:
         """Compute the depth from an absolute pressure and the vehicle file's surface pressure and water density."""
-        water = self._water
-        above_pa = sample.pressure_pa - 100 * water.surface_pressure_hpa
-        self._depth_m = above_pa / (water.density_kg_m3 * water.gravity_m_s2)
-        self._depth_time_s = sample.time_s
+        self._depth_m, self._depth_time_s = self._water.depth_m(sample.pressure_pa), sample.time_s
 
     def _best_rate(self) -> Vector3:
         fresh = not self._rate_time_s > self._yaw_rate_time_s + FOG_STALE_S

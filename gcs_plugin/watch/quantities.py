@@ -113,9 +113,7 @@ class Quantities:
     def _pressure(self, values: Values, time_s: float) -> None:
         if self._channels["depth"].heard_s > -math.inf:
             return
-        over_pa = values[0] - 100.0 * self._water.surface_pressure_hpa
-        depth_m = over_pa / (self._water.density_kg_m3 * self._water.gravity_m_s2)
-        self._depth((depth_m if is_pressure(values) else math.nan,), time_s)
+        self._depth((self._water.depth_m(values[0]) if is_pressure(values) else math.nan,), time_s)
 
     def _depth(self, values: Values, time_s: float) -> None:
         self._rings["depth"].put(time_s, values[0], self._reference_at(DEPTH_REFERENCE, time_s))

@@ -74,7 +74,7 @@ def _weight(course: Course, force_n: float) -> Cause:
 def _depth_gain(scale: float, water: Water) -> Cause:
     """A depth sensor reads absolute pressure, and its gain acts on that of the air too: at the surface it reads
     (k - 1) p / (rho g), which shows long before k z does."""
-    air_m = 100.0 * water.surface_pressure_hpa / (water.density_kg_m3 * water.gravity_m_s2)
+    air_m = -water.depth_m(0.0)
     effect = replace(DEPTH_SCALE, variant="of the absolute pressure")
     shift = np.zeros(5)
     shift[DEPTH] = (scale - 1.0) * air_m
