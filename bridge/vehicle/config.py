@@ -47,11 +47,11 @@ class Water:
         """Pressure per depth, Pa/m."""
         return self.density_kg_m3 * self.gravity_m_s2
 
-    def depth_m(self, pressure_pa: T) -> Any:
+    def depth_m(self, pressure_pa: Any) -> Any:
         """Depth at an absolute pressure; of floats or arrays."""
         return (pressure_pa - 100.0 * self.surface_pressure_hpa) / self.weight_n_m3
 
-    def pressure_pa(self, depth_m: T) -> Any:
+    def pressure_pa(self, depth_m: Any) -> Any:
         """Absolute pressure at a depth; of floats or arrays."""
         return 100.0 * self.surface_pressure_hpa + self.weight_n_m3 * depth_m
 
