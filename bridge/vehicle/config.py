@@ -291,6 +291,16 @@ class Vehicle:
         given = self.configurations[name].veh_cfg
         return list(self.configurations).index(name) if given is None else given
 
+    @property
+    def by_veh_cfg(self) -> dict[int, str]:
+        """Names of the configurations by their VEH_CFG values."""
+        return {self.veh_cfg(name): name for name in self.configurations}
+
+    @property
+    def listed(self) -> str:
+        """The configurations in words: `0 survey, 1 hovering`."""
+        return ", ".join(f"{number} {name}" for number, name in self.by_veh_cfg.items())
+
     def configuration_named(self, name: str) -> str:
         """Return `name`, checked. Raises ConfigError if the vehicle has no such configuration."""
         if name not in self.configurations:
@@ -304,15 +314,13 @@ class Vehicle:
 
         None (a recording without VEH_CFG) means the vehicle's only configuration.
         """
-        for name in self.configurations:
-            if self.veh_cfg(name) == veh_cfg:
-                return name
+        if veh_cfg in self.by_veh_cfg:
+            return self.by_veh_cfg[veh_cfg]
         if veh_cfg is None and len(self.configurations) == 1:
             return next(iter(self.configurations))
-        known = ", ".join(f"{self.veh_cfg(n)} {n}" for n in self.configurations)
         said = "says no VEH_CFG" if veh_cfg is None else f"says VEH_CFG {veh_cfg}"
         raise ConfigError(
-            f"the recording {said}, vehicle '{self.name}' has {known}; name one: --vehicle FILE:CONFIGURATION"
+            f"the recording {said}, vehicle '{self.name}' has {self.listed}; name one: --vehicle FILE:CONFIGURATION"
         )
 
 

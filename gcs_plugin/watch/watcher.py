@@ -274,14 +274,10 @@ class Watcher:
     def _stranger(self) -> str:
         """Why the vehicle file is not this vehicle's, "" for no reason: a configuration that it does not have."""
         veh_cfg, vehicle = _whole(self._channels["veh_cfg"].values), self._vehicle
-        if veh_cfg is None or vehicle is None:
+        if veh_cfg is None or vehicle is None or veh_cfg in vehicle.by_veh_cfg:
             return ""
-        known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}
-        if veh_cfg in known:
-            return ""
-        has = ", ".join(f"{number} {name}" for number, name in known.items())
         return (
-            f"the vehicle says configuration {veh_cfg}, and the file of '{vehicle.name}' has {has}: "
+            f"the vehicle says configuration {veh_cfg}, and the file of '{vehicle.name}' has {vehicle.listed}: "
             "name the vehicle's own with --vehicle"
         )
 
