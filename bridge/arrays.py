@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 Vector3 = tuple[float, float, float]
 """A vector, or three angles, in body axes unless said otherwise."""

@@ -64,7 +64,7 @@ _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 _NAME_BYTES: Final = {dialect.MAVLINK_MSG_ID_PARAM_VALUE: 16, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: 10}
 """Length of the name in the messages that may report FF_MODE; it stands at byte 8 of both."""
-_NAME_AT: Final = 8
+NAME_AT: Final = 8
 _MODE: Final = MODE.encode()
 _HEARTBEAT_BYTES: Final = 9
 _CLOCK: Final = struct.Struct("<QI")
@@ -373,7 +373,7 @@ class Peer:
         elif number == _SYSTEM_TIME:
             self._hear_clock(frame, here, time_s)
         elif number in _NAME_BYTES and _MODE in frame.payload:
-            name = frame.payload[_NAME_AT : _NAME_AT + _NAME_BYTES[number]]
+            name = frame.payload[NAME_AT : NAME_AT + _NAME_BYTES[number]]
             if name.rstrip(b"\0") == _MODE:
                 self.mode_s = time_s
 

@@ -9,14 +9,13 @@ from bridge.links.link import Link, Wrapper, memory_pair
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, disarm, simulate_dive
+from bridge.simulator.missions import AFLOAT_M
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recording.recorder import Recorder
-
-AFLOAT_M = 0.2
 
 
 def record_dive(

@@ -18,9 +18,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.arrays import Array, Vector3
+from bridge.arrays import Array, Mask, Vector3
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
@@ -47,8 +46,6 @@ SHORTEST_RUN_S = 2.0
 LEAST_SAMPLES = 10
 """Of an rms: two seconds of a slow DVL."""
 SPEED_STEP = 0.01
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ These are asked for several times a second: of a recording only the first and th
 import gzip
 import os
 import stat
-import struct
 import zlib
 from collections import Counter
 from functools import lru_cache
@@ -18,7 +17,7 @@ from bridge.errors import LogError
 from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.wire.framing import MAGIC_1, MAGIC_2
-from bridge.wire.tlog import LATEST_US, SUFFIXES, next_record
+from bridge.wire.tlog import LATEST_US, STAMP, SUFFIXES, next_record
 from bridge.wire.whole import standing_for
 
 MINUTE_S: Final = 60.0
@@ -28,7 +27,6 @@ MADE_ELSEWHERE: Final = (
     ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".mcap", ".db3",
 )  # fmt: skip
 """Endings of other programs' recordings, as `identify.ingest.open` reads them."""
-_STAMP: Final = struct.Struct(">Q")
 _KEPT: Final = 4096
 
 
@@ -94,12 +92,12 @@ def first_stamp_s(file: Path) -> float | None:
         if not file.name.endswith(SUFFIXES) or not stat.S_ISREG(file.stat().st_mode):
             return None
         with gzip.open(file) if file.name.endswith(".gz") else file.open("rb") as opened:
-            head = opened.read(_STAMP.size + 1)
+            head = opened.read(STAMP.size + 1)
     except (OSError, EOFError, zlib.error):
         return None
-    if len(head) <= _STAMP.size or head[-1] not in (MAGIC_1, MAGIC_2):
+    if len(head) <= STAMP.size or head[-1] not in (MAGIC_1, MAGIC_2):
         return None
-    (stamp_us,) = _STAMP.unpack_from(head)
+    (stamp_us,) = STAMP.unpack_from(head)
     return stamp_us * 1e-6 if OLDEST_UNIX_S * 1e6 < stamp_us < LATEST_US else None
 
 

@@ -15,17 +15,13 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.attitude import quaternion_of_angles
 from bridge.text import printable
 from bridge.wire.framing import Frame, decode
-from bridge.wire.readings import TABLE, Reading
+from bridge.wire.readings import OF_THE_CONTRACT, Reading, Values, Wire
 from bridge.wire.status_codes import CrewText, decoded
-
-Values = tuple[float, ...]
-Wire = tuple[Any, ...]
 
 NAN: Final = math.nan
 MILLI_G: Final = 9.80665e-3
 UNKNOWN_ALTITUDE_M: Final = 655.35  # 65535 cm
 SERVOS: Final = 16
-OF_THE_CONTRACT: Final = frozenset(row.message.id for row in TABLE)
 
 
 class Heard(NamedTuple):

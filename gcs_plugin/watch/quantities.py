@@ -10,7 +10,8 @@ from bridge.arrays import Array
 from bridge.attitude import body_to_earth, heading_of
 from bridge.vehicle.config import Configuration, Vehicle, Water
 from bridge.vehicle.navigation import velocity_at_origin
-from gcs_plugin.watch.hearing import Channel, Values
+from bridge.wire.readings import Values
+from gcs_plugin.watch.hearing import Channel
 from gcs_plugin.watch.picture import ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
 

@@ -16,20 +16,13 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.parameters import ACTIVE, COMMIT
 from bridge.wire.framing import Frame, decode
+from bridge.wire.readings import OF_THE_CONTRACT, Values
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.peers import GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
-from gcs_plugin.watch.hearing import (
-    FROM_ANYONE,
-    OF_THE_CONTRACT,
-    TELLING,
-    Channel,
-    StatusTexts,
-    Values,
-    heard,
-)
+from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows

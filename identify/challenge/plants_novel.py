@@ -1,13 +1,10 @@
 """Effects that no library has: a diagnosis must say that something unknown acts, without a name."""
 
-from collections.abc import Callable
-
 import numpy as np
 
+from identify.challenge.plants import Plant
 from identify.challenge.site import Planted, Site, changed, sized
 from identify.challenge.vehicles import DrawnVehicle
-
-Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
 
 HORIZONTAL = 4
 """The first thrusters of each drawn vehicle push horizontally."""

@@ -12,7 +12,7 @@ from bridge import exit_codes
 from bridge.errors import LogError, SeatrialError
 from bridge.files import replacing
 from bridge.wire.tlog import SUFFIXES, load_recording, of_those_that_hold_frames, read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
 from gcs_plugin.fetch.whole import Whole, made_whole
@@ -27,7 +27,6 @@ FEWEST, LEAST_SHARE = 20, 0.3
 """Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
 LOGS = (".bin",)
 MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
-GROUNDS = 240
 """System ids from this number on are ground stations."""
 AGAIN = "merge again"
 
