@@ -15,7 +15,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.attitude import body_to_earth
-from bridge.vehicle.accepted_effects import Losses, Supply
+from bridge.vehicle.accepted_effects import Supply
 from bridge.vehicle.coefficients import QUADRATICS
 from bridge.vehicle.dynamics import coriolis, restoring
 from bridge.vehicle.feedforward import hull_wrench
@@ -208,7 +208,7 @@ class Predictor:
         losses = model.effects.losses
         if losses is not None:
             supply = 1.0 if law is None else self._supply.step(law, second.voltage_v, SECOND * STEP_S)
-            asked = _given(losses, asked, supply)
+            asked = np.stack([losses.given(row, supply) for row in asked])
         if self._thrust is None:
             self._thrust = asked[0].copy()
             self._waiting.extend([asked[0]] * (self._late + 1))
@@ -234,7 +234,3 @@ class Predictor:
             wrench = hull_wrench(hull, Reference(tuple(nu.T), tuple(nu_dot.T), 0.0, 0.0))
             force = force - np.stack([np.broadcast_to(f, SECOND) for f in wrench]).T
         return np.asarray(force)
-
-
-def _given(losses: Losses, asked: Array, supply: float) -> Array:
-    return np.stack([losses.given(row, supply) for row in asked])

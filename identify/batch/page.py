@@ -220,7 +220,7 @@ def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> 
         (
             utc(row.unix_s),
             *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in names),
-            _outcome(row, drift),
+            row.outcome if drift.counts(row) else f"{row.outcome}: in no trend",
             row.dive,
         )
         for row in rows
@@ -252,10 +252,6 @@ def _doubts(rows: Sequence[Row]) -> Table:
         tuple(lines),
         "What is doubted of these dives.",
     )
-
-
-def _outcome(row: Row, drift: Drift) -> str:
-    return row.outcome if drift.counts(row) else f"{row.outcome}: in no trend"
 
 
 def _cell(value: Value | None) -> str:

@@ -171,8 +171,9 @@ def test_slope_and_integral_of_a_double_s_belong_to_its_value(profile):
 def test_a_double_s_keeps_its_limits_of_slope_and_jerk(profile):
     time_s = np.linspace(0, profile.duration_s, 2001)
     slope = np.array([profile.at(t)[1] for t in time_s])
-    assert np.abs(slope).max() <= abs(profile.peak_rate) * (1 + 1e-9)
-    jerk = abs(profile.peak_rate) / (profile.ramp * profile.duration_s)
+    steepest = abs(profile.end - profile.start) / (profile.duration_s * (1 - profile.ramp))
+    assert np.abs(slope).max() <= steepest * (1 + 1e-9)
+    jerk = steepest / (profile.ramp * profile.duration_s)
     assert np.abs(np.diff(slope) / time_s[1]).max() <= jerk * (1 + 1e-6) + 1e-9
 
 

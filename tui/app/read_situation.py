@@ -71,7 +71,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         after_upload=dive in since,
         flown=flown,
         go=go,
-        verdict=_verdict(dive) if dive is not None and flown else "",
+        verdict=_read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED)) if dive and flown else "",
         lost=picture.armed in (Armed.ARMED, Armed.FAILSAFE)
         and heard_of(picture) is None
         and bool(picture.links)
@@ -99,13 +99,9 @@ def _is_idle(dive: Path) -> bool:
     return std is not None and not any(map(math.isfinite, std.values()))
 
 
-def _verdict(dive: Path) -> str:
-    """The verdict of a dive's diagnosis; "" without one."""
-    return _read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED))
-
-
 @lru_cache(8)
 def _read_verdict(file: Path, _changed_ns: int) -> str:
+    """The verdict of a diagnosis's file; "" without one."""
     try:
         return str(from_json(read_small(file))["verdict"])
     except (OSError, ValueError, LookupError, TypeError):

@@ -163,10 +163,6 @@ def _log(folder: DiveFolder, file: Path) -> Merged:
     if into.exists() and not into.samefile(file) and into.read_bytes() != file.read_bytes():
         raise LogError(f"{into}: is there already, and is another log; give {file} another name")
     if not into.exists():
-        _copy(file, into)
+        with replacing(into, "merge again") as copied, file.open("rb") as log:
+            shutil.copyfileobj(log, copied)
     return Merged(file, into, sentence)
-
-
-def _copy(file: Path, into: Path) -> None:
-    with replacing(into, "merge again") as copied, file.open("rb") as log:
-        shutil.copyfileobj(log, copied)

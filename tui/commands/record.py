@@ -134,7 +134,8 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
             recorder.run(stop)
 
         def each(since_s: float) -> bool:
-            status.update(_line(recorder, since_s))
+            kept = recorder.kept
+            status.update(f"{since_s:.0f} s, {kept.frames} frames, {kept.bytes / 1e3:.0f} kB")
             asked = orders.ordered()
             if asked is orders.Order.NEXT:
                 try:
@@ -193,10 +194,6 @@ def summary(recorder: Recorder, dives: list[RecordedDive]) -> dict[str, Any]:
 def _counts(dive: RecordedDive) -> dict[str, int]:
     count = dive.count
     return {key: value for key, value in asdict(count).items() if key != "heard"}
-
-
-def _line(recorder: Recorder, since_s: float) -> str:
-    return f"{since_s:.0f} s, {recorder.kept.frames} frames, {recorder.kept.bytes / 1e3:.0f} kB"
 
 
 def described(about: About, root: Path, *, same_conditions: bool) -> Callable[[DiveFolder], About]:

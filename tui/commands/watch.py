@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
         reader = LinkReader(link, watcher, clock, lambda: opener.words(arguments.link or ""))
         if arguments.once:
-            _quietly(reader, arguments.seconds or ONCE_S)
+            command_line.until_stopped(reader.listen, clock, arguments.seconds or ONCE_S, lambda _: None)
         else:
             _shown(reader, arguments, bell)
     finally:
@@ -119,10 +119,6 @@ class LinkReader:
                 next_s = max(next_s + EVERY_S, now_s)
                 self.fault, self.picture = self.wrong(), self._watcher.picture(now_s)
         self.picture = self._watcher.picture(self._clock.boot_s())
-
-
-def _quietly(reader: LinkReader, seconds: float) -> None:
-    command_line.until_stopped(reader.listen, clocks.SystemClock(), seconds, lambda _: None)
 
 
 def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> None:
