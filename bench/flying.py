@@ -28,7 +28,7 @@ from gcs_plugin import simulated
 from gcs_plugin.flying.plan import FlightPlan, flight_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, Widths
 from identify.planning.limits import START_DEPTH_M, Limits
-from identify.run.plan import plan
+from identify.run.plan import before_dives, plan
 from tui.flying import InTurn, recorded_crew, widths_of
 
 SOURCES = (*reached("tui/flying.py", "gcs_plugin/simulated.py", "identify/run/plan.py"), "bench/flying.py")
@@ -93,7 +93,7 @@ def planned(configuration: str) -> FlightPlan:
 
 def plan_of(file: VehicleFile, limits: Limits) -> FlightPlan:
     """The plan of a vehicle file within limits."""
-    proposal = plan(file, limits, PLAN_S).proposal
+    proposal = plan(before_dives(file), limits, PLAN_S).proposal
     return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
 
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from bench.reproduce.paper import Samples, closed_form
 from bench.words import table
+from bridge.arrays import Array
 from bridge.vehicle.references import DoubleS
 from identify.align import low_pass
-from identify.dive import Array
 from identify.report.page import Figure, Report, Section, write_report
 from identify.report.plot import Line, lines_panel, stack
 

@@ -75,7 +75,7 @@ PART: Final = ".part"
 """Suffix of a file's name while the file is being written."""
 
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-_NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
+NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
 
 _FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _IN_THE_WAY: Final = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY, errno.ELOOP, errno.ENXIO)
@@ -98,6 +98,14 @@ def whole(path: Path) -> Iterator[BinaryIO]:
     """
     with _in_place_of(path, path.with_name(f"{path.name}.{os.getpid()}{PART}")) as file:
         yield file
+
+
+def write_whole(path: Path, text: str, *, synced: bool = False) -> None:
+    """Write a text file as `whole` does; `synced`: on the disk when this returns. Raises OSError."""
+    with whole(path) as file:
+        file.write(text.encode())
+        if synced:
+            to_disk(file)
 
 
 @contextmanager
@@ -161,7 +169,7 @@ def open_own(path: Path) -> BinaryIO:
 
     Raises OSError, also for a link, a pipe or a device under its name, which are neither followed nor waited for.
     """
-    file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK | _NO_WAIT, 0o666)
+    file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK | NO_WAIT, 0o666)
     if not stat.S_ISREG(os.fstat(file).st_mode):
         os.close(file)
         raise OSError(errno.EINVAL, os.strerror(errno.EINVAL), str(path))

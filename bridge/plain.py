@@ -1,7 +1,8 @@
-"""Reads plain data from untrusted YAML and JSON, without tags and of bounded size."""
+"""Plain data: read from untrusted YAML and JSON, without tags and of bounded size, and written as JSON."""
 
 import json
 import math
+from pathlib import Path
 from typing import Any, Final
 
 import yaml
@@ -27,6 +28,22 @@ def from_json(text: str | bytes) -> Any:
         return json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_none)
     except RecursionError:
         raise ValueError("nests too deeply") from None
+
+
+def plain(data: Any) -> Any:
+    """`data` with non-finite numbers as null and paths as text."""
+    if isinstance(data, dict):
+        return {str(key): plain(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [plain(value) for value in data]
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return str(data) if isinstance(data, Path) else data
+
+
+def to_json(data: Any, indent: int | None = None) -> str:
+    """JSON text of `plain` data, which `from_json` reads."""
+    return json.dumps(plain(data), indent=indent, allow_nan=False)
 
 
 def is_number(value: Any) -> bool:

@@ -61,8 +61,8 @@ class State:
     """The applet as an autopilot has it.
 
     `fault` says why it may not run there, "" if it may; `folder` is that of the scripts, None while scripting is off;
-    `there`: whether the script there is the vehicle file's, None without one; `runs`: a script beats; `is_mine`: it
-    is the vehicle file's. FF_MODE and FF_ACTIVE are NaN where none runs.
+    `there`: whether the installed script is the vehicle file's, None if none is installed; `runs`: a script sends
+    heartbeats; `is_mine`: it is the vehicle file's. FF_MODE and FF_ACTIVE are NaN if none runs.
     """
 
     fault: str

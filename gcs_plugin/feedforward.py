@@ -66,7 +66,7 @@ ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
 
 
 def caution(mode: Mode, system: int, was: float, active: float | None, *, armed: bool) -> str:
-    """A sentence on what a vehicle in mode `was` takes though it may not be meant, "" if nothing is to be said.
+    """A warning of a mode that a vehicle in mode `was` accepts though it may not be meant, "" for none.
 
     `active` is its FF_ACTIVE, None if unknown.
     """
@@ -86,6 +86,8 @@ def sent_text(count: int) -> str:
 
 
 class Stage(Enum):
+    """Stage of an order to a vehicle: send the mode, let late echoes pass, read it back."""
+
     SEND = auto()
     QUIET = auto()
     READ = auto()
@@ -172,7 +174,7 @@ class SwitchedVehicle:
             self.first_s = self.answered_s = now_s
 
     def know(self, vehicle: KnownVehicle) -> None:
-        """Take over what is known from before the switch."""
+        """Take over the knowledge from before the switch."""
         self.before_s = max(self.before_s or vehicle.heard_s, vehicle.heard_s)
         self.beating.add(vehicle.source)
         self.behind = self.behind or vehicle.behind

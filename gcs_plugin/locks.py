@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import LogError
+from bridge.files import NO_WAIT
 from bridge.wire.tlog import TlogWriter
 
 CHANGE_S: Final = 2.0
@@ -21,7 +22,6 @@ RETRY_S: Final = 0.005
 MERGE_S: Final = 10.0
 """Longest wait for another merge of the same dive."""
 LOOK_EVERY_S: Final = 0.1
-_NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
 
 
 def try_lock(file: int, *, exclusive: bool = True) -> bool:
@@ -75,7 +75,7 @@ class LockedTlogWriter(TlogWriter):
             return
         with contextlib.suppress(OSError):
             if self._lock < 0:
-                self._lock = os.open(self.path, os.O_RDWR | _NO_WAIT)
+                self._lock = os.open(self.path, os.O_RDWR | NO_WAIT)
             self._is_held = try_lock(self._lock)
 
 
@@ -84,7 +84,7 @@ def is_being_written(recording: Path) -> bool:
     try:
         if not recording.is_file():
             return False
-        file = os.open(recording, os.O_RDONLY | _NO_WAIT)
+        file = os.open(recording, os.O_RDONLY | NO_WAIT)
     except OSError:
         return False
     try:

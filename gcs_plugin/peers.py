@@ -1,12 +1,12 @@
-"""Who speaks on the links of the ground: one table of MAVLink components, for all that the ground does.
+"""The senders on the links of the ground: a single table of MAVLink components for all of the program.
 
 It answers, each by one rule: is it a vehicle, when was it heard and on which link, how many of its frames were lost,
 has it rebooted, do two vehicles share its address, and must it be sent an OFF. Pure: frames and times go in.
 
 A boot clock that runs back by more than `BACK_S` is a new boot: frames may arrive late, never early, so that delay
-alone never moves it that far. Two vehicles under one address show by what a single vehicle can't do, even if it
-reboots: peers of UDP that take turns (the link sees those), boot clocks that take turns, and runs of sequence numbers
-that take turns on one link. A reboot changes the clock once, and the old clock is not heard again.
+alone never moves it that far. Two vehicles under one address are recognised by turns that a single vehicle can't take,
+even if it reboots: of UDP peers (the link sees those), of boot clocks, and of runs of sequence numbers on a link. A
+reboot changes the clock once, and the old clock is not heard again.
 """
 
 import math
@@ -64,7 +64,7 @@ _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 _NAME_BYTES: Final = {dialect.MAVLINK_MSG_ID_PARAM_VALUE: 16, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: 10}
 """Length of the name in the messages that may report FF_MODE; it stands at byte 8 of both."""
-_NAME_AT: Final = 8
+NAME_AT: Final = 8
 _MODE: Final = MODE.encode()
 _HEARTBEAT_BYTES: Final = 9
 _CLOCK: Final = struct.Struct("<QI")
@@ -208,7 +208,7 @@ class _Alternation:
 
 @dataclass(slots=True)
 class _OnLink:
-    """A component on one link: its sequence numbers, what was lost by them, its last HEARTBEAT and boot time."""
+    """A component on one link: its sequence numbers, the losses by them, its last HEARTBEAT and boot time."""
 
     sequence: int
     last_s: float
@@ -373,7 +373,7 @@ class Peer:
         elif number == _SYSTEM_TIME:
             self._hear_clock(frame, here, time_s)
         elif number in _NAME_BYTES and _MODE in frame.payload:
-            name = frame.payload[_NAME_AT : _NAME_AT + _NAME_BYTES[number]]
+            name = frame.payload[NAME_AT : NAME_AT + _NAME_BYTES[number]]
             if name.rstrip(b"\0") == _MODE:
                 self.mode_s = time_s
 
@@ -464,7 +464,7 @@ class Peers:
         )
 
     def receptions(self, link: str, now_s: float) -> list[Reception]:
-        """What was received and lost on a link, by address."""
+        """Frames received and lost on a link, by address."""
         return [
             Reception(*source, here.received, here.lost, now_s - here.last_s)
             for source, peer in sorted(self._peers.items())

@@ -9,14 +9,13 @@ from bridge.links.link import Link, Wrapper, memory_pair
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, disarm, simulate_dive
+from bridge.simulator.missions import AFLOAT_M
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recording.recorder import Recorder
-
-AFLOAT_M = 0.2
 
 
 def record_dive(
@@ -36,8 +35,8 @@ def record_dive(
 ) -> DiveFolder:
     """Dive a mission into a new folder under `root`; the recorder reads the vehicle's link tick by tick.
 
-    The vehicle boots at `unix_s`. Give it the present, so that the dive comes after what was uploaded for it; one that
-    is simulated faster than real time ends later than now.
+    The vehicle boots at `unix_s`. Give it the present, so that the dive comes after the uploads for it; if
+    simulated faster than real time, it ends later than now.
     `mode` None leaves FF_MODE as in the parameters; `truth` None means the truth file next to the vehicle file.
     `links` get the same frames, `pace` may delay a tick.
     """

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import Vehicle, VehicleFile
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
 

@@ -7,12 +7,13 @@ would: its own gain for it is lower, and is found by least squares over the dive
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import SeatrialError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Pulses, thrust_curve
-from identify.dive import Array, Dive
+from identify.dive import Dive
 
 POINTS = 4001
 LEAST_N = 0.5

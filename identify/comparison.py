@@ -103,7 +103,7 @@ class Comparison:
             "outcome": self.second.outcome.value,
             "wall_s": self.second.wall_s,
             "parameters": [
-                {**d.second.to_json(), "difference_in_std": _number(d.distance), "disagrees": d.disagrees}
+                {**d.second.to_json(), "difference_in_std": d.distance, "disagrees": d.disagrees}
                 | ({"why": d.why} if d.why else {})
                 for d in self.differences
             ],
@@ -237,10 +237,6 @@ def _beside(first: _Side, second: _Side, prior: Prior | None) -> list[str]:
     away = [abs(math.log(side.estimate.value / prior.value)) for side in (first, second)]
     nearer, unit = first if away[0] < away[1] else second, first.estimate.unit
     return [f"the vehicle file's prior {prior.value:.4g} ± {prior.std:.2g} {unit} is nearer to {nearer.name}"]
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def further_remarks(compared: Comparison) -> tuple[str, ...]:

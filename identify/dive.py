@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array as Array
 from bridge.vehicle.config import Water
 from bridge.vehicle.mode import Mode
-
-Array = NDArray[np.float64]
 
 
 class Kind(Enum):
@@ -280,8 +278,7 @@ class Dive:
         """Depth (n, 1) in m, positive down: as recorded, otherwise from pressure through the water's density."""
         if self.depth is not None or self.pressure is None:
             return self.depth
-        over_pa = self.pressure.value - 100.0 * water.surface_pressure_hpa
-        return Signal(self.pressure.time_s, over_pa / (water.density_kg_m3 * water.gravity_m_s2))
+        return Signal(self.pressure.time_s, water.depth_m(self.pressure.value))
 
     def configuration_index(self) -> int | None:
         """The VEH_CFG value that held for most of the dive, None if it was never reported."""

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.dive import Dive
 from identify.ingest.rotation import attitude_at, to_earth
-
-Array = NDArray[np.float64]
 
 EARTH_RADIUS_M = 6_371_008.8
 APART_S = 10.0

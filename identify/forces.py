@@ -18,11 +18,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.ingest.commands import held_commands, never_known, sampled_seldom, unknown_between
 from identify.statistics import bulk_std
 

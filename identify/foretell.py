@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import SeatrialError
 from bridge.simulator.direct import Noise, TruthRun, simulate_truth
 from bridge.simulator.truth import GAIN, PLANTED, Truth
@@ -25,7 +26,7 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import Reference, Six
 from identify.allocated import allocated_gains
 from identify.diagnose.result import Accepted, Hull
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.effects.effect import SIMULATED
 from identify.effects.library import library
 from identify.glance.foretold import SMALL, is_alike, rows_words

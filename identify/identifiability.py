@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration
 from identify.identification import (
@@ -30,8 +31,6 @@ from identify.identification import (
 )
 from identify.statistics import Z95
 from identify.words import capital
-
-Array = NDArray[np.float64]
 
 SHARED = 0.1
 """Entries of the projector up to this size are ignored: two parameters share a null direction only if theirs is

@@ -13,8 +13,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior, dive_mark
 from identify.identification import (
@@ -27,8 +27,6 @@ from identify.identification import (
     ThrustScale,
 )
 from identify.statistics import Z95
-
-Array = NDArray[np.float64]
 
 CONFLICT_SIGMA = 3.0
 """A prior further than this from the dive is left out: one of the two is wrong, and their mean would be wrong too."""

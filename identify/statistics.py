@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.wire.clock_line import NORMAL
-
-Array = NDArray[np.float64]
 
 Z95 = 1.959963984540054
 """Half the width of a normal distribution's 95 % interval, in standard deviations."""

@@ -18,14 +18,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array, Mask, Vector3
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
 from identify.align import ORDER, low_pass
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.statistics import bulk_std
 
 AXES = (0, 1, 5)
@@ -47,8 +46,6 @@ SHORTEST_RUN_S = 2.0
 LEAST_SAMPLES = 10
 """Of an rms: two seconds of a slow DVL."""
 SPEED_STEP = 0.01
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,14 @@ def significant(value: float, digits: int = 3) -> str:
     return fixed(rounded, digits - 1 - math.floor(math.log10(abs(rounded))))
 
 
+def nice_step(least: float) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that is at least `least`; 1 for 0."""
+    if least <= 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
+
+
 def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
     """A value and its interval, both with the decimals that the interval's half width justifies."""
     half = (high - low) / 2

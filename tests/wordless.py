@@ -103,13 +103,13 @@ def bare(value: Any) -> Any:
 def identified_and_diagnosed(folder: Path, seconds: float) -> Any:
     """A dive with a hidden effect: identified and diagnosed, its check dive too short at first; then on the app."""
     from bridge.errors import FitError
+    from bridge.plain import plain
     from identify.challenge.case import check_of, dive_of, draw_case
     from identify.estimators.table import estimator
     from identify.run.diagnose import diagnose
     from identify.run.identify import identify
     from tui.app.screens.diagnose import answer as shown_diagnosis
     from tui.app.screens.identify_lines import load_identified
-    from tui.show import plain
 
     case = draw_case(300_051, names=["quadratic_drag"], seconds=seconds)
     dive, check = dive_of(case), check_of(case)

@@ -1,4 +1,4 @@
-"""`seatrial import FILE --map`: the columns of a file, what each is taken for, and the column map written of it."""
+"""`seatrial import FILE --map`: the columns of a file, the signal proposed for each, and the column map."""
 
 import argparse
 import math
@@ -29,7 +29,7 @@ LEVEL = BARS[0]
 HEADER_NUMBER = ".header.seq"
 """Of ROS 1, by which a header counts the messages."""
 SPARED = ("median", "unknown %", "course", "rate Hz")
-"""What a narrow terminal goes without, first what it misses least."""
+"""Columns left out on a narrow terminal, the least important first."""
 
 
 def propose_map(arguments: argparse.Namespace) -> int:

@@ -13,7 +13,8 @@ from bridge.errors import ConfigError, LogError
 from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.coefficients import COEFFICIENTS
-from gcs_plugin.dives.folder import GLANCE, is_date, list_folders, recordings
+from gcs_plugin.dives.folder import list_folders
+from gcs_plugin.dives.recordings import GLANCE, is_date, recordings
 from identify.glance.span import Span
 
 VERSION: Final = 8

@@ -1,10 +1,9 @@
-"""Reads dives for the list of them.
+"""Reads dives for the list of them, with a cache in each dive's folder.
 
-What it reads is cached, and made again if missing, or if the recording, the vehicle file or this program has changed.
+An entry is renewed if the recording, the vehicle file or this program has changed.
 """
 
 import contextlib
-import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
@@ -13,12 +12,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError, LogError, SeatrialError
-from bridge.files import read_small, whole
-from bridge.plain import from_json
+from bridge.files import read_small, write_whole
+from bridge.plain import from_json, to_json
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.wire.tlog import SUFFIXES
-from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, began, order, recordings, vehicle_named
+from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
+from gcs_plugin.dives.recordings import GLANCE, began, order, recordings
 from gcs_plugin.locks import is_being_written
 from identify.dive import Dive, Kind
 from identify.glance.excitation import excitation, spans
@@ -27,7 +27,6 @@ from identify.glance.span import Span
 from identify.ingest.open import date_of, read_dive, recording_files
 from identify.run.recordings import stray_bytes
 from tui.dive_list import VERSION, DiveRow, Glance, dive_folders, kept, short_name, state_of
-from tui.show import plain
 
 NOTHING_YET: Final = "is being recorded, nothing heard yet"
 Load = Callable[[str], VehicleFile]
@@ -163,9 +162,8 @@ def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[s
 def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
     """Cache a glance, completely or not at all; a folder that can't be written has no cache."""
     file = folder / GLANCE
-    text = json.dumps(plain({"key": key, "glance": asdict(glance)}), allow_nan=False)
-    with contextlib.suppress(OSError), whole(file) as out:
-        out.write(text.encode())
+    with contextlib.suppress(OSError):
+        write_whole(file, to_json({"key": key, "glance": asdict(glance)}))
 
 
 def _results(folder: Path) -> Iterator[tuple[str, str]]:

@@ -15,9 +15,10 @@ from bridge import exit_codes, reports
 from bridge.command_line import check_folder
 from bridge.errors import LogError, ParamUnwritten
 from bridge.exit_codes import UsageError
+from bridge.plain import plain
 from bridge.reports import PAGE
 from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
-from gcs_plugin.params.files import sidecar_path
+from gcs_plugin.params.sidecar import sidecar_path
 from tui import show
 from tui.cli import complain
 from tui.options import FolderTarget, NewFile, NewFolder, ParameterTarget, Target
@@ -186,9 +187,7 @@ class Files:
                 show.write_json(data, target)
             except LogError as error:
                 if reports.asked(os.environ):
-                    show.tell_program(
-                        reports.Report(reports.UNKEPT, 1.0, str(error), result=show.plain(data))
-                    )
+                    show.tell_program(reports.Report(reports.UNKEPT, 1.0, str(error), result=plain(data)))
                 raise
 
         return self.attempt(write)

@@ -67,7 +67,7 @@ class RecordedHere:
     def end(self, words: str) -> None:
         """End the recording; `words` say how the flight went."""
         self._recorder.close()
-        if self._recorder.recorded:
+        if self._recorder.kept.frames:
             self._folder.add_event(self.crew.clock.unix_s(), words)
         else:
             self._folder.discard()

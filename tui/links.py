@@ -8,13 +8,12 @@ from bridge import clock as clocks
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost
 from bridge.exit_codes import UsageError
-from bridge.links.addresses import of_link
+from bridge.links.addresses import among, of_link
 from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting, ignore_loss
 from gcs_plugin.peers import KnownVehicle
 from gcs_plugin.recording import state
 from gcs_plugin.recording.hub import PLACES, farewell
-from gcs_plugin.recording.link import among
 from gcs_plugin.recording.state import FRESH_S, Holding, hangs, how_to_end
 from tui import show
 

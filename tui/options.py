@@ -11,7 +11,7 @@ PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 
 
 class Target(str):
-    """A file that a verb writes; `-` is standard output. `suffixes`: the endings of which it must have one, if any."""
+    """A file that a verb writes; `-` is standard output. `suffixes`: the endings that it may have, empty for any."""
 
     suffixes: ClassVar[tuple[str, ...]] = ()
 
@@ -91,11 +91,11 @@ class Options:
         self.value("--seed", None, "of noise and disturbance", type=seed, default=1)
 
     def network(self, large: str) -> None:
-        """The size of the source paper's network; `large` says what the largest is."""
+        """The size of the source paper's network; `large` describes the largest."""
         self.value(
             "--network",
             ("HIDDEN", "DEPTH", "EPOCHS"),
-            f"size and training of the paper's network: 1024 5 100 is {large} (small where not given)",
+            f"size and training of the paper's network: 1024 5 100 is {large} (default: small)",
             type=size,
             nargs=3,
         )
@@ -110,26 +110,24 @@ class Options:
     def vehicle_of_dive(self) -> None:
         self.vehicle(
             "the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
-            " configuration where none is named",
+            " configuration unless one is named",
             required=True,
         )
 
-    def despite_doubts(self, meaning: str = "take an identification that did not converge") -> None:
+    def despite_doubts(self, meaning: str = "accept an identification that did not converge") -> None:
         self.switch("--despite-doubts", meaning)
 
     def accepted(self, when: str = "") -> None:
-        """The model that a diagnosis goes by, and how much of it."""
+        """The model that a diagnosis starts from, and how much of it."""
         self.value(
             "--accepted",
             "FILE",
             f"{when}the JSON of identify, or a .param with its sidecar, that was accepted earlier; or a vehicle file's "
-            "published model, as our.yaml:open: what differs from it is told, too",
+            "published model, as our.yaml:open; changes against it are reported too",
         )
-        self.despite_doubts("take, of --accepted, values that are doubted, too")
+        self.despite_doubts("of --accepted, also take doubted values")
 
-    def link(
-        self, meaning: str = "the link to the vehicle (default: that of the recording that runs)"
-    ) -> None:
+    def link(self, meaning: str = "the link to the vehicle (default: that of the running recording)") -> None:
         """A link, and the key that signs it."""
         self.value("--link", "SPEC", meaning)
         self.sign_key()
@@ -142,11 +140,11 @@ class Options:
     def sign_key(self) -> None:
         secured.add_argument(self.parser)
 
-    def system(self, meaning: str = "its MAVLink system, where several beat") -> None:
+    def system(self, meaning: str = "its MAVLink system, if several vehicles are heard") -> None:
         self.value("--system", "N", meaning, type=int)
 
     def takes_dive(self) -> None:
-        self.value("--out", "FOLDER", "takes the dive folder", default="dives")
+        self.value("--out", "FOLDER", "folder for the dive folder", default="dives")
 
     def receipts(self, meaning: str) -> None:
         """The folder of the uploaded values."""

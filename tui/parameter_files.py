@@ -11,8 +11,9 @@ from bridge.files import read_small
 from bridge.plain import from_json, is_number
 from bridge.schema import why_unread
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.params.files import Sidecar, read_parameters, read_sidecar
+from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.sidecar import Sidecar, read_sidecar
 from identify.glance.foretold import Foretelling
 from identify.identification import Outcome
 

@@ -5,13 +5,12 @@ from pathlib import Path
 
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile
+from gcs_plugin.dives.conditions import TETHER
 from gcs_plugin.dives.folder import conditions_of
 from identify.ingest.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
 from identify.run.recordings import Reading, Recording, read_each, read_runs, runs_in
 from identify.run.together import together
-
-TETHER = "tether"
 
 
 def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
@@ -61,7 +60,7 @@ def recording_at(path: Path) -> Recording:
 
 def ruled_out(runs: Sequence[Path]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Effects that the `dive.yaml` of each run rules out as causes of a dive's gap, and the reason, in sentences."""
-    if any(conditions_of(run).tether_out_m != 0.0 for run in runs):
+    if not all(TETHER in conditions_of(run).impossible for run in runs):
         return (), ()
     return (TETHER,), tuple(
         f"{run.name}: no tether was out, so a tether is not among the causes" for run in runs[:1]

@@ -5,7 +5,6 @@ to standard error as well.
 """
 
 import io
-import json
 import math
 import os
 import sys
@@ -27,7 +26,8 @@ from bridge import reports
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.exit_codes import UsageError
-from bridge.files import to_disk, whole
+from bridge.files import write_whole
+from bridge.plain import to_json
 from bridge.reports import Report, Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
@@ -63,7 +63,7 @@ class Tell:
         stage: str = "",
         written: Written | None = None,
     ) -> None:
-        """Report the share that is done (0 to 1), what is done now in words, and the rest as in `Report`."""
+        """Report the share that is done (0 to 1), the present work in words, and all else as in `Report`."""
         self.shows(Report(self.of, share, words, stage, dict(values), answered, written))
 
 
@@ -102,7 +102,7 @@ def _has_width(console: Console) -> bool:
 
 
 def asked(client: "ParameterClient", question: str, to_do: str) -> str:
-    """Return the answer typed. Raises UsageError if stdin is no terminal; `to_do` says what --yes would do."""
+    """Return the answer typed. Raises UsageError if stdin is no terminal; `to_do` names the effect of --yes."""
     if not sys.stdin.isatty():
         raise UsageError(
             f"nobody to ask, standard input is no terminal; give --yes to {to_do} without asking"
@@ -323,9 +323,7 @@ def replace_file(path: Path, text: str) -> None:
     if (path.exists() and not path.is_file()) or not os.access(path.parent, os.W_OK):
         path.write_text(text, encoding="utf-8")
         return
-    with whole(path) as file:
-        file.write(text.encode())
-        to_disk(file)
+    write_whole(path, text, synced=True)
 
 
 def write_json(data: Any, target: str | None) -> None:
@@ -335,13 +333,13 @@ def write_json(data: Any, target: str | None) -> None:
     """
     if target is None:
         return
-    write_text(json.dumps(plain(data), indent=2, allow_nan=False) + "\n", target, "the JSON ")
+    write_text(to_json(data, indent=2) + "\n", target, "the JSON ")
 
 
 def write_text(text: str, target: str, what: str = "") -> None:
-    """Write `text` to a file, completely or not at all; for `-` to standard output, without what steers a terminal.
+    """Write `text` to a file, completely or not at all; for `-` to standard output, without control characters.
 
-    Raises LogError if the file can't be written; `what` begins its words.
+    Raises LogError if the file can't be written; `what` begins its message.
     """
     if target == STANDARD_OUTPUT:
         sys.stdout.write(harmless(text))
@@ -350,14 +348,3 @@ def write_text(text: str, target: str, what: str = "") -> None:
         replace_file(Path(target), text)
     except OSError as error:
         raise LogError(f"{target}: {what}can't be written ({error.strerror}); give another file") from None
-
-
-def plain(data: Any) -> Any:
-    """`data` with non-finite numbers as null and paths as text."""
-    if isinstance(data, dict):
-        return {str(key): plain(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [plain(value) for value in data]
-    if isinstance(data, float) and not math.isfinite(data):
-        return None
-    return str(data) if isinstance(data, Path) else data

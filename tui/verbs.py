@@ -1,7 +1,7 @@
 """The verbs of the command seatrial: for each a sentence, an example, and its options, as `--help` prints them.
 
-What a verb does is in the module of its name in `tui.commands`, which is imported only to run it: so help appears at
-once. For that, nothing heavy is imported here. The verbs stand in the order in which `seatrial --help` lists them.
+The module of the same name in `tui.commands` does the work and is imported only to run it; nothing heavy is imported
+here, so that help appears at once. The verbs stand in the order in which `seatrial --help` lists them.
 """
 
 from collections.abc import Callable
@@ -23,8 +23,8 @@ from tui.options import (
 )
 
 MODES = {
-    Mode.OFF: "the PID alone: asks nothing, and is sent until the vehicle says so",
-    Mode.SHADOW: "the feed-forward is worked out and told, not applied",
+    Mode.OFF: "the PID alone; sent until the vehicle confirms, without asking",
+    Mode.SHADOW: "the feed-forward is computed and recorded, not applied",
     Mode.ALONE: "the feed-forward without the PID of its axes",
     Mode.BOTH: "the feed-forward and the PID",
 }
@@ -36,18 +36,18 @@ CONDITIONS = {
     "ballast_kg": (
         "--ballast",
         "KG",
-        "mass in air beyond the vehicle file's dry mass; below 0 for what is off",
+        "mass in air beyond the vehicle file's dry mass; below 0 for mass taken off",
     ),
-    "payload_kg": ("--payload-mass", "KG", "likewise, of what it carries"),
-    "payload": ("--payload", "TEXT", "what it carries"),
+    "payload_kg": ("--payload-mass", "KG", "likewise, of the payload"),
+    "payload": ("--payload", "TEXT", "the payload"),
     "weather": ("--weather", "TEXT", "wind and sea"),
 }
 """Option, unit and meaning of each condition of a dive, by its field in `gcs_plugin.dives.conditions.Conditions`."""
 _LINK = "--link udpin:127.0.0.1:14550"
 _PARAMS_UPLOAD = f"seatrial params upload hovering.json --vehicle ruvifist {_LINK}"
 _PARAMS = {
-    "show": ("what the vehicle holds", f"seatrial params show FF0_ {_LINK}"),
-    "diff": ("what an upload would change; sends no write", f"seatrial params diff hovering.param {_LINK}"),
+    "show": ("show the vehicle's parameters", f"seatrial params show FF0_ {_LINK}"),
+    "diff": ("show the changes of an upload; sends no write", f"seatrial params diff hovering.param {_LINK}"),
     "upload": ("write a file to the vehicle and prove it", _PARAMS_UPLOAD),
     "rollback": ("bring back the values before an upload", f"seatrial params rollback {_LINK}"),
 }
@@ -60,18 +60,18 @@ _KEYS = {
 
 
 _APPLET = {
-    "deploy": ("put the script in and start it", f"seatrial applet deploy --vehicle bluerov2 {_LINK}"),
+    "deploy": ("install the script and start it", f"seatrial applet deploy --vehicle bluerov2 {_LINK}"),
     "check": (
-        "look at wiring and script, and whether it runs; sends no write",
+        "check wiring and script, and whether it runs; sends no write",
         f"seatrial applet check --vehicle bluerov2 {_LINK}",
     ),
-    "remove": ("take the script out", f"seatrial applet remove --vehicle bluerov2 {_LINK}"),
+    "remove": ("remove the script", f"seatrial applet remove --vehicle bluerov2 {_LINK}"),
 }
 
 
 @dataclass(frozen=True)
 class Verb:
-    """A verb: what it does in a sentence, a command line for its help, and its options."""
+    """A verb: a sentence on it, a command line as an example, and its options."""
 
     sentence: str
     example: str
@@ -96,7 +96,7 @@ def verb(sentence: str, example: str) -> Callable[[Callable[[Options], None]], N
 )
 def _demo(options: Options) -> None:
     options.seed()
-    options.out("takes a folder for this run", "demo")
+    options.out("folder in which this run makes one", "demo")
     options.json()
 
 
@@ -114,22 +114,25 @@ def _bridge(options: Options) -> None:
 )
 def _simulate(options: Options) -> None:
     options.vehicle(
-        "the vehicle file; FILE.truth.yaml beside it holds what the simulated vehicle truly is", required=True
+        "the vehicle file; the FILE.truth.yaml next to it holds the simulated vehicle's true values",
+        required=True,
     )
     options.value(
         "--mission",
         "NAME",
-        "survey, hovering, validation, a YAML file of legs, idle: afloat and disarmed until Ctrl-C, or ardusub: "
-        "the body that ArduSub's own simulator flies, until Ctrl-C",
+        "survey, hovering, validation, or a YAML file of legs; idle: afloat and disarmed until Ctrl-C; ardusub: "
+        "the body for ArduSub's own simulator, until Ctrl-C",
         required=True,
     )
     options.takes_dive()
     options.seed()
-    options.value("--mode", None, "what the feed-forward does (default: as stored)", choices=BY_WORD)
-    options.value("--heading", None, "how turns are led", choices=("smooth", "linear"), default="smooth")
-    options.value("--parameters", "FILE", "where the vehicle keeps its parameters (default: nowhere)")
+    options.value("--mode", None, "mode of the feed-forward (default: as stored)", choices=BY_WORD)
     options.value(
-        "--accepted", "FILE", "the vehicle truly is the .param of diagnose --accept, effects included"
+        "--heading", None, "reference of the heading in turns", choices=("smooth", "linear"), default="smooth"
+    )
+    options.value("--parameters", "FILE", "the vehicle's parameter store (default: none)")
+    options.value(
+        "--accepted", "FILE", "true values of the vehicle: the .param of diagnose --accept, effects included"
     )
     options.value(
         "--onset",
@@ -139,10 +142,10 @@ def _simulate(options: Options) -> None:
         "it is then)",
         nargs="+",
     )
-    options.links("also stream there")
+    options.links("also stream to this link")
     options.value("--speed", "N|max", "times real time (default: max, with --link 1)", type=speed)
-    options.seconds("end idle or ardusub after so long")
-    options.json("what was dived")
+    options.seconds("end idle or ardusub after this time")
+    options.json("the dive")
 
 
 @verb(
@@ -151,19 +154,19 @@ def _simulate(options: Options) -> None:
 )
 def _tui(options: Options) -> None:
     options.links("a link to record and to show; may be given again (default: what is being recorded)")
-    options.vehicle("the vehicle file: what must be heard")
+    options.vehicle("the vehicle file, which names the sensors to expect")
     options.takes_dive()
-    options.receipts("where uploads leave values before and receipt")
-    options.switch("--unrecorded", "look at the link itself, and record nothing")
+    options.receipts("folder for receipts and the values before each upload")
+    options.switch("--unrecorded", "show the link without recording it")
     options.positive("--fps", "N", "refreshes a second", 4.0)
-    options.value("--theme", None, "default: that of last time", choices=("dark", "light", "sunlight"))
+    options.value("--theme", None, "default: the last one used", choices=("dark", "light", "sunlight"))
     options.value("--keymap", "FILE", "keys by action (default: ~/.config/seatrial/keymap.yaml)", type=Path)
-    options.switch("--view-only", "look, and neither send, start nor write anything")
+    options.switch("--view-only", "show only: send, start and write nothing")
     web = Options(options.parser.add_argument_group("in a browser"))
-    web.switch("--web", "serve the app as a page, to look at alone")
+    web.switch("--web", "serve the app as a page, view only")
     web.value("--host", "ADDRESS", "the page's address (default: 127.0.0.1, this computer alone)")
     web.value("--port", "PORT", "the page's port (default: 8000)", type=port)
-    web.switch("--control", "whoever opens the page may do all that the app can")
+    web.switch("--control", "allow whoever opens the page to do all that the app can")
 
 
 @verb(
@@ -173,86 +176,86 @@ def _tui(options: Options) -> None:
 def _record(options: Options) -> None:
     actions = Options(options.parser.add_mutually_exclusive_group(required=True))
     actions.value("--link", "SPEC", "a link; may be given again", action="append")
-    actions.switch("--next", "let the recording that runs go on in a new dive folder")
-    actions.switch("--end", "end the recording that runs")
+    actions.switch("--next", "continue the running recording in a new dive folder")
+    actions.switch("--end", "end the running recording")
     options.takes_dive()
-    options.value("--name", None, "the end of the dive folder's name", default="")
+    options.value("--name", None, "last part of the dive folder's name", default="")
     options.vehicle("the vehicle file to name in dive.yaml")
-    options.switch("--same-conditions", "water, tether, ballast and so on as in the dive before")
-    options.seconds("stop after so long (default: at Ctrl-C)")
-    options.switch("--heartbeat", "beat as a ground station, for a vehicle that waits to hear one")
+    options.switch("--same-conditions", "take water, tether, ballast and so on from the dive before")
+    options.seconds("stop after this time (default: at Ctrl-C)")
+    options.switch("--heartbeat", "send HEARTBEATs as a ground station, for a vehicle that waits for one")
     options.sign_key()
     options.value(
         "--hub",
         "PORT",
-        "where params, doctor, ff and others find the links: a port of this computer alone, or none "
+        "port of this computer through which params, doctor, ff and others use the links, or none "
         "(default: a free one)",
         type=hub_port,
         default=0,
     )
-    options.json("what was recorded")
+    options.json("the counts of each dive")
 
 
 @verb(
-    "bring what the vehicle kept of a dive and the ground did not hear, and make the dive whole",
+    "fetch the vehicle's own recording of a dive and fill the gaps",
     "seatrial fetch dives/2026-11-20T0912Z-hovering --link udpin:192.168.2.1:14550",
 )
 def _fetch(options: Options) -> None:
     options.value(
         "dive",
         "DIVE",
-        "the dive folder to make whole (default: that of the recording that runs, which then goes on "
+        "the dive folder to complete (default: that of the running recording, which then continues "
         "in a new one; else the newest in --out)",
         nargs="?",
     )
     options.switch(
         "--new",
-        "make a dive folder of what the vehicle kept since it was switched on, for a dive of which "
-        "nothing was heard",
+        "make a dive folder of the vehicle's recording since it was switched on, for a dive that "
+        "the ground did not hear",
     )
-    options.positive("--minutes", "N", "of --new: its last minutes alone")
-    options.out("where the dives are", "dives")
-    options.value("--name", None, "of --new: the end of the dive folder's name", default="")
+    options.positive("--minutes", "N", "of --new: only the last minutes")
+    options.out("folder of the dives", "dives")
+    options.value("--name", None, "of --new: last part of the dive folder's name", default="")
     options.vehicle("of --new: the vehicle file to name in dive.yaml")
     options.link()
-    options.system("of --new: its MAVLink system, where several beat")
+    options.system("of --new: its MAVLink system, if several vehicles are heard")
     options.value(
         "--patience",
         "N",
-        "give up after so many seconds without an answer; what was fetched is kept",
+        "give up after this many seconds without an answer; the fetched part is kept",
         type=seconds,
         default=60.0,
     )
-    options.json("what came of it")
+    options.json("the outcome")
 
 
 @verb(
-    "put what another recorder kept of a dive to it, on one clock: the autopilot's log, another .tlog",
+    "add another recorder's log to a dive, on one clock: the autopilot's, or another .tlog",
     "seatrial merge dives/2026-11-20T0912Z-hovering 00000042.BIN",
 )
 def _merge(options: Options) -> None:
-    options.value("dive", "DIVE", "the dive folder to put them to")
+    options.value("dive", "DIVE", "the dive folder to add them to")
     options.value(
         "files",
         "FILE",
-        "what another recorder made of the dive: the autopilot's log (.BIN), or a .tlog of the "
-        "vehicle's or of another ground station's; they stay as they are",
+        "another recording of the dive: the autopilot's log (.BIN), or a .tlog of the "
+        "vehicle or of another ground station; it stays as it is",
         nargs="+",
     )
-    options.json("what came of it")
+    options.json("the outcome")
 
 
 @verb(
-    "write down what happens in the dive that is being recorded",
+    "note an event in the dive that is being recorded",
     'seatrial note "tether caught on the ladder"',
 )
 def _note(options: Options) -> None:
     options.value("text", "TEXT", "what happened", nargs="+")
-    options.value("--dive", "DIVE", "the folder of a dive: TEXT takes the place of its notes as a whole")
+    options.value("--dive", "DIVE", "the folder of a dive: TEXT replaces its notes")
 
 
 @verb(
-    "what a dive was made under: water, tether, ballast, payload, weather",
+    "record the conditions of a dive: water, tether, ballast, payload, weather",
     "seatrial conditions dives/2026-11-20T0912Z-hovering --water-temperature 11.5 --salinity 35 --ballast 2",
 )
 def _conditions(options: Options) -> None:
@@ -264,41 +267,37 @@ def _conditions(options: Options) -> None:
     )
     for name, (option, metavar, sentence) in CONDITIONS.items():
         options.value(option, metavar, f'{sentence}; "" for not known', dest=name)
-    options.switch("--same", "as in the dive before, but for what is given")
-    options.json("them")
+    options.switch("--same", "as in the dive before, except those given here")
+    options.json("the conditions")
 
 
 @verb(
-    "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
+    "the present state of a vehicle: armed, link, sensors, depth, velocities, battery",
     f"seatrial watch --vehicle ruvifist {_LINK}",
 )
 def _watch(options: Options) -> None:
-    options.link("a link (default: by way of the recording that runs)")
-    options.vehicle(
-        "the vehicle file: which sensors it has (default: the one that the recording that runs names)"
-    )
+    options.link("a link (default: through the running recording)")
+    options.vehicle("the vehicle file, which names its sensors (default: the one of the running recording)")
     options.system(
-        "which vehicle, where several beat on the link (default: the vehicle file's, else the first)"
+        "which vehicle, if several are heard on the link (default: the vehicle file's, else the first)"
     )
-    options.receipts("where what was uploaded lies: the model in force")
-    options.seconds("stop after so long (default: at Ctrl-C)")
-    options.switch(
-        "--once", "look for 3 s, print the tables, and end with 1 where a sensor is missing or bad"
-    )
+    options.receipts("folder of the receipts, which tell the model in force")
+    options.seconds("stop after this time (default: at Ctrl-C)")
+    options.switch("--once", "listen for 3 s, print the tables, and end with 1 if a sensor is missing or bad")
     options.json("the last picture")
 
 
 @verb(
-    "list dive folders: when, how long, what was lost, what each could identify, what was learnt",
+    "list dive folders: date, length, losses, what each could identify, its results",
     "seatrial dives dives --vehicle ruvifist",
 )
 def _dives(options: Options) -> None:
     options.value("folder", "FOLDER", "holds the dive folders", nargs="?", default="dives")
-    options.vehicle("the vehicle file to judge by (default: the one that each dive names)")
+    options.vehicle("the vehicle file to judge by (default: the one named by each dive)")
     options.value(
         "--otherwise",
         "FILE[:CONFIGURATION]",
-        "the vehicle file for a dive that names none, or one that is not there",
+        "the vehicle file for a dive that names none, or a missing one",
         default="",
     )
     options.json("the list")
@@ -315,20 +314,20 @@ def _import(options: Options) -> None:
         "a dive folder or a recording: .tlog, .BIN, or with --columns .csv, .bag, .mcap, .ulg, .mat ...",
     )
     options.value(
-        "--out", "FOLDER", "the dive folder to make; without it, only say what there is", type=NewFolder
+        "--out", "FOLDER", "the dive folder to make; without it, only the content is listed", type=NewFolder
     )
     options.vehicle_file("the vehicle file to name in the dive folder")
     options.columns()
     options.value(
         "--map",
         "YAML",
-        "propose a column map from names, ranges and physics, show each column, and write the map (where not "
-        "given: FILE's name with -columns.yaml, in this folder)",
+        "propose a column map from names, ranges and physics, show each column, and write the map (without YAML: "
+        "FILE's name with -columns.yaml, in this folder)",
         nargs="?",
         const="",
         type=NewFile,
     )
-    options.json("what it holds")
+    options.json("its content")
 
 
 @verb(
@@ -341,7 +340,7 @@ def _vehicle(options: Options) -> None:
         action = Options(parser)
         action.value("log", "LOG", "a .tlog, a DataFlash .BIN or a dive folder of the autopilot")
         action.value("--out", "FILE", "write the vehicle file", type=NewFile)
-        action.json("what was found")
+        action.json("the findings")
 
 
 @verb(
@@ -351,11 +350,11 @@ def _vehicle(options: Options) -> None:
 def _applet(options: Options) -> None:
     for name, parser in actions_of(options.parser, _APPLET):
         action = Options(parser)
-        action.vehicle("the vehicle file that the script is made of", required=True)
+        action.vehicle("the vehicle file from which the script is made", required=True)
         action.link()
         action.system()
         if name == "deploy":
-            action.receipts("where values before and receipt go")
+            action.receipts("folder for the receipt and the values before")
         if name != "check":
             action.yes()
         action.json()
@@ -376,8 +375,8 @@ def _identify(options: Options) -> None:
     options.value(
         "--method",
         "METHOD[+METHOD]",
-        "likelihood, pinn or paper; two of them are compared (where not given: likelihood+pinn; "
-        "likelihood where the vehicle file's damping is not linear)",
+        "likelihood, pinn or paper; two of them are compared (default: likelihood+pinn; "
+        "likelihood if the vehicle file's damping is not linear)",
     )
     options.network("the paper's own")
     options.columns()
@@ -403,7 +402,7 @@ def _batch(options: Options) -> None:
         nargs="+",
     )
     options.vehicle(
-        "the vehicle file of all dives; each dive's VEH_CFG chooses the configuration where none is named",
+        "the vehicle file of all dives; each dive's VEH_CFG chooses the configuration unless one is named",
         required=True,
     )
     options.value("--method", None, "one of identify's", default="likelihood")
@@ -412,19 +411,20 @@ def _batch(options: Options) -> None:
     )
     options.value("--processes", "N", "on this computer (default: one a core)", type=size)
     options.switch(
-        "--diagnose", "diagnose each dive, too: verdict and causes by dive, and which effects grow or shrink"
+        "--diagnose", "also diagnose each dive: verdict and causes by dive, and which effects grow or shrink"
     )
     options.accepted("with --diagnose, ")
     options.out(
-        "takes the page trends.html, and results.jsonl from which a batch that was stopped goes on", "batch"
+        "folder for the page trends.html, and for results.jsonl, from which a stopped batch continues",
+        "batch",
     )
     options.columns()
-    options.json("all")
+    options.json("everything")
     options.value("--csv", "FILE", "write the table as CSV; - for standard output", type=Target)
 
 
 @verb(
-    "propose what to dive next, and how well each parameter would be known after it",
+    "propose the next dive, and how well each parameter would be known after it",
     "seatrial plan --vehicle ruvifist:hovering --after hovering.json --out plan.yaml",
 )
 def _plan(options: Options) -> None:
@@ -432,22 +432,22 @@ def _plan(options: Options) -> None:
     options.value(
         "--after",
         "DIVE",
-        "start from what this dive tells: a recording, or the JSON that identify wrote of one",
+        "start from the knowledge of this dive: a recording, or the JSON that identify wrote of one",
     )
     options.columns()
-    options.positive("--minutes", "N", "time in all", 5.0)
+    options.positive("--minutes", "N", "total time", 5.0)
     options.positive("--space", "METRES", "room across", 6.0)
     options.positive(
         "--depth-space",
         "METRES",
         "room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
     )
-    options.positive("--speed", "M_S", "fastest, in m/s; up and down half of it", 0.5)
+    options.positive("--speed", "M_S", "highest speed, m/s; up and down half of it", 0.5)
     options.value("--axes", "AXIS", "surge sway heave yaw (all)", nargs="+", choices=AXES, default=list(AXES))
     options.value(
         "--out",
         "FILE",
-        "the mission, for simulate and for the crew; an older one is replaced",
+        "the mission, for simulate and for the crew; an older plan is replaced",
         type=MissionTarget,
         default="plan.yaml",
     )
@@ -464,20 +464,18 @@ def _flight(options: Options) -> None:
     )
     options.vehicle("the vehicle file", required=True)
     options.link()
-    options.switch(
-        "--armed", "arm it and fly; without this nothing is sent, and what would be flown is shown"
-    )
+    options.switch("--armed", "arm it and fly; without this the flight is shown and nothing is sent")
     options.positive(
         "--to",
         "PERCENT",
-        "stop once every parameter is known to so much (half of its 95 per cent interval)",
+        "stop once every parameter is known to this (half of its 95 per cent interval)",
         3.0,
     )
-    options.value("--know", "NAME", "which parameters (default: all that the plan tells)", nargs="+")
+    options.value("--know", "NAME", "which parameters (default: all that the plan determines)", nargs="+")
     options.value("--countdown", "S", "seconds before it moves, 3 to 60", type=seconds, default=10.0)
     options.takes_dive()
     options.system()
-    options.json("what came of it")
+    options.json("the outcome")
 
 
 @verb(
@@ -496,11 +494,11 @@ def _fly(options: Options) -> None:
 def _calibrate(options: Options) -> None:
     _flight(options)
     options.positive("--minutes", "N", "longest flight that is planned", 5.0)
-    options.receipts("takes the receipt of the upload")
+    options.receipts("folder for the receipt of the upload")
 
 
 @verb(
-    "take what was identified and accepted into the vehicle file, as known before the next dive",
+    "write accepted results into the vehicle file, as known before the next dive",
     "seatrial prior hovering.json --vehicle our.yaml",
 )
 def _prior(options: Options) -> None:
@@ -509,16 +507,16 @@ def _prior(options: Options) -> None:
     options.positive(
         "--widen",
         "PERCENT",
-        "by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
+        "extra uncertainty since then (default: 3 for masses, 10 for dampings)",
     )
-    options.despite_doubts("take an identification that did not converge, and values that are doubted")
+    options.despite_doubts("accept an identification that did not converge, and doubted values")
     options.json("the priors")
 
 
 @verb("show, compare, upload and roll back the parameters of a vehicle", _PARAMS_UPLOAD)
 def _params(options: Options) -> None:
     sent = "a .param, .parm or .params file, or the JSON of identify"
-    before = "the -before.param that an upload kept (default: that of the last upload that stands)"
+    before = "the -before.param of an upload (default: that of the last upload in force)"
     for name, parser in actions_of(options.parser, _PARAMS):
         action = Options(parser)
         if name == "show":
@@ -529,27 +527,27 @@ def _params(options: Options) -> None:
         else:
             action.value("file", "FILE", sent)
             action.vehicle_file("the vehicle file; needed where FILE is JSON")
-            action.value("--only", "NAME", "these parameters alone", nargs="+")
+            action.value("--only", "NAME", "only these parameters", nargs="+")
         if name != "show":
-            action.switch("--any-vehicle", "take what is of another vehicle all the same")
+            action.switch("--any-vehicle", "accept a file of another vehicle")
         if name == "upload":
             action.despite_doubts()
             action.value(
                 "--accept-implausible",
                 "NAME",
-                "write these although they are implausible, half of a model, or raise the feed-forward",
+                "write these although they are implausible, incomplete, or switch the feed-forward on",
                 dest="accepts",
                 nargs="+",
                 default=[],
             )
         if name in ("upload", "rollback"):
             action.yes()
-            action.switch("--dry-run", "show what it would change; sends no write")
+            action.switch("--dry-run", "show the changes; sends no write")
             action.switch("--armed", "write to an armed vehicle too, while its feed-forward is off")
-        action.receipts("where values before, receipts and what was accepted lie")
+        action.receipts("folder of receipts, values before, and accepted values")
         action.link()
         action.system()
-        action.seconds("wait so long for it", 5.0)
+        action.seconds("time to wait for the vehicle", 5.0)
         action.json()
 
 
@@ -561,10 +559,10 @@ def _ff(options: Options) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
     options.value("mode", "MODE", modes, choices=BY_WORD)
     options.link()
-    options.system("its MAVLink system, where several beat (default of off: each of them)")
+    options.system("its MAVLink system, if several vehicles are heard (default of off: each of them)")
     options.yes()
-    options.seconds("try so long (default: 15; of off: until it is done)")
-    options.json("what came of it")
+    options.seconds("how long to try (default: 15; of off: until it is done)")
+    options.json("the outcome")
 
 
 @verb(
@@ -585,16 +583,16 @@ def _export(options: Options) -> None:
         required=True,
     )
     options.vehicle_file(
-        "the vehicle file, where MODEL is JSON or .param; of a dive, to add its model's velocities"
+        "the vehicle file, if MODEL is JSON or .param; of a dive, to add its model's velocities"
     )
     options.columns()
-    options.value("--out", "FILE", "the file (where not given, standard output; mcap needs one)", type=Target)
+    options.value("--out", "FILE", "the file (default: standard output; mcap needs a file)", type=Target)
     options.despite_doubts()
-    options.json("what did not fit in")
+    options.json("the parts that did not fit")
 
 
 @verb(
-    "say where model and recording differ, what causes it, and how far that shrinks the difference",
+    "say where model and recording differ, from which causes, and how far those close the gap",
     "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html",
 )
 def _diagnose(options: Options) -> None:
@@ -606,20 +604,22 @@ def _diagnose(options: Options) -> None:
         nargs="+",
     )
     options.vehicle_of_dive()
-    options.value("--check", "DIVE", "another dive of that vehicle, to measure on it how far the gap shrinks")
+    options.value(
+        "--check", "DIVE", "another dive of that vehicle, on which to measure how far the gap shrinks"
+    )
     options.value(
         "--against",
         "SIM",
-        "a simulator's recording of that vehicle, driven with the same commands or nearly: say what "
-        "it must gain",
+        "a simulator's recording of that vehicle, driven with nearly the same commands: say what the "
+        "simulator lacks",
     )
     options.columns()
     options.json("the answer")
-    options.report("write a page with what was found")
+    options.report("write a page with the findings")
     options.value(
         "--predict",
         "CSV",
-        "write the velocities of the check dive: measured, and foretold without and with the causes",
+        "write the velocities of the check dive: measured, and predicted without and with the causes",
         type=Target,
     )
     options.accepted()
@@ -632,7 +632,7 @@ def _diagnose(options: Options) -> None:
     options.value(
         "--without",
         "EFFECT",
-        "leave this effect out of those that are tried; may be given several times",
+        "do not try this effect; may be given several times",
         action="append",
     )
 
@@ -642,16 +642,16 @@ def _diagnose(options: Options) -> None:
     "seatrial validate dives/pid dives/both --vehicle ruvifist",
 )
 def _validate(options: Options) -> None:
-    options.value("dives", "DIVE", "a dive folder or a recording; one a mode", nargs="+")
-    options.vehicle_file("the vehicle file: where its DVL sits", required=True)
+    options.value("dives", "DIVE", "a dive folder or a recording, one for each mode", nargs="+")
+    options.vehicle_file("the vehicle file, with the position of its DVL", required=True)
     options.columns()
     options.value(
         "--foretold",
         "PARAM",
-        "what diagnose --accept wrote: hold the dives after it against what it foretold "
-        "(default: what was uploaded last, by the receipts)",
+        "the .param of diagnose --accept: compare the dives after it with its prediction "
+        "(default: the last upload, by the receipts)",
     )
-    options.receipts("where what was uploaded lies")
+    options.receipts("folder of the receipts")
     options.json("the errors")
     options.report("write a page with the errors and the curves")
 
@@ -662,30 +662,32 @@ def _validate(options: Options) -> None:
 )
 def _replay(options: Options) -> None:
     options.value("dive", "DIVE", "a dive folder, a .tlog or a .tlog.gz")
-    options.value("--link", "SPEC", "where to send it", required=True)
+    options.value("--link", "SPEC", "the link to send it to", required=True)
     options.sign_key()
     options.value("--speed", "N", "times real time", type=float, default=1.0)
-    options.value("--from", "S", "seconds into it", type=float, default=0.0, dest="start_s")
+    options.value("--from", "S", "start this many seconds into it", type=float, default=0.0, dest="start_s")
 
 
 @verb(
-    "make dives with hidden effects and locked answers, and score those who named them",
+    "make dives with hidden effects and locked answers, and score the answers given",
     "seatrial challenge seal --cases 20 --seed 7 --out hidden",
 )
 def _challenge(options: Options) -> None:
     actions = options.parser.add_subparsers(dest="action", metavar="ACTION", required=True)
     seal = Options(actions.add_parser("seal", help="make dives with hidden effects and lock the answers"))
     seal.value("--cases", "N", "how many", type=size, default=20)
-    seal.value("--seed", "S", "keep it from who is judged", type=seed, required=True)
+    seal.value("--seed", "S", "keep it secret from those who are judged", type=seed, required=True)
     seal.value("--out", "FOLDER", "a new folder for cases, answers and hash", type=NewFolder, required=True)
     seal.value(
-        "--without", "EFFECT", "also hide this effect, as one that the library lacks: diagnose --without it"
+        "--without",
+        "EFFECT",
+        "also hide this effect, as one that the library lacks; then diagnose with --without",
     )
-    score = Options(actions.add_parser("score", help="open the answers and judge those that were given"))
-    score.value("folder", "FOLDER", "what seal made")
+    score = Options(actions.add_parser("score", help="open the answers and judge those given"))
+    score.value("folder", "FOLDER", "the folder of seal")
     score.value("--answers", "FOLDER", "with case_001.json and so on", required=True)
-    score.value("--hash", "SHA256", "what was published of the locked answers before they were given")
-    score.value("--key", "FILE", "what opens the answers (FOLDER.key)")
+    score.value("--hash", "SHA256", "the hash that seal printed, published before the answers were given")
+    score.value("--key", "FILE", "the key to the answers (FOLDER.key)")
     for action in (seal, score):
         action.json()
 
@@ -696,7 +698,7 @@ def _challenge(options: Options) -> None:
 )
 def _reproduce(options: Options) -> None:
     options.seed()
-    options.out("takes a folder for this run", "reproduction")
+    options.out("folder in which this run makes one", "reproduction")
     options.network("its own, for hours")
     options.figures()
     options.json()
@@ -719,12 +721,12 @@ def _keys(options: Options) -> None:
     f"seatrial doctor --vehicle ruvifist:hovering {_LINK}",
 )
 def _doctor(options: Options) -> None:
-    options.vehicle("what the vehicle should have aboard")
+    options.vehicle("the vehicle file, which names its devices")
     options.link(
-        "the link to the vehicle; without it, that of the recording that runs, else the ports of its devices"
+        "the link to the vehicle; without it, that of the running recording, else the ports of its devices"
     )
-    options.out("where recordings go", "dives")
+    options.out("folder for recordings", "dives")
     options.switch("--wet", "in the water: arm, push with each thruster once, disarm; about a minute")
     options.value("--confirm", "NAME", "the vehicle's name, so that --wet does not ask for it")
-    options.seconds("listen so long", 6.0)
+    options.seconds("how long to listen", 6.0)
     options.json("the findings")

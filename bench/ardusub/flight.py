@@ -14,6 +14,7 @@ from bench.ardusub.firmware import SETTINGS, BodyClock, Firmware, Script, wait_u
 from bridge.ardusub.companion import Companion, companion_file
 from bridge.ardusub.law import ALT_HOLD
 from bridge.ardusub.mixing import Mixer
+from bridge.arrays import Array
 from bridge.links.link import Link
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
@@ -27,7 +28,7 @@ from bridge.vehicle.coefficients import DAMPINGS, QUADRATICS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.parameters import vehicle_table
 from bridge.vehicle.references import Reference
-from bridge.vehicle.thrusters import Array, thrust_curve
+from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 
 VEHICLE: Final = "bluerov2"

@@ -8,7 +8,8 @@ from bench.reproduce.dives import SWAY_M_S
 from bench.reproduce.measures import Demand, Term, demand, steady_speed, turned
 from bench.reproduce.published import Published
 from bench.reproduce.run import Reproduction
-from bridge.vehicle.config import Vector3, VehicleFile
+from bridge.arrays import Vector3
+from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.report.page import Section, Table
 from identify.validate import AxisErrors, tracking_errors

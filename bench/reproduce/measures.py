@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.align import AlignedDive
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.validate import phases
 
 HEADING_COLUMN = 12

@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from torch import Tensor, nn
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.dynamics import coriolis, restoring
 from identify.align import AlignedDive, aligned
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.estimators.refusals import refuse_unpushed
 from identify.identification import Estimate, Identification, Outcome, added_mass
 from identify.identification import estimate as one_estimate

@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import ipaddress
+import os
 import socket
 import struct
 from collections.abc import Iterable
@@ -123,3 +124,40 @@ def of_served(hub: str) -> str:
     """Sentence about the socket on which a recording serves the link `hub` to others. Raises LinkSpecError."""
     _, host, port = parse_link(hub)
     return listening("TCP", host, port, "what is recorded, for params, doctor, ff and others")
+
+
+NAMED_LOOPBACK: Final = {"localhost": "127.0.0.1"}
+LISTENING: Final = ("udpin", "tcpin")
+
+
+def among(spec: str, others: Iterable[str]) -> bool:
+    """Whether `others` contains the link named by `spec`, under any spelling."""
+    return any(same_link(spec, candidate) for candidate in others)
+
+
+def same_link(spec: str, other: str) -> bool:
+    """Whether two names mean the same port of this computer, or the same peer.
+
+    A listening port 0 equals no other: the system still has to choose it.
+    """
+    first, second = _place(spec), _place(other)
+    if first is None or second is None:
+        return False
+    kind, host, port = first
+    if kind in LISTENING and (kind, port) == (second[0], second[2]):
+        return port != 0 and (host == second[1] or EVERY_ADDRESS[0] in (host, second[1]))
+    return first == second
+
+
+def _place(spec: str) -> tuple[str, str, int] | None:
+    """Kind, host and port that a name means; None if it is no link.
+
+    A serial port is the same at any baud rate and by any of its names.
+    """
+    try:
+        kind, place, number = parse_link(spec)
+    except LinkSpecError:
+        return None
+    if kind == "serial":
+        return kind, os.path.realpath(place), 0
+    return kind, NAMED_LOOPBACK.get(place, place), number

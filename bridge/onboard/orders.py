@@ -1,16 +1,14 @@
 """Orders and questions of the ground, other than on parameters: arming, motor tests, TIMESYNC, file transfers.
 
-Orders are taken from one address only, and no faster than a `RateLimit` allows; any other request is refused.
+Orders are taken from one address only; any other request is refused.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire.ftp import PAYLOAD_BYTES, Fault, decode, refused
 
 STATION_SYSTEM = 255
@@ -31,35 +29,8 @@ class Ground:
         return f"system {self.system}" + ("" if self.component is None else f", component {self.component}")
 
 
-REPORT_EVERY_S: Final = 10.0
-
-
-class RateLimit:
-    """Allows `burst` actions at once, and `rate_hz` a second in the long run."""
-
-    def __init__(self, rate_hz: float, burst: int, now_s: float) -> None:
-        self._rate_hz, self._burst = rate_hz, burst
-        self._left, self._asked_s, self._report_s = float(burst), now_s, now_s
-
-    def allows(self, now_s: float) -> bool:
-        """Whether one more action is allowed now; an allowed action is counted."""
-        earned = (now_s - self._asked_s) * self._rate_hz
-        self._left, self._asked_s = min(float(self._burst), self._left + earned), now_s
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True
-
-    def to_be_reported(self, now_s: float) -> bool:
-        """Whether to report now that the limit was exceeded: at most once every `REPORT_EVERY_S`."""
-        if now_s < self._report_s:
-            return False
-        self._report_s = now_s + REPORT_EVERY_S
-        return True
-
-
-Arm = Callable[[bool], bool]
-Test = Callable[[Any], int]
+ArmHandler = Callable[[bool], bool]
+MotorTestHandler = Callable[[Any], int]
 
 
 def answer_timesync(message: Any, boot_s: float) -> list[Any]:
@@ -69,33 +40,33 @@ def answer_timesync(message: Any, boot_s: float) -> list[Any]:
     return [dialect.MAVLink_timesync_message(round(boot_s * 1e9), message.ts1)]
 
 
-def answer_command(message: Any, arm: Arm, test: Test | None = None) -> list[Any]:
+def answer_command(message: Any, arm: ArmHandler, test: MotorTestHandler | None = None) -> list[Any]:
     """Return the COMMAND_ACK to a COMMAND_LONG that was addressed here.
 
     `arm` returns whether it did as asked, `test` returns the MAV_RESULT of a motor test; None if no program on board
     turns thrusters.
     """
     if message.command == dialect.MAV_CMD_DO_MOTOR_TEST and test is not None:
-        return acknowledged(message, test(message))
+        return acknowledge(message, test(message))
     if message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
-        return acknowledged(message, dialect.MAV_RESULT_UNSUPPORTED)
+        return acknowledge(message, dialect.MAV_RESULT_UNSUPPORTED)
     if message.param1 not in (0.0, 1.0) or not arm(message.param1 == 1.0):
         return deny_command(message)
-    return acknowledged(message, dialect.MAV_RESULT_ACCEPTED)
+    return acknowledge(message, dialect.MAV_RESULT_ACCEPTED)
 
 
 def deny_command(message: Any) -> list[Any]:
     """Return the COMMAND_ACK that denies a COMMAND_LONG, as to a sender that may not give orders here."""
-    return acknowledged(message, dialect.MAV_RESULT_DENIED)
+    return acknowledge(message, dialect.MAV_RESULT_DENIED)
 
 
-def acknowledged(message: Any, result: int, of: int = 0) -> list[Any]:
+def acknowledge(message: Any, result: int, of: int = 0) -> list[Any]:
     """Return the COMMAND_ACK of a COMMAND_LONG; `of` goes into result_param2."""
     sender = message.get_srcSystem(), message.get_srcComponent()
     return [dialect.MAVLink_command_ack_message(message.command, result, 0, of, *sender)]
 
 
-def answer_file_transfer(message: Any) -> list[Any]:
+def refuse_file_transfer(message: Any) -> list[Any]:
     """Refuse a file transfer at once.
 
     A ground station that asks for parameters as a file then requests them one by one.
@@ -104,50 +75,3 @@ def answer_file_transfer(message: Any) -> list[Any]:
     sender = message.get_srcSystem(), message.get_srcComponent()
     payload = answer.ljust(PAYLOAD_BYTES, b"\0")
     return [dialect.MAVLink_file_transfer_protocol_message(0, *sender, list(payload))]
-
-
-def status_texts(text: str, severity: int, number: int) -> list[Any]:
-    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text."""
-    data = text.encode("ascii", errors="replace")
-    pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
-    together = number if len(pieces) > 1 else 0
-    return [
-        dialect.MAVLink_statustext_message(severity, piece, together, i) for i, piece in enumerate(pieces)
-    ]
-
-
-LOWEST_US: Final = 1100.0
-HIGHEST_US: Final = 1900.0
-LONGEST_S: Final = 3.0
-
-
-class MotorTests:
-    """The running motor test. It ends by itself, so that a lost link leaves no thruster turning."""
-
-    def __init__(self, thrusters: int) -> None:
-        self._thrusters = thrusters
-        self._running: tuple[int, float, float] | None = None
-
-    def ask(self, message: Any, armed: bool, now_s: float) -> int:
-        """Start, replace or (at neutral) end a test as COMMAND_LONG asks; return the MAV_RESULT."""
-        thruster, kind, pwm_us, for_s = message.param1, message.param2, message.param3, message.param4
-        numbers = (thruster, pwm_us, for_s)
-        if kind != dialect.MOTOR_TEST_THROTTLE_PWM or not all(map(math.isfinite, numbers)):
-            return int(dialect.MAV_RESULT_DENIED)
-        if thruster not in range(1, self._thrusters + 1) or not 0.0 <= for_s <= LONGEST_S:
-            return int(dialect.MAV_RESULT_DENIED)
-        if not LOWEST_US <= pwm_us <= HIGHEST_US:
-            return int(dialect.MAV_RESULT_DENIED)
-        if not armed:
-            return int(dialect.MAV_RESULT_TEMPORARILY_REJECTED)
-        self._running = int(thruster) - 1, pwm_us, now_s + for_s
-        return int(dialect.MAV_RESULT_ACCEPTED)
-
-    def pwm_us(self, armed: bool, now_s: float) -> tuple[float, ...]:
-        """Pulse widths (us) of all thrusters now: neutral except for the thruster under test."""
-        widths = [NEUTRAL_US] * self._thrusters
-        if not armed or (self._running is not None and now_s >= self._running[2]):
-            self._running = None
-        if self._running is not None:
-            widths[self._running[0]] = self._running[1]
-        return tuple(widths)

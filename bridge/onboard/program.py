@@ -108,7 +108,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     secured.add_argument(parser)
     parser.add_argument(
-        "--seconds", type=command_line.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+        "--seconds", type=command_line.seconds, metavar="N", help="stop after this time (default: at Ctrl-C)"
     )
 
 

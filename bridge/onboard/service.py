@@ -19,18 +19,17 @@ from bridge.links.link import Link
 from bridge.onboard import telemetry
 from bridge.onboard.device_faults import SensorWatch
 from bridge.onboard.flights import HEARD, Flights
+from bridge.onboard.motor_test import MotorTests
 from bridge.onboard.orders import (
     Ground,
-    MotorTests,
-    RateLimit,
-    acknowledged,
+    acknowledge,
     answer_command,
-    answer_file_transfer,
     answer_timesync,
     deny_command,
-    status_texts,
+    refuse_file_transfer,
 )
 from bridge.onboard.parameters import ParameterServer
+from bridge.onboard.rate_limit import RateLimit
 from bridge.onboard.sides import Sides
 from bridge.onboard.telemetry import FogMean, ImuMean, ThrustFeedback
 from bridge.sensors.drivers import make_parser
@@ -53,7 +52,7 @@ from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Frame, decode
 from bridge.wire.readings import Reading, encode
-from bridge.wire.status_codes import Topic, coded
+from bridge.wire.status_codes import Topic, coded, status_texts
 
 if TYPE_CHECKING:
     from bridge.ardusub.companion import Companion
@@ -403,14 +402,14 @@ class Bridge:
             flight = self.flights.order(
                 message, self.navigation, armed=self.armed, now_s=now_s, obstacle=obstacle
             )
-            return acknowledged(message, *flight)
+            return acknowledge(message, *flight)
         if kind == "COMMAND_LONG":
             tests = self.motor_tests
             now_s = self._clock.boot_s()
             test = None if tests is None else partial(tests.ask, armed=self.armed, now_s=now_s)
             return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
-            return answer_file_transfer(message) if mine else []
+            return refuse_file_transfer(message) if mine else []
         return self._parameters.handle(message, self.armed)
 
     def _may_write(self, message: Any) -> bool:

@@ -16,9 +16,10 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.sensors.samples import DvlSample, FogBlock, ImuSample, Quaternion, Sample, Vector3
+from bridge.arrays import Quaternion, Vector3
+from bridge.attitude import product, quaternion_of, rotation_matrix
+from bridge.sensors.samples import DvlSample, FogBlock, ImuSample, Sample
 from bridge.vehicle.config import Mounting
 
 Matrix = tuple[Vector3, Vector3, Vector3]
@@ -53,16 +54,6 @@ def to_body(sample: Sample, mounting: Mounting) -> Sample:
     return sample
 
 
-def rotation_matrix(rotation_deg: Vector3) -> NDArray[np.float64]:
-    """Rz(yaw) Ry(pitch) Rx(roll) (3, 3) from roll, pitch, yaw in degrees; quarter turns are exact."""
-    (cr, sr), (cp, sp), (cy, sy) = (_cos_sin(angle) for angle in rotation_deg)
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    rotation: NDArray[np.float64] = about_z @ about_y @ about_x
-    return rotation
-
-
 @lru_cache(maxsize=64)
 def mounting_matrix(mounting: Mounting) -> Matrix:
     """The matrix M of the module's docstring, as rows."""
@@ -79,32 +70,6 @@ def _body_to_device(mounting: Mounting) -> Quaternion | None:
     return quaternion_of(matrix.T)
 
 
-def quaternion_of(matrix: NDArray[np.float64]) -> Quaternion:
-    """The unit quaternion (w x y z, w >= 0) of a rotation matrix (3, 3).
-
-    The products of its components form a symmetric matrix whose largest column has no small divisor (Shepperd, 1978).
-    """
-    m = matrix
-    products = 0.25 * np.array(
-        [
-            [1 + m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], 1 + m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
-            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], 1 - m[0, 0] + m[1, 1] - m[2, 2], m[1, 2] + m[2, 1]],
-            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 1 - m[0, 0] - m[1, 1] + m[2, 2]],
-        ]
-    )
-    column = products[int(np.argmax(np.diag(products)))]
-    w, x, y, z = (float(c) for c in column / np.linalg.norm(column))
-    return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
-
-
-def _cos_sin(angle_deg: float) -> tuple[float, float]:
-    quarters, remainder = divmod(angle_deg, 90.0)
-    if remainder == 0.0:
-        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarters) % 4]
-    return math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
-
-
 def _turned(matrix: Matrix, vector: Vector3) -> Vector3:
     x, y, z = vector
     (a, b, c), (d, e, f), (g, h, i) = matrix
@@ -112,17 +77,6 @@ def _turned(matrix: Matrix, vector: Vector3) -> Vector3:
 
 
 def _attitude(device_to_enu: Quaternion, body_to_device: Quaternion) -> Quaternion:
-    w, x, y, z = _product(_product(_ENU_TO_NED, device_to_enu), body_to_device)
+    w, x, y, z = product(product(_ENU_TO_NED, device_to_enu), body_to_device)
     norm = math.copysign(math.sqrt(w * w + x * x + y * y + z * z), w)
     return w / norm, x / norm, y / norm, z / norm
-
-
-def _product(a: Quaternion, b: Quaternion) -> Quaternion:
-    aw, ax, ay, az = a
-    bw, bx, by, bz = b
-    return (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )

@@ -10,10 +10,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Vector3 = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
-NAN3: Vector3 = (float("nan"), float("nan"), float("nan"))
+from bridge.arrays import NAN3 as NAN3
+from bridge.arrays import Array, Vector3
+from bridge.arrays import Quaternion as Quaternion
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +30,8 @@ class ImuSample:
 class FogBlock:
     """A series of rates about the gyro's own axis: `time_s` (n,) s, `rate` (n,) rad/s, `valid` (n,) bool."""
 
-    time_s: NDArray[np.float64]
-    rate: NDArray[np.float64]
+    time_s: Array
+    rate: Array
     valid: NDArray[np.bool_]
 
 

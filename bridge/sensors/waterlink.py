@@ -19,7 +19,8 @@ from typing import Any
 
 from fastcrc import crc8
 
-from bridge.sensors.samples import NAN3, DvlSample, Sample, Vector3
+from bridge.arrays import NAN3, Vector3
+from bridge.sensors.samples import DvlSample, Sample
 
 _LONGEST_REPORT = 16384
 _LONGEST_SENTENCE = 1024

@@ -19,7 +19,8 @@ import math
 import struct
 from datetime import datetime
 
-from bridge.sensors.samples import DvlSample, Sample, Vector3
+from bridge.arrays import Vector3
+from bridge.sensors.samples import DvlSample, Sample
 from bridge.sensors.streams import Frames, starting
 
 EXIT_COMMAND_MODE = 0x00000010  # starts pinging

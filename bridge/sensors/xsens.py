@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
 
-from bridge.sensors.samples import ImuSample, Quaternion, Sample, Vector3
+from bridge.arrays import Quaternion, Vector3
+from bridge.sensors.samples import ImuSample, Sample
 from bridge.sensors.streams import ClockFit, Frames, starting
 
 TEMPERATURE = 0x0810

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
-from bridge.files import read_small, whole
+from bridge.files import read_small, write_whole
 from bridge.links.link import Link, Wrapper
 from bridge.plain import from_json
 from bridge.signing.key import SigningKey, is_of, is_signed, link_and_time, signed, unsigned
@@ -89,8 +89,7 @@ class Times:
         # Without them, a frame of the last minute could be replayed after a restart, which must stop no dive.
         with suppress(OSError):
             self._file.parent.mkdir(parents=True, exist_ok=True)
-            with whole(self._file) as file:
-                file.write(json.dumps({"sent": self._reserved, "heard": heard}).encode())
+            write_whole(self._file, json.dumps({"sent": self._reserved, "heard": heard}))
 
 
 def _kept(file: Path) -> tuple[int, dict[Stream, int]]:

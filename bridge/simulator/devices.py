@@ -11,16 +11,17 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import NAN3, Array, Vector3
+from bridge.attitude import quaternion_of
 from bridge.clock import SimulatedClock
 from bridge.sensors.bar30 import Bar30, FakeBar30
 from bridge.sensors.drivers import speaks_tcp
 from bridge.sensors.esc import encode_esc
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.kvh1760 import encode_kvh1760
-from bridge.sensors.mounting import mounting_matrix, quaternion_of
-from bridge.sensors.samples import NAN3, Arrival, GnssSample, Vector3
+from bridge.sensors.mounting import mounting_matrix
+from bridge.sensors.samples import Arrival, GnssSample
 from bridge.sensors.ublox import FIX_3D, NO_FIX, encode_nav_pvt
 from bridge.sensors.waterlink import encode_waterlink_json, encode_waterlink_serial
 from bridge.sensors.wayfinder import encode_wayfinder
@@ -30,7 +31,6 @@ from bridge.simulator.truth import NoiseLevels
 from bridge.vehicle.config import Device, ThrustCurve, Water
 from bridge.vehicle.thrusters import shaft_speed
 
-Array = NDArray[np.float64]
 BOTTOM_M = 8.0
 GYRO_HZ = 1000.0
 BEAM_COSINE = math.cos(math.radians(30))
@@ -246,8 +246,7 @@ class SimulatedBar30(SimulatedDevice):
         water, motion = self._world.water, self._motion(stretch)
         measured = []
         for time_s, depth_m in zip(motion.time_s.tolist(), motion.depth_of(self._arm).tolist(), strict=True):
-            pressure = 100 * water.surface_pressure_hpa
-            pressure += water.density_kg_m3 * water.gravity_m_s2 * max(depth_m, 0.0)
+            pressure = water.pressure_pa(max(depth_m, 0.0))
             self._bus.pressure_pa = pressure + self._noise.pressure_pa * self._rng.standard_normal()
             sample = self._driver.measure(SimulatedClock(time_s))
             if sample is not None:

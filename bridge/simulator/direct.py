@@ -6,19 +6,19 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
+from bridge.attitude import heading_of, unwrapped
 from bridge.simulator.plant import Plant, Stretch
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import GAINS
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.navigation import Navigation, unwrapped, yaw_of
+from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
-Array = NDArray[np.float64]
 TICK_S = 1 / RATE_HZ
 
 
@@ -150,6 +150,6 @@ def _sense(
         attitude_time_s=now_s,
         depth_time_s=now_s,
         attitude=(w, x, y, z),
-        heading_rad=unwrapped(yaw_of((w, x, y, z)), before.heading_rad) + noise.heading_rad * draw[6],
+        heading_rad=unwrapped(heading_of((w, x, y, z)), before.heading_rad) + noise.heading_rad * draw[6],
         depth_m=float(state[2]) + noise.depth_m * draw[7],
     )

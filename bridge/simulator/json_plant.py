@@ -17,9 +17,11 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.arrays import Array
+from bridge.attitude import angles_of, body_to_earth
 from bridge.errors import LinkError
 from bridge.links.addresses import LOOPBACK, no_listener
-from bridge.simulator.plant import Array, Motion, Plant
+from bridge.simulator.plant import Motion, Plant
 from bridge.simulator.truth import Truth
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
@@ -86,7 +88,7 @@ class JsonBody:
             stretch.time_s[-1:], state[None, :3], state[None, 3:7], state[None, 7:10], state[None, 10:],
             nu_dot[None, :3], nu_dot[None, 3:],
         )  # fmt: skip
-        rotation = _to_earth(state[3:7])
+        rotation = body_to_earth(state[3:7])
         text = json.dumps(
             {
                 "timestamp": round(self._plant.time_s - self._begun_s, 6),
@@ -95,7 +97,7 @@ class JsonBody:
                     "accel_body": motion.specific_force_at(_ORIGIN, GRAVITY_M_S2)[0].tolist(),
                 },
                 "position": state[:3].tolist(),
-                "attitude": _euler(rotation),
+                "attitude": angles_of(rotation),
                 "velocity": (rotation @ state[7:10]).tolist(),
             },
             separators=(",", ":"),
@@ -161,20 +163,3 @@ def _newest(here: socket.socket) -> tuple[bytes, Any]:
     while select.select([here], [], [], 0.0)[0]:
         newest = here.recvfrom(1024)
     return newest
-
-
-def _to_earth(attitude: Array) -> Array:
-    w, x, y, z = attitude
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def _euler(rotation: Array) -> list[float]:
-    """Roll, pitch, yaw in radians."""
-    pitch = math.asin(min(max(-rotation[2, 0], -1.0), 1.0))
-    return [math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])]

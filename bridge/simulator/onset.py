@@ -5,12 +5,11 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
+from bridge.attitude import body_to_earth
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.dynamics import coriolis
-
-Array = NDArray[np.float64]
 
 NORTH, EAST, TETHER = "current_n", "current_e", "tether"
 HEIGHT, PERIOD = "wave_height", "wave_period"
@@ -56,7 +55,7 @@ class Sea:
         1977, section 4.13). The line pulls at the origin, level, in proportion to the distance from where it was
         caught.
         """
-        to_body = _to_body(state)
+        to_body = body_to_earth(state[3:7]).T
         out = np.zeros(6)
         if self._moves:
             velocity, acceleration = self.water(state, time_s)
@@ -76,15 +75,3 @@ class Sea:
 
     def _drag(self, nu: Array) -> Array:
         return np.asarray((self._damping + self._quadratic * np.abs(nu)) * nu)
-
-
-def _to_body(state: Array) -> Array:
-    """Matrix (3, 3) from north-east-down to body axes."""
-    w, x, y, z = state[3:7]
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
-            [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
-            [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )

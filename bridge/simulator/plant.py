@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
+from bridge.attitude import body_to_earth, down_in_body
 from bridge.errors import ConfigError
 from bridge.simulator.onset import Sea
 from bridge.simulator.truth import DELAY, Truth
@@ -19,7 +20,6 @@ from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
 
-Array = NDArray[np.float64]
 RATE_HZ = 200.0
 HULL_HEIGHT_M = 0.3
 
@@ -301,11 +301,8 @@ class Motion:
 
     def earth_velocity(self) -> Array:
         """Velocity of the origin, north and east, shape (k, 2)."""
-        w, x, y, z = self.attitude.T
-        u, v, down = self.velocity.T
-        north = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * down
-        east = 2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * down
-        return np.stack([north, east], axis=1)
+        velocity: Array = (body_to_earth(self.attitude) @ self.velocity[:, :, None])[:, :2, 0]
+        return velocity
 
     def velocity_at(self, arm_m: Array) -> Array:
         """Body velocity of the point at `arm_m`, shape (k, 3)."""
@@ -322,8 +319,7 @@ class Motion:
 
     def _down(self) -> Array:
         """The downward vertical in body axes, shape (k, 3)."""
-        w, x, y, z = self.attitude.T
-        return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+        return np.stack(down_in_body(self.attitude.T), axis=1)
 
 
 def motion_at(stretch: Stretch, time_s: Array) -> Motion:

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import (
     ASTERN,
     LEAST,
@@ -24,8 +24,6 @@ from bridge.vehicle.coefficients import (
     gain_name,
 )
 from bridge.vehicle.config import Configuration
-
-Array = NDArray[np.float64]
 
 NOMINAL_V = 16.0
 AHEAD_A_N15, ASTERN_A_N15 = 0.062, 0.095

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.accepted_effects import Supply, known_effects
 from bridge.vehicle.coefficients import DOFS
@@ -17,7 +18,7 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.references import ZERO6, Push, Reference, Six, Trail
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
-from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Array, Pulses, thrust_curve
+from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Pulses, thrust_curve
 
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # long enough for a DVL to regain bottom lock

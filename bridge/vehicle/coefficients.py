@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bridge.vehicle.config import Configuration
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+SURGE, SWAY, HEAVE, ROLL, PITCH, YAW = range(6)
 
 Kind = Literal["mass", "damping", "quadratic"]
 
@@ -26,13 +27,21 @@ def fault_of(name: str, value: float, low: float, high: float) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Coefficient:
+class _Named:
+    name: str
+
+    def parameter_id(self, configuration: int) -> str:
+        """The MAVLink parameter id for a configuration index: `FF0_M_U`."""
+        return f"FF{configuration}_{self.name.upper()}"
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficient(_Named):
     """A coefficient of the nominal model M nu_dot + C(nu) nu + D nu + D2 |nu| nu + g(eta) = tau.
 
     `dof` indexes `DOFS`; `low` and `high` bound the values that may be fitted or sent to a vehicle.
     """
 
-    name: str
     symbol: str
     unit: str
     kind: Kind
@@ -40,10 +49,6 @@ class Coefficient:
     low: float
     high: float
     sentence: str
-
-    def parameter_id(self, configuration: int) -> str:
-        """The MAVLink parameter id for a configuration index: `FF0_M_U`."""
-        return f"FF{configuration}_{self.name.upper()}"
 
 
 def _mass(name: str, dof: int) -> Coefficient:
@@ -104,19 +109,14 @@ STALL_M_S, STALL_RAD_S, STALL_ARM_M = 0.2, 0.1, 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class EffectCoefficient:
+class EffectCoefficient(_Named):
     """A coefficient of an accepted effect; `low` and `high` bound the usable values, 0 means absent."""
 
-    name: str
     unit: str
     group: Group
     low: float
     high: float
     sentence: str
-
-    def parameter_id(self, configuration: int) -> str:
-        """The MAVLink parameter id for a configuration index: `FF0_X_UU`."""
-        return f"FF{configuration}_{self.name.upper()}"
 
     def fault(self, value: float) -> str:
         """Why a value can't be used, "" if it can."""

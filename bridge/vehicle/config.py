@@ -5,13 +5,13 @@ import hashlib
 import math
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from bridge import schema
+from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 
-Vector3 = tuple[float, float, float]
 MARK_DIGITS = 16
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 GRAVITY_M_S2 = 9.80665
@@ -41,6 +41,19 @@ class Water:
 
     def __post_init__(self) -> None:
         _above_zero(density_kg_m3=self.density_kg_m3, gravity_m_s2=self.gravity_m_s2)
+
+    @property
+    def weight_n_m3(self) -> float:
+        """Pressure per depth, Pa/m."""
+        return self.density_kg_m3 * self.gravity_m_s2
+
+    def depth_m(self, pressure_pa: Any) -> Any:
+        """Depth at an absolute pressure; of floats or arrays."""
+        return (pressure_pa - 100.0 * self.surface_pressure_hpa) / self.weight_n_m3
+
+    def pressure_pa(self, depth_m: Any) -> Any:
+        """Absolute pressure at a depth; of floats or arrays."""
+        return 100.0 * self.surface_pressure_hpa + self.weight_n_m3 * depth_m
 
 
 @dataclass(frozen=True)
@@ -278,6 +291,16 @@ class Vehicle:
         given = self.configurations[name].veh_cfg
         return list(self.configurations).index(name) if given is None else given
 
+    @property
+    def by_veh_cfg(self) -> dict[int, str]:
+        """Names of the configurations by their VEH_CFG values."""
+        return {self.veh_cfg(name): name for name in self.configurations}
+
+    @property
+    def listed(self) -> str:
+        """The configurations in words: `0 survey, 1 hovering`."""
+        return ", ".join(f"{number} {name}" for number, name in self.by_veh_cfg.items())
+
     def configuration_named(self, name: str) -> str:
         """Return `name`, checked. Raises ConfigError if the vehicle has no such configuration."""
         if name not in self.configurations:
@@ -291,15 +314,13 @@ class Vehicle:
 
         None (a recording without VEH_CFG) means the vehicle's only configuration.
         """
-        for name in self.configurations:
-            if self.veh_cfg(name) == veh_cfg:
-                return name
+        if veh_cfg in self.by_veh_cfg:
+            return self.by_veh_cfg[veh_cfg]
         if veh_cfg is None and len(self.configurations) == 1:
             return next(iter(self.configurations))
-        known = ", ".join(f"{self.veh_cfg(n)} {n}" for n in self.configurations)
         said = "says no VEH_CFG" if veh_cfg is None else f"says VEH_CFG {veh_cfg}"
         raise ConfigError(
-            f"the recording {said}, vehicle '{self.name}' has {known}; name one: --vehicle FILE:CONFIGURATION"
+            f"the recording {said}, vehicle '{self.name}' has {self.listed}; name one: --vehicle FILE:CONFIGURATION"
         )
 
 

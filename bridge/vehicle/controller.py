@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bridge import schema
+from bridge.attitude import roll_pitch
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration
@@ -184,11 +185,3 @@ def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, 
         # A heading unwrapped differently elsewhere must not spin the vehicle.
         (shorter_turn(navigation.heading_rad, reference.heading_rad), nu[5] - r),
     )
-
-
-def roll_pitch(attitude: Sequence[float]) -> tuple[float, float]:
-    """Roll and pitch (rad) of an attitude w x y z."""
-    w, x, y, z = attitude
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    sine = 2 * (w * y - z * x)
-    return roll, math.asin(min(max(sine, -1.0), 1.0)) if math.isfinite(sine) else math.nan

@@ -9,6 +9,7 @@ FRD; nu = (u, v, w, p, q, r).
 from collections.abc import Sequence
 from typing import Any
 
+from bridge.attitude import down_in_body
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration
 
 Six = tuple[Any, Any, Any, Any, Any, Any]
@@ -30,12 +31,11 @@ def coriolis(mass: Sequence[Any], nu: Sequence[Any]) -> Six:
 
 def restoring(configuration: Configuration, attitude: Sequence[Any]) -> Six:
     """g(eta), N and N m, for attitude w x y z; weight is dry mass times standard gravity."""
-    w, x, y, z = attitude
     weight = configuration.dry_mass_kg * GRAVITY_M_S2
     net_up = configuration.net_buoyancy_n
     arm = configuration.centre_of_gravity_below_buoyancy_m * weight
-    down_x, down_y, down_z = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    zero = 0.0 * w
+    down_x, down_y, down_z = down_in_body(attitude)
+    zero = 0.0 * down_x
     return (net_up * down_x, net_up * down_y, net_up * down_z, arm * down_y, -arm * down_x, zero)
 
 

@@ -3,7 +3,9 @@
 import math
 from dataclasses import dataclass, replace
 
-from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion, Vector3
+from bridge.arrays import NAN3, Quaternion, Vector3
+from bridge.attitude import heading_of, unwrapped
+from bridge.sensors.samples import DvlSample, ImuSample, PressureSample
 from bridge.vehicle.config import Vehicle
 
 FOG_STALE_S = 0.5
@@ -90,7 +92,7 @@ class Navigator:
         self._rate, self._rate_time_s = sample.rate, sample.time_s
         if sample.attitude is not None:
             self._attitude, self._attitude_time_s = sample.attitude, sample.time_s
-            self._heading_rad = unwrapped(yaw_of(sample.attitude), self._heading_rad)
+            self._heading_rad = unwrapped(heading_of(sample.attitude), self._heading_rad)
 
     def take_yaw_rate(self, time_s: float, rate: float) -> None:
         """Take a mean yaw rate (rad/s) of the fibre-optic gyro."""
@@ -103,19 +105,15 @@ class Navigator:
         if not sample.locked:
             return
         self._velocity_time_s = sample.time_s
-        u, v, w = sample.velocity
-        x, y, z = self._dvl_arm
-        p, q, r = self._best_rate()
-        if (x or y or z) and p == p and q == q and r == r:
-            u, v, w = u - (q * z - r * y), v - (r * x - p * z), w - (p * y - q * x)
-        self._velocity = (u, v, w)
+        rate = self._best_rate()
+        known = any(self._dvl_arm) and not any(map(math.isnan, rate))
+        self._velocity = (
+            velocity_at_origin(sample.velocity, rate, self._dvl_arm) if known else sample.velocity
+        )
 
     def take_pressure(self, sample: PressureSample) -> None:
         """Compute the depth from an absolute pressure and the vehicle file's surface pressure and water density."""
-        water = self._water
-        above_pa = sample.pressure_pa - 100 * water.surface_pressure_hpa
-        self._depth_m = above_pa / (water.density_kg_m3 * water.gravity_m_s2)
-        self._depth_time_s = sample.time_s
+        self._depth_m, self._depth_time_s = self._water.depth_m(sample.pressure_pa), sample.time_s
 
     def _best_rate(self) -> Vector3:
         fresh = not self._rate_time_s > self._yaw_rate_time_s + FOG_STALE_S
@@ -124,14 +122,7 @@ class Navigator:
         return self._rate
 
 
-def yaw_of(attitude: Quaternion) -> float:
-    """Heading (rad, -pi to pi) of an attitude quaternion w x y z from body to north-east-down."""
-    w, x, y, z = attitude
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-
-
-def unwrapped(angle: float, near: float) -> float:
-    """Return `angle` plus the whole turns that bring it nearest to `near`; unchanged if either is NaN."""
-    if near != near or angle != angle:
-        return angle
-    return angle + math.tau * round((near - angle) / math.tau)
+def velocity_at_origin(velocity: Vector3, rate: Vector3, arm_m: Vector3) -> Vector3:
+    """Velocity of the body's origin from that of the point at `arm_m`, body axes."""
+    (u, v, w), (p, q, r), (x, y, z) = velocity, rate, arm_m
+    return u - (q * z - r * y), v - (r * x - p * z), w - (p * y - q * x)

@@ -97,11 +97,6 @@ class DoubleS:
         if self.duration_s <= 0 or not 0 < self.ramp <= 0.5:
             raise ValueError(f"a double-S takes a duration > 0 and a ramp in (0, 0.5], not {self}")
 
-    @property
-    def peak_rate(self) -> float:
-        """The largest derivative, with its sign."""
-        return (self.end - self.start) / (self.duration_s * (1 - self.ramp))
-
     def at(self, time_s: float) -> tuple[float, float, float]:
         """Value, derivative and integral since time 0, at `time_s` >= 0 after the start."""
         if time_s >= self.duration_s:

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bridge.arrays import Array as Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve
 
-Array = NDArray[np.float64]
 NEUTRAL_US = 1500.0
 
 WRONG_SHARE = 0.1

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 CRYSTAL: Final = 1e-4
 """Standard deviation of the drift between two crystals: the prior before any comparison."""

@@ -278,7 +278,7 @@ TABLE: Final = (
 
 _BY_NAME: Final = {row.name: row for row in TABLE}
 _BY_WIRE: Final = {(row.message.id, row.selects): row for row in TABLE}
-_IDS: Final = frozenset(row.message.id for row in TABLE)
+OF_THE_CONTRACT: Final = frozenset(row.message.id for row in TABLE)
 
 
 def encode(reading: Reading) -> tuple[int, bytes]:
@@ -299,7 +299,7 @@ def encode(reading: Reading) -> tuple[int, bytes]:
 def decode(frame: Frame) -> Reading | None:
     """Return the reading that a frame carries; None if the contract has no such signal."""
     number = frame.message_id
-    if number not in _IDS or not frame.known:
+    if number not in OF_THE_CONTRACT or not frame.known:
         return None
     message = dialect.mavlink_map[number]
     size = message.unpacker.size

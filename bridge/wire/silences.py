@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
+
 ROUND: Final = 256
 """Sequence numbers have 8 bits."""
 LEAST_S: Final = 5.0
@@ -25,7 +27,6 @@ AROUND: Final = 5
 MOST: Final = 1000
 """Only this many of the longest pauses are examined: a recording may claim any number of them."""
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 

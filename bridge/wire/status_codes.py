@@ -1,10 +1,13 @@
-"""Codes at the start of the texts (STATUSTEXT) that a program reads: "F5:13247 FF set 13247 active".
+"""Texts to the crew (STATUSTEXT), and codes at the start of those that a program reads: "F5:13247 FF set 13247 active".
 
 The words behind a code are for people, and may be worded anew at any time; the ground decides by the code alone.
 """
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 
 class Topic(Enum):
@@ -48,3 +51,13 @@ def decoded(text: str) -> CrewText:
     if code not in _TOPICS or not blank or bool(colon) != is_number:
         return CrewText(text)
     return CrewText(words, _TOPICS[code], int(digits) if is_number else None)
+
+
+def status_texts(text: str, severity: int, number: int) -> list[Any]:
+    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text."""
+    data = text.encode("ascii", errors="replace")
+    pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
+    together = number if len(pieces) > 1 else 0
+    return [
+        dialect.MAVLink_statustext_message(severity, piece, together, i) for i, piece in enumerate(pieces)
+    ]

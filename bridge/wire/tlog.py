@@ -45,7 +45,7 @@ MOST_BYTES: Final = 2 << 30
 needs several bytes of memory for each byte of the file, and a gzip file may decompress without end."""
 MOST_FOLDS: Final = 100  # recordings and tables compress about fourfold; no real file is this uniform
 FEW_BYTES: Final = 1 << 24
-_STAMP = struct.Struct(">Q")
+STAMP = struct.Struct(">Q")
 _END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
 
 DELETED_ONCE_CLOSED: Final = (".nfs", ".fuse_hidden")
@@ -54,7 +54,7 @@ DELETED_ONCE_CLOSED: Final = (".nfs", ".fuse_hidden")
 
 def record_of(unix_us: int, raw: bytes) -> bytes:
     """Return a record as every recording written here holds it: without signing keys and file contents."""
-    return _STAMP.pack(unix_us) + _as_kept(raw)
+    return STAMP.pack(unix_us) + _as_kept(raw)
 
 
 def _as_kept(raw: bytes) -> bytes:
@@ -281,7 +281,7 @@ def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, 
     if length > 0 and start + length <= end:
         frame = frame_at(data, start, length) or _unchecked(data, start, length, counts)
         if frame is not None:
-            stamp = _STAMP.unpack_from(data, position)[0]
+            stamp = STAMP.unpack_from(data, position)[0]
             return start + length, stamp if stamp < LATEST_US else None, frame
     match = _next_known(data, position, end)
     if match is None:
@@ -291,21 +291,21 @@ def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, 
     begin = start - STAMP_BYTES
     counts["checksum"] += 1
     counts["skipped"] += max(begin, position) - position
-    stamp = _STAMP.unpack_from(data, begin)[0] if begin >= position else LATEST_US
+    stamp = STAMP.unpack_from(data, begin)[0] if begin >= position else LATEST_US
     return start + len(frame.raw), stamp if stamp < LATEST_US else None, frame
 
 
 def _unchecked(data: bytes, start: int, length: int, counts: Counter[str]) -> Frame | None:
     """Return a frame with an unknown id if a valid stamp precedes it, a record or the end of the file follows, and no
     known frame hides in it."""
-    if has_known_id(data, start) or _STAMP.unpack_from(data, start - STAMP_BYTES)[0] >= LATEST_US:
+    if has_known_id(data, start) or STAMP.unpack_from(data, start - STAMP_BYTES)[0] >= LATEST_US:
         return None
     after = start + length
     if after < len(data):
         following = after + STAMP_BYTES
         if following >= len(data) or data[following] not in (MAGIC_1, MAGIC_2):
             return None
-        if _STAMP.unpack_from(data, after)[0] >= LATEST_US:
+        if STAMP.unpack_from(data, after)[0] >= LATEST_US:
             return None
     if _next_known(data, start + 1, after) is not None:
         return None

@@ -33,6 +33,7 @@ def _poly(x: float, *coefficients: float) -> float:
     return value
 
 
+TETHER: Final = "tether"
 MOST_KG: Final = 1000.0
 LONGEST_M: Final = 10000.0
 LIMITS: Final[Mapping[str, tuple[float, float]]] = {
@@ -77,6 +78,11 @@ class Conditions:
     def carried_kg(self) -> float:
         """Ballast and payload in addition to the vehicle file's dry mass."""
         return (self.ballast_kg or 0.0) + (self.payload_kg or 0.0)
+
+    @property
+    def impossible(self) -> tuple[str, ...]:
+        """Effects of the library that can't have acted on this dive."""
+        return (TETHER,) if self.tether_out_m == 0.0 else ()
 
     @property
     def words(self) -> str:

@@ -297,12 +297,11 @@ def check_configuration(observed: Observed, vehicle: Vehicle, chosen: str | None
     veh_cfg = reported_veh_cfg(observed)
     if veh_cfg is None:
         return None
-    known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}
+    known = vehicle.by_veh_cfg
     if veh_cfg not in known:
-        listed = ", ".join(f"{number} {name}" for number, name in known.items())
         return fail(
             "configuration",
-            f"the vehicle says VEH_CFG {veh_cfg}, '{vehicle.name}' has {listed}; give this vehicle's own file",
+            f"the vehicle says VEH_CFG {veh_cfg}, '{vehicle.name}' has {vehicle.listed}; give this vehicle's own file",
         )
     if chosen is not None and chosen != known[veh_cfg]:
         return fail(

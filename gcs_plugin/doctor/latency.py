@@ -10,18 +10,16 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import Curve, thrust_curve
 from bridge.wire.framing import Frame
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, ok, warn
-from gcs_plugin.doctor.response import Pulse, Series, WetRecord, record_of
 from gcs_plugin.doctor.wet import LABELS, Diagnosis, diagnose, findings
-
-Array = NDArray[np.float64]
+from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, record_of
 
 EARLIEST_S: Final = -0.1
 LATEST_S: Final = 0.6

@@ -20,7 +20,7 @@ from bridge.vehicle.config import Configuration, Vehicle
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
 from bridge.wire.framing import Encoder, Frame, Framer, decode
 from gcs_plugin.asking import Asking
-from gcs_plugin.doctor.response import nominal
+from gcs_plugin.doctor.response import prior_mass_and_damping
 from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, Source, ground_heartbeat, heartbeat_of
 
 WHOLE_S: Final = 60.0
@@ -76,7 +76,7 @@ def duration_s(planned: tuple[PlannedPulse, ...]) -> float:
 
 
 def _gentle_thrust_n(shape: Configuration, curve: Curve, index: int) -> float:
-    mass, _ = nominal(shape)
+    mass, _ = prior_mass_and_damping(shape)
     per_newton = np.abs(allocation_matrix(shape)[:, index]) * PULSE_S / mass
     limits = np.array([MOST_SPEED_M_S] * 3 + [MOST_RATE_RAD_S] * 3)
     gentle = float((limits / np.maximum(per_newton, 1e-9)).min())

@@ -8,7 +8,7 @@ explanation gives the confidence.
 """
 
 import itertools
-import warnings
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -16,17 +16,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.spatial.transform import Rotation
 
+from bridge.arrays import Array, Vector3
+from bridge.attitude import angles_of
 from bridge.errors import LogError
 from bridge.sensors.mounting import mounting_matrix
-from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vector3, Vehicle
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vehicle
 from bridge.vehicle.thrusters import Curve
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, fail, ok, warn
-from gcs_plugin.doctor.response import Pulse, WetRecord, find_pulses
-
-Array = NDArray[np.float64]
+from gcs_plugin.doctor.wet_record import Pulse, WetRecord, find_pulses
 
 
 def _all_turns() -> tuple[Array, ...]:
@@ -76,18 +75,9 @@ def corrected(mounting: Mounting, turn: Array) -> Correction:
     flips = [np.ones(3)] if not is_mirror(turn) else [1.0 - 2.0 * np.eye(3)[axis] for axis in range(3)]
     best = max(flips, key=lambda flip: np.trace(matrix @ np.diag(now * flip)))
     signs = now * best
-    rotation = euler_deg(matrix @ np.diag(signs))
-    return Correction(rotation, (float(signs[0]), float(signs[1]), float(signs[2])))
-
-
-def euler_deg(rotation: Array) -> Vector3:
-    """Roll, pitch and yaw in degrees of Rz(yaw) Ry(pitch) Rx(roll)."""
-    with warnings.catch_warnings():
-        # Straight up or down, roll and yaw are the same angle: all of it is called yaw.
-        warnings.filterwarnings("ignore", "Gimbal lock")
-        angles = Rotation.from_matrix(rotation).as_euler("ZYX", degrees=True)
-    yaw, pitch, roll = (round(float(angle), 3) + 0.0 for angle in angles)
-    return roll, pitch, yaw
+    # Adding 0 makes -0 a 0.
+    roll, pitch, yaw = (round(math.degrees(a), 3) + 0.0 for a in angles_of(matrix @ np.diag(signs)))
+    return Correction((roll, pitch, yaw), (float(signs[0]), float(signs[1]), float(signs[2])))
 
 
 WEIGHTS: Final = {"dvl": 1.0, "rate": 1.0, "force": 0.5, "fog": 0.5}
@@ -129,7 +119,7 @@ def diagnose(vehicle: Vehicle, configuration: Configuration, curve: Curve, recor
         raise LogError("no sensor said anything during the pulses; check that DVL, IMU or gyro are recorded")
     want = response.expected(vehicle, configuration, curve, pulses)
     scale = {name: _scale(felt[name], want[name]) for name in felt}
-    noise, rest_force = response.noise(record, pulses), response.rest_force(record, pulses)
+    noise, rest_force = response.feature_noise(record, pulses), response.rest_force(record, pulses)
     evidence = _Evidence(felt, want, noise, scale, rest_force)
     dvl = [_cost(evidence, "dvl", turn) for turn in TURNS]
     imu = [_imu_cost(evidence, turn) for turn in TURNS]

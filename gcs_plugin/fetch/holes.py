@@ -15,6 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.wire.framing import MAGIC_2, decode, frame_at, message_id_at
 from bridge.wire.silences import LEAST_S, silences
+from gcs_plugin.peers import SEQUENCES
 
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 
@@ -60,7 +61,6 @@ WITHIN_US: Final = 250_000
 NEAR: Final = 64
 """How many frames of its sender may have overtaken a frame. A number farther back means that the sender restarted, or
 belongs to the next round of 256."""
-SEQUENCES: Final = 256
 
 
 def as_sent(records: Iterable[tuple[int, bytes]]) -> list[tuple[int, bytes]]:

@@ -1,5 +1,6 @@
-"""Which segments of the vehicle's ring belong to a dive, and the whole recording put into the dive's folder: never
-while that is recorded, and with all that came since.
+"""Finds the segments of the vehicle's ring that belong to a dive, and puts the whole recording into its folder.
+
+A dive that is still recorded is refused; frames recorded since are added.
 """
 
 import time
@@ -37,7 +38,7 @@ class Boot:
     last_ms: int
 
 
-def boots_heard(frames: Iterable[Frame]) -> list[Boot]:
+def boots_in(frames: Iterable[Frame]) -> list[Boot]:
     """Return the boots in a recording, in the order in which they were first heard."""
     boots: dict[int, Boot] = {}
     for frame in frames:
@@ -54,7 +55,7 @@ def boots_heard(frames: Iterable[Frame]) -> list[Boot]:
     return list(boots.values())
 
 
-def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
+def segments_of_dive(listing: Listing, boots: list[Boot]) -> Listing:
     """Return the segments from the first to the last boot time heard of a dive, including all boots in between.
 
     Raises NotOfThisDive if the ring holds none of the dive's boots any more.
@@ -79,7 +80,7 @@ def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
     return chosen
 
 
-def newest(listing: Listing, most_ms: int | None) -> Listing:
+def segments_of_newest_boot(listing: Listing, most_ms: int | None) -> Listing:
     """Return the segments of the newest boot, or only those that hold its last `most_ms`, judged by their names.
 
     Raises LogError if the listing is empty.
@@ -111,14 +112,14 @@ def refuse_recorded(folder: DiveFolder, now_unix_s: float, again: str) -> None:
             f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
         )
     if (second := next((hold for hold in held_second(now_unix_s) if _is_of(hold, folder)), None)) is not None:
-        raise _by_second(folder, second.pid, again)
+        raise _recorded_elsewhere(folder, second.pid, again)
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
     while (written := next(filter(is_being_written, folder.heard()), None)) is not None and looks > 0:
         looks -= 1
         time.sleep(LOOK_EVERY_S)
     if written is None:
         return
-    raise _by_second(folder, holder_of(written), again)
+    raise _recorded_elsewhere(folder, holder_of(written), again)
 
 
 def remade(
@@ -158,7 +159,7 @@ def _is_of(holding: Holding, folder: DiveFolder) -> bool:
     return Path(holding.folder).resolve() == folder.path.resolve()
 
 
-def _by_second(folder: DiveFolder, process: int | None, again: str) -> LogError:
+def _recorded_elsewhere(folder: DiveFolder, process: int | None, again: str) -> LogError:
     by = f" by process {process}," if process else ""
     return LogError(
         f"{folder.path}: is still recorded,{by} beside what `seatrial record --end` ends; end that recording where it "

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.wire.clock_line import ClockLine, fit_clock
 
@@ -34,7 +34,6 @@ COMPARED: Final = 20
 JITTER_S: Final = 2e-3
 """Least standard error of the median offset of ten seconds."""
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

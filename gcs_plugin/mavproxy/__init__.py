@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """seatrial inside MAVProxy: `mavproxy.py --load-module=gcs_plugin.mavproxy`, then `seatrial help`.
 
-`module` what MAVProxy loads · `words` commands and completions · `recordings` for record · `parameters` for params ·
-`switching` for ff · `work` for identify and diagnose.
+`module` what MAVProxy loads · `help_and_completion` of its commands · `recordings` for record · `parameters` for
+params · `switching` for ff · `work` for identify and diagnose.
 
 This package is licensed GPL-3.0-or-later, because it adapts MAVProxy, whose licence that is. Nothing else imports it.
 """

@@ -25,7 +25,7 @@ from bridge.wire.framing import Frame, Framer
 from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.bell import Bell
 from gcs_plugin.fleet import Fleet
-from gcs_plugin.mavproxy import words as typed
+from gcs_plugin.mavproxy.help_and_completion import COMPLETERS, COMPLETIONS, USAGE, help_lines
 from gcs_plugin.mavproxy.parameters import Parameters
 from gcs_plugin.mavproxy.recordings import Recordings
 from gcs_plugin.mavproxy.switching import Switching
@@ -109,8 +109,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._bell = Bell(self._settings, _ring)
         self._picture: Picture | None = None
         self._watcher = self._new_watcher()
-        self.add_command("seatrial", self.command, "sea trials: record, identify, upload", typed.COMPLETIONS)
-        for word, complete in typed.COMPLETERS.items():
+        self.add_command("seatrial", self.command, "sea trials: record, identify, upload", COMPLETIONS)
+        for word, complete in COMPLETERS.items():
             self.add_completion_function(word, complete)
         self.add_completion_function("(SEATRIAL_VEHICLE)", self._vehicles)
 
@@ -118,7 +118,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         """Handle a `seatrial` command typed on the console."""
         try:
             if not self._do(words):
-                self.say_line(typed.USAGE)
+                self.say_line(USAGE)
         except SeatrialError as error:
             self.say_line(f"seatrial: {error}")
 
@@ -180,7 +180,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             case ["file", *arguments] if len(arguments) <= 1:
                 self._vehicle_file(*arguments)
             case ["help", *arguments] if len(arguments) <= 1:
-                for line in typed.help_lines(arguments[0] if arguments else None):
+                for line in help_lines(arguments[0] if arguments else None):
                     self.say_line(line)
             case _:
                 return False

@@ -25,8 +25,8 @@ RECEIPTS: Final = Path("receipts")
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """The command that was typed: `names` are the lines to send, none for all; `armed`: the vehicle may be armed."""
+class _Typed:
+    """A command: `names` are the lines to send, none for all; `armed`: the vehicle may be armed."""
 
     action: str
     file: Path
@@ -37,11 +37,11 @@ class _Asked:
 
 
 @dataclass
-class _Work:
+class _Running:
     """A session with the command that was typed for it; `plan` is None until the vehicle was read."""
 
     session: Session
-    asked: _Asked
+    asked: _Typed
     wanted: Wanted
     read_at: Newest
     shown_s: float
@@ -53,7 +53,7 @@ class Parameters:
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
-        self._work: _Work | None = None
+        self._work: _Running | None = None
 
     @property
     def busy(self) -> bool:
@@ -64,12 +64,12 @@ class Parameters:
         """Handle `params WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
             case ["diff", file]:
-                self._begin(_Asked("diff", Path(file)))
+                self._begin(_Typed("diff", Path(file)))
             case ["upload", file, *names]:
-                arguments, accepts = _parted(names)
+                arguments, accepts = _split_accepts(names)
                 chosen = tuple(name for name in arguments if name != DESPITE)
                 self._begin(
-                    _Asked("upload", Path(file), chosen, accepts, despite_doubts=DESPITE in arguments)
+                    _Typed("upload", Path(file), chosen, accepts, despite_doubts=DESPITE in arguments)
                 )
             case ["yes", code]:
                 self._agree(code)
@@ -79,7 +79,7 @@ class Parameters:
                     return False
                 system, _ = self._fleet.meant(self._clock.boot_s())
                 before = Path(files[0]) if files else newest_before(RECEIPTS, system)
-                self._begin(_Asked("rollback", before, despite_doubts=True, armed=ARMED in arguments))
+                self._begin(_Typed("rollback", before, despite_doubts=True, armed=ARMED in arguments))
             case _:
                 return False
         return True
@@ -132,7 +132,7 @@ class Parameters:
             self._say(f"params: {self._progress(session)}")
         return messages
 
-    def _begin(self, asked: _Asked) -> None:
+    def _begin(self, asked: _Typed) -> None:
         if self.busy:
             raise ParamRejected("parameters are being read or written; wait, or `seatrial cancel`")
         now_s, file = self._clock.boot_s(), asked.file
@@ -143,9 +143,9 @@ class Parameters:
         session = Session(self._fleet.peers, source, self._clock)
         session.read()
         read_at = newest(RECEIPTS, source[0])
-        self._work = _Work(session, asked, wanted.narrowed(file, asked.names or None), read_at, now_s)
+        self._work = _Running(session, asked, wanted.narrowed(file, asked.names or None), read_at, now_s)
 
-    def _show_plan(self, work: _Work) -> None:
+    def _show_plan(self, work: _Running) -> None:
         """Show the plan once the vehicle was read, and go on as far as is allowed without a further command."""
         asked, file = work.asked, work.asked.file
         session, system, back = work.session, work.session.vehicle[0], asked.action == "rollback"
@@ -209,12 +209,12 @@ class Parameters:
             )
         self._write(work, said_armed)
 
-    def _write(self, work: _Work, even_armed: bool) -> None:
+    def _write(self, work: _Running, even_armed: bool) -> None:
         assert work.plan is not None
         unix_s = self._clock.unix_s()
         work.session.write(work.plan.order(RECEIPTS, unix_s, even_armed=even_armed, read_at=work.read_at))
 
-    def _show_receipt(self, work: _Work) -> None:
+    def _show_receipt(self, work: _Running) -> None:
         receipt, plan = work.session.receipt, work.plan
         assert receipt is not None
         assert plan is not None
@@ -237,7 +237,7 @@ class Parameters:
         return f"{progress.words}, {progress.done} of {progress.total or 'an unknown number'}"
 
 
-def _parted(names: list[str]) -> tuple[list[str], tuple[str, ...]]:
+def _split_accepts(names: list[str]) -> tuple[list[str], tuple[str, ...]]:
     """Split the words at the option that accepts implausible values: the words before it, the names after it."""
     if ACCEPT_IMPLAUSIBLE not in names:
         return names, ()

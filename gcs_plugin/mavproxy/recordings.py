@@ -14,13 +14,13 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError, SeatrialError
+from bridge.links.addresses import among, same_link
 from bridge.links.link import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
 from gcs_plugin.dives.recorded import RecordedDive, RecordedDives
 from gcs_plugin.recording import orders
-from gcs_plugin.recording.link import among, same_link
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
 
@@ -85,10 +85,12 @@ class Recording:
     def words(self) -> str:
         """Describe the progress: folder, duration, number of frames and disk space left."""
         span_s = max(self._clock.boot_s() - self._began_s, 1e-3)
-        rate = self._recorder.recorded_bytes / span_s if span_s >= TELL_RATE_AFTER_S else 0.0
+        rate = self._recorder.kept.bytes / span_s if span_s >= TELL_RATE_AFTER_S else 0.0
         free = self.dives.free_bytes()
         left = f"{free / rate / 3600:.0f} h of disk left" if rate > 0 else f"{free / 1e9:.1f} GB of disk left"
-        return f"recording into {self.dives.folder.path}: {progress(span_s, self._recorder.recorded, left)}"
+        return (
+            f"recording into {self.dives.folder.path}: {progress(span_s, self._recorder.kept.frames, left)}"
+        )
 
     def _begun(self, before: RecordedDive) -> None:
         self._over(before)
@@ -167,7 +169,7 @@ class Recordings:
             self._recording.keep(frame)
 
     def tick(self) -> None:
-        """Write the frames that have come, and say what came of another process's change to the next dive."""
+        """Write the frames that have come, and say whether another process began its next dive."""
         if self._recording is not None:
             self._recording.step()
         if self._order is not None and not self._answers.empty():
@@ -233,7 +235,7 @@ class Recordings:
         self._order.start()
 
     def _ask_for_next(self) -> None:
-        """Ask the other process, which may take seconds, and say what came of it in the next `tick`."""
+        """Ask the other process, which may take seconds; the next `tick` says its answer."""
         try:
             self._answers.put(orders.became(*orders.next_dive(self._clock, time.sleep)))
         except SeatrialError as error:

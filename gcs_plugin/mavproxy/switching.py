@@ -11,12 +11,11 @@ from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
 from gcs_plugin.feedforward import Switch, caution
 from gcs_plugin.fleet import Fleet
-from gcs_plugin.mavproxy.parameters import ARMED
+from gcs_plugin.mavproxy.parameters import ARMED, SHOW_EVERY_S
 from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.session import News
 from gcs_plugin.params.transfer import Source
 
-SHOW_EVERY_S: Final = 2.0
 GIVE_UP_S: Final = 30.0
 """For any mode except off: switching to off never gives up by itself."""
 AGREE_WITHIN_S: Final = 60.0

@@ -28,7 +28,6 @@ OPTIONS: Final = {
     "diagnose": ("vehicle", "check", "without", "columns", "json", "report"),
 }
 ENDED: Final = {0: "done", 1: "done, and there is something to read before its values are used", 4: "stopped"}
-TETHER: Final = "tether"
 
 
 class Work:
@@ -61,7 +60,7 @@ class Work:
                 words += [word for piece in pieces for word in (f"--{option}", piece)]
         if function == "diagnose":
             words += _conditions(Path(at.check), "check-") if at.check else []
-            words += ["--without", TETHER] if conditions_of(dive).tether_out_m == 0.0 else []
+            words += [word for effect in conditions_of(dive).impossible for word in ("--without", effect)]
         self._of, self._at, self._tenths = function, at, {}
         self._job = Job(f"{function} {dive}", words, self._clock.boot_s())
         self._say(f"{function}: {dive}, in a process of its own; `seatrial cancel` ends it")

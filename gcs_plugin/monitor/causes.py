@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from gcs_plugin.monitor.losses import Loss
 from gcs_plugin.monitor.model import Model
 from gcs_plugin.monitor.predictor import CORRELATED_S, DRAGGED, Drift, names_of
-
-Array = NDArray[np.float64]
 
 LEAST_SHARE: Final = 0.1
 """A cause less probable than that is not named."""

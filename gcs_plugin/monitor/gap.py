@@ -18,15 +18,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from gcs_plugin.monitor.causes import Cause, likeliest, likeliest_thruster
 from gcs_plugin.monitor.losses import LossWatch
 from gcs_plugin.monitor.model import Model
 from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, SECOND, Drift
-
-Array = NDArray[np.float64]
 
 SHOWN_S: Final = 10
 STAYS_S: Final = 30

@@ -6,8 +6,8 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.parameters import vehicle_table
@@ -16,13 +16,11 @@ from gcs_plugin.monitor.gap import Gap, GapMonitor
 from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
 
-Array = NDArray[np.float64]
-
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
-"""Without one of these signals there is nothing to compare; each in words."""
+"""The signals that a comparison needs, in words."""
 
 PATIENT_BEATS: Final = 5
-"""So many heartbeats without a signal mean that it isn't sent."""
+"""After this many heartbeats without a signal it counts as not sent."""
 
 LONGEST_HOLE_S: Final = 1.0
 LATE_S: Final = 3.0

@@ -1,12 +1,11 @@
-"""A thruster's loss that stays below the floor: the departure of a minute or two, matched with that which it makes.
+"""Finds the loss of a thruster below the floor: a minute or two of departure, matched with that of such a loss.
 
 One size is fitted to each thruster: the share of its thrust that is missing in the last minute or two, less that
 before, as trim, ballast and inertia are never quite those of the model (generalised likelihood ratio of a step,
-Basseville and Nikiforov 1993, section 2.4.3). Two parts of the departure are watched so. The slow part is the drift: a
+Basseville and Nikiforov 1993, section 2.4.3). Two parts of the departure are watched. The slow part is the drift: a
 vertical thruster that holds a trimmed vehicle at depth gives some tenths of a newton, and without half of them the
-vehicle drifts always to the same side, by less than sea and noise make it in any five seconds. The quick part is the
-rates' answer to what the controller does about its sensors' noise: that thrust is many times the mean, and the sea is
-slower.
+vehicle always drifts to the same side, by less than sea and noise do in any five seconds. The quick part is the rates
+of turn: the controller answers the noise of its sensors with many times the mean thrust, and the sea is slower.
 """
 
 from collections import deque
@@ -14,9 +13,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 BEFORE_S: Final = 60
 KNOWN: Final = 0.05

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.accepted_effects import Known, known_effects
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import Curve, allocation_matrix, thrust_curve
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,15 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.vehicle.accepted_effects import Losses, Supply
+from bridge.arrays import Array
+from bridge.attitude import body_to_earth
+from bridge.vehicle.accepted_effects import Supply
 from bridge.vehicle.coefficients import QUADRATICS
 from bridge.vehicle.dynamics import coriolis, restoring
 from bridge.vehicle.feedforward import hull_wrench
 from bridge.vehicle.references import Reference
 from gcs_plugin.monitor.model import Model
-
-Array = NDArray[np.float64]
 
 NUDGE_M_S: Final = 0.05
 DRAGGED: Final = (0, 1, 2, 5)
@@ -41,7 +40,7 @@ def names_of(model: Model) -> tuple[str, ...]:
 def forces(model: Model, nu: Array, thrust: Array, attitude: Array, places: Array) -> Array:
     """Forces (n, c, 6) of the causes in the order of `names_of`, by velocity (n, 6), thrust (n, k), attitude (n, 4) and
     place (n, 2), north and east of where the watch began, m."""
-    axes, at = world(attitude), thrust.shape[1]
+    axes, at = _axes(attitude), thrust.shape[1]
     out = np.zeros((len(nu), len(names_of(model)), 6))
     out[:, :at] = -thrust[:, :, None] * model.matrix.T
     for axis in (0, 1):
@@ -72,19 +71,13 @@ def _pushed_by(model: Model, nu: Array, water: Array) -> Array:
     return np.asarray(out)
 
 
-def world(attitude: Array) -> Array:
-    """Unit vectors north, east, down (n, 3, 3) in body axes."""
-    w, x, y, z = (attitude / np.linalg.norm(attitude, axis=1)[:, None]).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
+def _axes(attitude: Array) -> Array:
+    """Unit vectors north, east, down (n, 3, 3) in body axes, of quaternions of any length."""
+    return body_to_earth(attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
 
 
 CORRELATED_S: Final = 4.0
-"""Drifts over `OVER_S`, one a second, are alike for so long: so many count as one independent drift."""
+"""Drifts over `OVER_S`, taken once a second, are alike for this time, and count as a single independent drift."""
 OVER_S: Final = 5
 """Seconds over which the model is on its own."""
 
@@ -95,8 +88,8 @@ STEP_S: Final = 1.0 / SECOND
 TILTING: Final = slice(3, 5)
 QUICK: Final = 0.5
 """Share of a step's departure of the rates of roll and pitch that its running mean takes up: a tenth of a second. Sea
-and trim are slower; what is left is the gyro's noise, white, and what a weak thruster fails to answer of what the
-controller does about the noise of its sensors."""
+and trim are slower. The remainder is the gyro's white noise, and the thrust that a weak thruster lacks when the
+controller answers the noise of its sensors."""
 
 SELF_COMPENSATED: Final = frozenset(coefficient.name for coefficient in QUADRATICS)
 
@@ -174,7 +167,7 @@ class Predictor:
         thrust = self._thrusts(second)
         attitude = 0.5 * (second.attitude[1:] + second.attitude[:-1])
         force = self._force(middle, thrust, attitude, second)
-        north_east = STEP_S * np.cumsum(world(attitude)[:, :2] @ middle[:, :3, None], axis=0)[..., 0]
+        north_east = STEP_S * np.cumsum(_axes(attitude)[:, :2] @ middle[:, :3, None], axis=0)[..., 0]
         places = self._position + north_east
         self._position = places[-1]
         columns = forces(model, middle, thrust, attitude, places)
@@ -215,7 +208,7 @@ class Predictor:
         losses = model.effects.losses
         if losses is not None:
             supply = 1.0 if law is None else self._supply.step(law, second.voltage_v, SECOND * STEP_S)
-            asked = _given(losses, asked, supply)
+            asked = np.stack([losses.given(row, supply) for row in asked])
         if self._thrust is None:
             self._thrust = asked[0].copy()
             self._waiting.extend([asked[0]] * (self._late + 1))
@@ -241,7 +234,3 @@ class Predictor:
             wrench = hull_wrench(hull, Reference(tuple(nu.T), tuple(nu_dot.T), 0.0, 0.0))
             force = force - np.stack([np.broadcast_to(f, SECOND) for f in wrench]).T
         return np.asarray(force)
-
-
-def _given(losses: Losses, asked: Array, supply: float) -> Array:
-    return np.stack([losses.given(row, supply) for row in asked])

@@ -1,4 +1,4 @@
-"""The values of a file compared with a vehicle: what it asks for, and the plan of its upload or roll back.
+"""The values of a file compared with a vehicle, and the plan of their upload or roll back.
 
 The command, the app and MAVProxy show the same lines and notes.
 """
@@ -12,7 +12,7 @@ from bridge import schema
 from bridge.errors import ParamError, ParamRejected, ParamUnknown
 from bridge.vehicle.coefficients import EffectCoefficient
 from bridge.vehicle.parameters import ACTIVE, MODE
-from gcs_plugin.params.files import Interval, Sidecar, read_parameters, read_sidecar, sidecar_path, system_of
+from gcs_plugin.params.files import read_parameters, system_of
 from gcs_plugin.params.identified import doubt_lines
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
@@ -39,6 +39,7 @@ from gcs_plugin.params.plan import (
 from gcs_plugin.params.plausible import half_a_model, implausible, other_half
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path
 from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Upload
 
@@ -102,7 +103,7 @@ def wanted_by(path: Path, option: str, *, despite_doubts: bool, any_vehicle: boo
     """Read a parameter file and its sidecar.
 
     Raises ParamRejected for a damaged file, and for an identification that did not converge unless `despite_doubts`;
-    `option` is what the user adds to send it all the same. With `any_vehicle`, any system may have the values.
+    `option` is named as the way to send it all the same. With `any_vehicle`, any system may have the values.
     """
     if path.suffix == ".json":
         raise ParamRejected(
@@ -133,7 +134,7 @@ MOST_PERCENT = 999.0
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Line of a plan, as `params diff --json` writes it; SI units, None for what is not known.
+    """Line of a plan, as `params diff --json` writes it; SI units, None if unknown.
 
     `low95` and `high95` are the target's 95 % interval, `change` is target minus present value in halves of it, None
     where the vehicle has none; `accepted` is the value last accepted, at `accepted_at`; `doubted` says why the

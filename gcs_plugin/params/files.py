@@ -1,32 +1,25 @@
 """Reading and writing parameter files: `NAME,value`, `NAME value`, and QGroundControl's tab-separated form.
 
 The whole file is read and checked before any of it is used. Values are written as the shortest text that reads back to
-the same float32, so that two files can be compared by eye. A sidecar, a JSON file next to it, has the provenance.
+the same float32, so that two files can be compared by eye.
 """
 
-import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from bridge import schema
-from bridge.errors import ConfigError, ParamRejected, ParamUnwritten
-from bridge.files import read_small, size_to_read, to_disk, whole
-from bridge.plain import from_json
+from bridge.errors import ParamRejected, ParamUnwritten
+from bridge.files import size_to_read, write_whole
 from bridge.schema import why_unread
 from bridge.text import printable
-from bridge.vehicle.coefficients import AcceptedEffect
-from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params import float32
 
 LARGEST_FILE_BYTES: Final = 4_000_000
 NAME_LENGTH: Final = 16
 REAL32: Final = 9
 SUFFIXES: Final = (".param", ".parm", ".params")
-FORMAT: Final = 1
-"""Format of the sidecar."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 LINE_END = re.compile(r"\r\n|\n|\r")
@@ -218,9 +211,7 @@ def replace_text(path: Path, text: str) -> None:
     """Replace the content of `path` by `text`, atomically. Raises ParamUnwritten if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as file:
-            file.write(text.encode())
-            to_disk(file)
+        write_whole(path, text, synced=True)
     except OSError as error:
         raise unwritten(path, error) from None
 
@@ -230,77 +221,3 @@ def unwritten(path: Path, error: OSError) -> ParamUnwritten:
     if not path.parent.is_dir():
         return ParamUnwritten(f"{path}: {path.parent} is no folder; choose another place")
     return ParamUnwritten(f"{path}: can't be written ({error.strerror}); choose another place")
-
-
-@dataclass(frozen=True)
-class Interval:
-    """The coefficient behind a value and its 95 % interval, in `unit`."""
-
-    coefficient: str
-    unit: str
-    low95: float
-    high95: float
-
-
-@dataclass(frozen=True)
-class Sidecar:
-    """Provenance of a `.param`.
-
-    - dive_sha256, vehicle_sha256: hashes of dive and vehicle file.
-    - configuration, method, version: of the vehicle file, of the identification, and of this program.
-    - intervals: the coefficient behind each value, by parameter id.
-    - vehicle, dive: names.
-    - outcome: that of the identification.
-    - format: of the sidecar.
-    - thrust_shift: relative change of the thrust by a weighed prior, already contained in the values.
-    - dived: beginning of the dive, at least its date.
-    - prior_dives: earlier dives that entered the values through priors.
-    - dive_opening: hash of the recording's opening, by which a longer recording of the same dive is known.
-    - effects: of the model, beyond its coefficients, including those that no parameter holds.
-    - doubted: reasons to doubt a value, by coefficient.
-    - foretold: tracking error of the next dive with these values.
-    - credits: for each thruster with a gain here, how far the vehicle's allocation already used that gain.
-    """
-
-    dive_sha256: str
-    vehicle_sha256: str
-    configuration: str
-    method: str
-    version: str
-    intervals: dict[str, Interval] = field(default_factory=dict)
-    vehicle: str = ""
-    dive: str = ""
-    outcome: str = ""
-    format: int = FORMAT
-    thrust_shift: float = 0.0
-    dived: str = ""
-    prior_dives: tuple[str, ...] = ()
-    dive_opening: str = ""
-    effects: tuple[AcceptedEffect, ...] = ()
-    doubted: dict[str, str] = field(default_factory=dict)
-    foretold: tuple[Foretold, ...] = ()
-    credits: tuple[Credit, ...] = ()
-
-
-def sidecar_path(path: Path) -> Path:
-    """`hovering.param` -> `hovering.param.json`."""
-    return path.with_name(path.name + ".json")
-
-
-def write_sidecar(path: Path, sidecar: Sidecar) -> Path:
-    """Write the sidecar of the parameter file `path` and return the sidecar's path."""
-    target = sidecar_path(path)
-    replace_text(target, json.dumps(asdict(sidecar), indent=2, allow_nan=False) + "\n")
-    return target
-
-
-def read_sidecar(path: Path) -> Sidecar | None:
-    """Read the sidecar of the parameter file `path`; None if it has none. Raises ParamRejected if it is damaged."""
-    source = sidecar_path(path)
-    if not source.exists():
-        return None
-    try:
-        data: Any = from_json(read_small(source))
-        return schema.build(Sidecar, data, str(source))
-    except (OSError, ValueError, ConfigError) as error:
-        raise ParamRejected(f"{source}: not a sidecar ({error}); remove it or identify again") from None

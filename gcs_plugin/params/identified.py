@@ -13,7 +13,8 @@ from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import VehicleFile
 from bridge.version import installed
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import LINE_END, Interval, Sidecar, text_in, write_parameters, write_sidecar
+from gcs_plugin.params.files import LINE_END, text_in, write_parameters
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
 
 OF_A_PRIOR: Final = "prior"
 """Culprit of a doubt that concerns no value of the identification."""
@@ -21,7 +22,7 @@ OF_A_PRIOR: Final = "prior"
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None for what the dive did not tell.
+    """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None if undetermined.
 
     The interval holds given the vehicle file's thrust, by which values are compared and act, unless a force standard
     corrected the thrust.

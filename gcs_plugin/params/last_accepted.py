@@ -14,16 +14,10 @@ from typing import Final
 from bridge.errors import ParamError, ParamRejected
 from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import (
-    Interval,
-    Sidecar,
-    read_parameters,
-    read_sidecar,
-    write_parameters,
-    write_sidecar,
-)
+from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"

@@ -35,7 +35,7 @@ class Listing:
 
     def __post_init__(self) -> None:
         self._forget()
-        self._list_due_s = self._last_new_s = self.start_s
+        self._next_list_s = self._last_new_s = self.start_s
         self._list_attempts = 0
         self._expired = False
 
@@ -44,7 +44,7 @@ class Listing:
         self.count = count
         self.values: dict[str, float] = {}
         self._name_at: dict[int, str] = {}
-        self._due_s: dict[int, float] = {}
+        self._next_ask_s: dict[int, float] = {}
         self._attempts: dict[int, int] = {}
 
     @property
@@ -77,7 +77,7 @@ class Listing:
     def on_reboot(self, time_s: float) -> None:
         """The vehicle rebooted: discard all values and read the list again."""
         self._forget()
-        self._list_due_s, self._list_attempts = time_s + SILENCE_S, 0
+        self._next_list_s, self._list_attempts = time_s + SILENCE_S, 0
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
         if time_s - self.start_s >= self.within_s:
@@ -85,10 +85,10 @@ class Listing:
         if self.done:
             return []
         if self.count is None:
-            if time_s < self._list_due_s:
+            if time_s < self._next_list_s:
                 return []
             self._list_attempts += 1
-            self._list_due_s = time_s + SILENCE_S + retry_delay_s(self._list_attempts)
+            self._next_list_s = time_s + SILENCE_S + retry_delay_s(self._list_attempts)
             return [ReadList()]
         if time_s - self._last_new_s < SILENCE_S and not self._attempts:
             return []
@@ -97,8 +97,8 @@ class Listing:
     def _ask_missing(self, time_s: float) -> list[ReadList | ReadIndex]:
         sends: list[ReadList | ReadIndex] = []
         for index in self.missing[:WINDOW]:
-            if time_s >= self._due_s.get(index, time_s):
+            if time_s >= self._next_ask_s.get(index, time_s):
                 self._attempts[index] = self._attempts.get(index, 0) + 1
-                self._due_s[index] = time_s + retry_delay_s(self._attempts[index])
+                self._next_ask_s[index] = time_s + retry_delay_s(self._attempts[index])
                 sends.append(ReadIndex(index))
         return sends

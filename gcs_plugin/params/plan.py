@@ -322,7 +322,7 @@ def staging_notes(present: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def action_of(plan: Plan) -> str:
-    """What the upload of a plan does, for its confirmation prompt: `write 1 parameter and put 9 in force`."""
+    """The upload of a plan in words, for its confirmation prompt: `write 1 parameter and put 9 in force`."""
     changes, staged = len(plan.changes), len(plan.staged)
     if changes and staged:
         return f"write {_count(changes)} and put the {staged} staged in force"

@@ -14,9 +14,9 @@ from bridge.vehicle.feedforward import AXES
 from bridge.vehicle.foretold import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
-from gcs_plugin.params.files import Interval
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, part_of_set, value_text
+from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96
 SMALL_DAMPING_PER_S: Final = 0.1
@@ -84,10 +84,10 @@ def implausible(
 def _against_twice(
     row: Row, credits: Collection[Credit], gains: Mapping[str, float], present: Mapping[str, float]
 ) -> str:
-    """Why an accepted gain would act beside one of the vehicle's own, "" if it would not.
+    """Why an accepted gain would act on top of the vehicle's own, "" if it would not.
 
-    The vehicle's own gain is that of its file, and that which its allocation went by in the dive that was diagnosed. If
-    accepted effects acted then, the one that it still holds is taken out.
+    The vehicle's own gain is that of its file, or the gain that its allocation used in the diagnosed dive. If accepted
+    effects acted then, the gain that it still holds is taken out.
     """
     part = part_of_set(row.name)
     of = {gain_name(credit.thruster): credit for credit in credits}

@@ -9,8 +9,6 @@ checked on the vehicle in any case, before a commit and at the end.
 """
 
 import contextlib
-import json
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,18 +20,12 @@ from typing import Any, BinaryIO, Final
 from bridge.clock import utc_text
 from bridge.errors import ParamRejected
 from bridge.files import open_own, read_small, sync_folder
-from bridge.plain import from_json
+from bridge.plain import from_json, to_json
 from gcs_plugin.locks import try_lock
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import (
-    Sidecar,
-    replace_text,
-    sidecar_path,
-    unwritten,
-    write_parameters,
-    write_sidecar,
-)
+from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
+from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Ending
 
@@ -110,9 +102,9 @@ class Receipt:
                 {
                     "name": line.name,
                     "unit": unit_of(line.name),
-                    "before": _number(line.before),
-                    "target": _number(line.target),
-                    "after": _number(line.after),
+                    "before": line.before,
+                    "target": line.target,
+                    "after": line.after,
                     "outcome": line.outcome.name.lower(),
                     "sentence": line.sentence,
                 }
@@ -242,12 +234,8 @@ def path_of(preimage: Path, kind: str) -> Path:
 
 def _keep(receipt: Receipt) -> None:
     path = path_of(receipt.preimage, RECEIPT)
-    replace_text(path, json.dumps(receipt.to_json(), indent=2, allow_nan=False) + "\n")
+    replace_text(path, to_json(receipt.to_json(), indent=2) + "\n")
     sync_folder(path.parent)
-
-
-def _number(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,10 +26,10 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
 from bridge.wire.framing import Frame, decode
 from gcs_plugin.off_orders import OffOrders
-from gcs_plugin.params.files import Sidecar
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
 from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish
+from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.upload import Ending, Stage, Upload
 from gcs_plugin.peers import Peer, Peers
@@ -65,6 +65,8 @@ def news_of(frame: Frame, peer: Peer | None) -> News | None:
 
 
 class Step(Enum):
+    """State of a session."""
+
     IDLE = auto()
     READING = auto()
     WAITING = auto()

@@ -72,6 +72,8 @@ def confirm(name: str, value: float) -> Task:
 
 @dataclass(frozen=True, slots=True)
 class SetValue:
+    """A PARAM_SET to send."""
+
     name: str
     value: float
 

@@ -70,7 +70,7 @@ class Upload:
         self._direct = {name: value for name, value in changes.items() if name not in self._live}
         self._written: set[str] = set()
         self._committed = self._needs_commit = self._undoing = self._overruled = False
-        self._looks = self._asked_to_commit = False
+        self._checks_active = self._asked_to_commit = False
         self._undone: dict[str, Result] = {}
         self._results: dict[str, Result] = {}
         self._failure: Result | None = None
@@ -91,7 +91,7 @@ class Upload:
         if self._undoing:
             return done, total
         staged = len(self._stage_tasks())
-        done = staged if self._looks else done
+        done = staged if self._checks_active else done
         committed = staged + int(self._needs_commit)
         total = committed + len(self._live)
         if self.ending is not None and self.ending.outcome in (Outcome.APPLIED, Outcome.SAME):
@@ -136,7 +136,7 @@ class Upload:
     def on_reboot(self, time_s: float) -> None:
         """The vehicle rebooted and may have lost its staged set: verify the whole set again."""
         self._answered_s = time_s
-        if self._looks or self._stage in (Stage.COMMIT, Stage.LIVE):
+        if self._checks_active or self._stage in (Stage.COMMIT, Stage.LIVE):
             self._committed = False
             self._enter_stage(time_s + self._trips.quiet_s)
         elif self._stage is not Stage.DONE:
@@ -211,14 +211,14 @@ class Upload:
         return tasks
 
     def _enter_stage(self, time_s: float) -> None:
-        self._stage, self._looks = Stage.STAGE, False
+        self._stage, self._checks_active = Stage.STAGE, False
         self._transfer = self._transfer_of(self._stage_tasks(), time_s)
 
     def _advance(self, time_s: float) -> None:
         while self._stage is not Stage.DONE and self._transfer.done:
             self._collect()
             if self._stage is Stage.STAGE:
-                self._after_look(time_s) if self._looks else self._after_staging(time_s)
+                self._after_check(time_s) if self._checks_active else self._after_staging(time_s)
             elif self._stage is Stage.COMMIT:
                 self._after_commit(time_s)
             elif self._stage is Stage.LIVE:
@@ -242,10 +242,10 @@ class Upload:
         elif self._asked_to_commit:
             self._enter_commit(time_s)  # rebooted after the commit: it may already fly the new set
         else:
-            self._looks = True
+            self._checks_active = True
             self._transfer = self._transfer_of([confirm(ACTIVE, self._plan.present[ACTIVE])], time_s)
 
-    def _after_look(self, time_s: float) -> None:
+    def _after_check(self, time_s: float) -> None:
         """FF_ACTIVE was read just before the commit: commit if it is still the old set or already the new one."""
         seen = self._transfer.results[ACTIVE].seen
         if self._transfer.succeeded or (seen is not None and float32.same(seen, float(self._crc_new))):
@@ -256,7 +256,7 @@ class Upload:
         self._undo(time_s)
 
     def _enter_commit(self, time_s: float) -> None:
-        self._looks, self._asked_to_commit = False, True
+        self._checks_active, self._asked_to_commit = False, True
         task = Task(ACTIVE, float(self._crc_new), COMMIT)
         self._stage, self._transfer = Stage.COMMIT, self._transfer_of([task], time_s)
 
@@ -288,7 +288,7 @@ class Upload:
         names = [n for n in self._written if n != COMMIT and not (n == MODE and self._overruled)]
         # A quiet period first, so that a write still under way can't arrive after the write that restores the value.
         start_s = time_s + self._trips.quiet_s
-        self._stage, self._undoing, self._looks = Stage.UNDO, True, False
+        self._stage, self._undoing, self._checks_active = Stage.UNDO, True, False
         self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1), start_s
         self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
 

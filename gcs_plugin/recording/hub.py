@@ -18,6 +18,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
+from bridge.links.addresses import LOOPBACK
 from bridge.wire.framing import Encoder, Frame, Framer
 from gcs_plugin.peers import GROUND_STATION
 
@@ -38,7 +39,6 @@ def farewell() -> bytes:
     return Encoder(*GROUND_STATION).encode(message)
 
 
-LOOPBACK: Final = "127.0.0.1"
 BACKLOG_BYTES: Final = 1 << 18
 SEND_BUFFER_BYTES: Final = 1 << 16
 READ_BYTES: Final = 1 << 16

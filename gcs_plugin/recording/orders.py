@@ -12,7 +12,7 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
-from bridge.files import whole
+from bridge.files import write_whole
 from gcs_plugin.recording.state import Holding, hangs, held, hung, state_file
 
 PATIENCE_S: Final = 15.0
@@ -22,6 +22,8 @@ LEAST_DIVE_S: Final = 5.0
 
 
 class Order(Enum):
+    """An order to the running recording; the value stands in its file."""
+
     NEXT = "next"
     END = "end"
 
@@ -52,7 +54,7 @@ def end(clock: Clock, wait: Callable[[float], None]) -> Path:
 
 
 def became(finished: Path, present: Path | None) -> str:
-    """What a dive has become, and where the recording goes on, in a sentence."""
+    """A sentence on a finished dive and on the recording after it."""
     after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
     return f"{finished} {'is finished' if finished.exists() else 'is not kept, since nothing arrived in it'}; {after}"
 
@@ -101,8 +103,7 @@ def _obeyed(
     """
     file = _file(holding.pid)
     try:
-        with whole(file) as made:
-            made.write(order.value.encode())
+        write_whole(file, order.value)
     except OSError as error:
         raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
     latest, until_s = holding, clock.boot_s() + PATIENCE_S

@@ -80,7 +80,7 @@ class Outlet(Protocol):
         ...
 
     def taken(self) -> list[bytes]:
-        """Whole frames to be sent, since the last call."""
+        """Whole frames for the links, since the last call."""
         ...
 
 
@@ -124,29 +124,14 @@ class Recorder:
 
     @property
     def receptions(self) -> dict[str, list[Reception]]:
-        """What was received and lost of each component, by link."""
+        """Frames received and lost of each component, by link."""
         now_s = self._clock.boot_s()
         return {link.name: self._peers.receptions(link.name, now_s) for link in self._links}
 
     @property
-    def files(self) -> int:
-        """Number of files of the present dive."""
-        return self._files.files
-
-    @property
-    def recorded(self) -> int:
-        """Number of frames in the present dive's files."""
-        return self._files.kept.frames
-
-    @property
-    def recorded_bytes(self) -> int:
-        """Number of bytes of these frames."""
-        return self._files.kept.bytes
-
-    @property
-    def lost(self) -> int:
-        """Number of frames that are in no file of the dive's folder."""
-        return self._files.kept.lost
+    def kept(self) -> Kept:
+        """Counts of the files of the present dive; any thread may read them."""
+        return self._files.kept
 
     @property
     def unwritten(self) -> str:

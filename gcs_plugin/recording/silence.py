@@ -13,14 +13,13 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.wire.framing import Frame
 from bridge.wire.silences import LEAST_S, ROUND, Pause, Spacing, of_clocks, unheard
-from gcs_plugin.peers import MOST_PEERS, Peer, Source
+from gcs_plugin.peers import MOST_PEERS, NAME_AT, Peer, Source
 
 MOST_PAUSES: Final = 1000
 """Most pauses kept of a sender in a dive; beyond that, the shortest is dropped."""
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 _NAMED_INT: Final[int] = dialect.MAVLINK_MSG_ID_NAMED_VALUE_INT
 _BOOT_ID: Final = b"BOOT_ID"
-_NAME_AT: Final = 8
 _BOOT_MS: Final = struct.Struct("<I")
 
 
@@ -63,7 +62,7 @@ class _Sender:
         if frame.message_id == _SYSTEM_TIME:
             (boot_ms,) = _BOOT_MS.unpack_from(frame.payload.ljust(12, b"\0"), 8)
             self.tell(boot_ms / 1e3, time_s)
-        elif frame.message_id == _NAMED_INT and frame.payload[_NAME_AT:].rstrip(b"\0") == _BOOT_ID:
+        elif frame.message_id == _NAMED_INT and frame.payload[NAME_AT:].rstrip(b"\0") == _BOOT_ID:
             self.keeps_ring = True
 
     def tell(self, boot_s: float, time_s: float) -> None:

@@ -3,7 +3,6 @@
 A second recording, begun on other links, has a state file of its own, for programs that need its links or its dive.
 """
 
-import json
 import math
 import os
 from collections.abc import Iterator
@@ -14,8 +13,8 @@ from typing import Final
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
-from bridge.files import read_small, whole
-from bridge.plain import from_json
+from bridge.files import read_small, state_folder, write_whole
+from bridge.plain import from_json, to_json
 
 FRESH_S: Final = 10.0
 FORGOTTEN_S: Final = 3600.0
@@ -84,22 +83,17 @@ class Holding:
 
 
 def state_file() -> Path:
-    """Path of the state file; its folder follows the XDG base directory specification."""
-    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(home) / "seatrial" / "recording.json"
+    """Path of the state file."""
+    return state_folder() / "recording.json"
 
 
 def write_holding(holding: Holding, *, second: bool = False) -> None:
     """Write the state file atomically; a `second` recording has a file of its own. Raises LogError if that fails."""
-    data = asdict(holding)
-    if not math.isfinite(holding.disk_left_s):
-        data["disk_left_s"] = None
     file_of_second = _file_of_second(holding.pid)
     file = file_of_second if second else state_file()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with whole(file) as made:
-            made.write(json.dumps(data, allow_nan=False).encode())
+        write_whole(file, to_json(asdict(holding)))
         if not second:
             file_of_second.unlink(missing_ok=True)
     except OSError as error:

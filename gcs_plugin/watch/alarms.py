@@ -41,7 +41,7 @@ STANDS_SHARE: Final = 0.1
 
 @dataclass(frozen=True)
 class Limits:
-    """As in configs/alarms.yaml; 0 switches one off, None leaves it as it is set elsewhere."""
+    """Limits of the alarms, as in configs/alarms.yaml; 0 switches an alarm off, None leaves it open."""
 
     battery_v: float | None = None
     depth_m: float | None = None
@@ -58,7 +58,7 @@ class Limits:
                 raise ValueError(f"{name} is {value:g}; give 0 to switch it off, or more")
 
     def over(self, base: "Limits") -> "Limits":
-        """These, and those of `base` where these leave one open."""
+        """These limits, with the open ones from `base`."""
         given = {name: value for name, value in vars(self).items() if value is not None}
         return replace(base, **given)
 

@@ -1,4 +1,4 @@
-"""Messages as signals, a channel for each signal (who sends it, how often, since when without a value), and STATUSTEXT.
+"""Messages as signals, a channel for each signal (its sender, its rate, its age), and texts joined from STATUSTEXTs.
 
 The signals are those of `bridge.wire.readings`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
 (3, earth axes, from an autopilot's filter), `depth` (m, as stated). Rank 0 is the best source of a signal.
@@ -12,19 +12,16 @@ from typing import Any, Final, NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.attitude import quaternion_of_angles
 from bridge.text import printable
 from bridge.wire.framing import Frame, decode
-from bridge.wire.readings import TABLE, Reading
+from bridge.wire.readings import OF_THE_CONTRACT, Reading, Values, Wire
 from bridge.wire.status_codes import CrewText, decoded
-
-Values = tuple[float, ...]
-Wire = tuple[Any, ...]
 
 NAN: Final = math.nan
 MILLI_G: Final = 9.80665e-3
 UNKNOWN_ALTITUDE_M: Final = 655.35  # 65535 cm
 SERVOS: Final = 16
-OF_THE_CONTRACT: Final = frozenset(row.message.id for row in TABLE)
 
 
 class Heard(NamedTuple):
@@ -58,16 +55,7 @@ def _attitude(wire: Wire) -> tuple[Heard, ...]:
     angles = _EULER(wire)
     if not all(map(math.isfinite, angles)):
         return (Heard("attitude", 1, (NAN,) * 4), Heard("rates", 1, _EULER_RATES(wire)))
-    roll, pitch, yaw = (0.5 * angle for angle in angles)
-    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    quaternion = (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
-    return Heard("attitude", 1, quaternion), Heard("rates", 1, _EULER_RATES(wire))
+    return Heard("attitude", 1, quaternion_of_angles(*angles)), Heard("rates", 1, _EULER_RATES(wire))
 
 
 def _inertial(message: Any, rank: int) -> Callable[[Wire], tuple[Heard, ...]]:

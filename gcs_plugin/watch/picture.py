@@ -6,12 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
+from bridge.arrays import Array
 from gcs_plugin.monitor.gap import Gap
-
-Array = NDArray[np.float64]
 
 
 class Freshness(Enum):
@@ -108,7 +104,7 @@ class Said:
 
 
 class Kind(Enum):
-    """What an alarm is about; the value is the word for it."""
+    """Subjects of alarms; the value is the word for it."""
 
     VEHICLE = "vehicle"
     LINK = "link"
@@ -146,7 +142,7 @@ class Picture:
     newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
     `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
-    from its model, None if that can't be known, for what it `lacks`. `alarms`: the gravest kind first.
+    from its model, None if unknown, because of `lacks`. `alarms`: the gravest kind first.
     """
 
     now_s: float

@@ -6,10 +6,13 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
+from bridge.attitude import body_to_earth, heading_of
 from bridge.vehicle.config import Configuration, Vehicle, Water
-from bridge.vehicle.navigation import yaw_of
-from gcs_plugin.watch.hearing import Channel, Values
-from gcs_plugin.watch.picture import Array, ThrusterRow, Trace, freshness
+from bridge.vehicle.navigation import velocity_at_origin
+from bridge.wire.readings import Values
+from gcs_plugin.watch.hearing import Channel
+from gcs_plugin.watch.picture import ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
 
 REFERENCE_HOLDS_S: Final = 1.0
@@ -98,23 +101,20 @@ class Quantities:
         """Velocity at the body's origin: subtract the velocity at the DVL's position due to rotation."""
         rates = self._channels["rates"].values
         if self._has_lever and rates:
-            (p, q, r), (x, y, z) = rates, self._lever
-            u, v, w = values
-            values = u - (q * z - r * y), v - (r * x - p * z), w - (p * y - q * x)
+            (p, q, r), (u, v, w) = rates, values
+            values = velocity_at_origin((u, v, w), (p, q, r), self._lever)
         self._put(("u", "v", "w"), values, 0, time_s)
 
     def _velocity_ned(self, values: Values, time_s: float) -> None:
         """Velocity of an autopilot's filter, turned into body axes; used if no DVL is heard."""
         attitude = self._channels["attitude"].values
         if self._channels["velocity"].heard_s == -math.inf and attitude:
-            self._put(("u", "v", "w"), _to_body(attitude, values), 0, time_s)
+            self._put(("u", "v", "w"), (body_to_earth(np.array(attitude[:4])).T @ values).tolist(), 0, time_s)
 
     def _pressure(self, values: Values, time_s: float) -> None:
         if self._channels["depth"].heard_s > -math.inf:
             return
-        over_pa = values[0] - 100.0 * self._water.surface_pressure_hpa
-        depth_m = over_pa / (self._water.density_kg_m3 * self._water.gravity_m_s2)
-        self._depth((depth_m if is_pressure(values) else math.nan,), time_s)
+        self._depth((self._water.depth_m(values[0]) if is_pressure(values) else math.nan,), time_s)
 
     def _depth(self, values: Values, time_s: float) -> None:
         self._rings["depth"].put(time_s, values[0], self._reference_at(DEPTH_REFERENCE, time_s))
@@ -124,24 +124,13 @@ class Quantities:
 
     def _attitude(self, values: Values, time_s: float) -> None:
         w, x, y, z = values[:4]
-        heading = yaw_of((w, x, y, z))
+        heading = heading_of((w, x, y, z))
         reference = self._reference_at(HEADING_REFERENCE, time_s)
         self._rings["heading"].put(time_s, math.degrees(heading) % 360.0, math.degrees(reference) % 360.0)
 
     def _battery(self, values: Values, time_s: float) -> None:
         self._rings["voltage"].put(time_s, values[0])
         self._rings["current"].put(time_s, values[1])
-
-
-def _to_body(quaternion: Values, ned: Values) -> Values:
-    """Turn an earth vector into body axes, by the attitude w x y z from body to earth."""
-    w, x, y, z = quaternion[:4]
-    n, e, d = ned
-    return (
-        (1 - 2 * (y * y + z * z)) * n + 2 * (x * y + w * z) * e + 2 * (x * z - w * y) * d,
-        2 * (x * y - w * z) * n + (1 - 2 * (x * x + z * z)) * e + 2 * (y * z + w * x) * d,
-        2 * (x * z + w * y) * n + 2 * (y * z - w * x) * e + (1 - 2 * (x * x + y * y)) * d,
-    )
 
 
 KEPT_S: Final = 60.0

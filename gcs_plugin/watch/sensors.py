@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from bridge.vehicle.config import Vehicle
+from bridge.wire.readings import Values
 from gcs_plugin.doctor.checks import CONTRACT, RATE_TOLERANCE
-from gcs_plugin.watch.hearing import Channel, Values
+from gcs_plugin.watch.hearing import Channel
 from gcs_plugin.watch.picture import STALE_PERIODS, Condition, Freshness, SensorRow, freshness, period_s
 
 ARDUPILOT_HZ: Final = 2.0

@@ -16,20 +16,14 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.parameters import ACTIVE, COMMIT
 from bridge.wire.framing import Frame, decode
+from bridge.wire.readings import OF_THE_CONTRACT, Values
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.monitor.live import LiveGap
-from gcs_plugin.peers import GONE_S, GROUND_STATION, Heartbeat, Peer, Peers, Source
+from gcs_plugin.peers import GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
-from gcs_plugin.watch.hearing import (
-    FROM_ANYONE,
-    OF_THE_CONTRACT,
-    TELLING,
-    Channel,
-    StatusTexts,
-    Values,
-    heard,
-)
+from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
+from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
@@ -66,8 +60,8 @@ class Watcher:
 
     `system` is the vehicle to watch; by default the vehicle of the file, otherwise the first that sends heartbeats,
     unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
-    the vehicle's clock. `peers` are all senders heard. `settings` say what is an alarm; `accepted(system)` returns the
-    parameters that were last uploaded, by id: the model in force as long as the vehicle itself states no others.
+    the vehicle's clock. `peers` are all senders heard. `settings` are those of the alarms; `accepted(system)` returns
+    the parameters last uploaded, by id: the model in force as long as the vehicle itself states no others.
     """
 
     def __init__(
@@ -271,16 +265,12 @@ class Watcher:
             return ""
 
     def _stranger(self) -> str:
-        """What speaks against the vehicle file: a configuration that it does not have."""
+        """Why the vehicle file is not this vehicle's, "" for no reason: a configuration that it does not have."""
         veh_cfg, vehicle = _whole(self._channels["veh_cfg"].values), self._vehicle
-        if veh_cfg is None or vehicle is None:
+        if veh_cfg is None or vehicle is None or veh_cfg in vehicle.by_veh_cfg:
             return ""
-        known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}
-        if veh_cfg in known:
-            return ""
-        has = ", ".join(f"{number} {name}" for number, name in known.items())
         return (
-            f"the vehicle says configuration {veh_cfg}, and the file of '{vehicle.name}' has {has}: "
+            f"the vehicle says configuration {veh_cfg}, and the file of '{vehicle.name}' has {vehicle.listed}: "
             "name the vehicle's own with --vehicle"
         )
 
@@ -325,70 +315,3 @@ class ActiveSet:
         """Take a text of the vehicle."""
         if text.topic is Topic.SET_ACTIVE and text.number is not None:
             self.number, self.stated_s = text.number, arrived_s
-
-
-LOST_S: Final = 3.0
-OVER_S: Final = 10.0
-EVERY_S: Final = 1.0
-
-Counts = dict[tuple[str, Source], tuple[int, int]]
-"""Frames received and lost, by link and component."""
-
-
-class LinkRows:
-    """Rows of the components on all links. `peers` is fed by the caller, after `tick`."""
-
-    def __init__(self, peers: Peers) -> None:
-        self._peers = peers
-        self._counts: deque[tuple[float, Counts]] = deque()
-
-    def tick(self, time_s: float) -> None:
-        """Note the counts once a second; call it before each frame."""
-        if self._counts and time_s < self._counts[-1][0] + EVERY_S:
-            return
-        self._counts.append((time_s, self._now()))
-        while time_s - self._counts[0][0] > OVER_S:
-            self._counts.popleft()
-
-    def rows(self, now_s: float) -> list[LinkRow]:
-        """Rows of all senders of heartbeats except ground stations; of a link without any, of all its other senders."""
-        counts = self._now()
-        beating = {key for key in counts if self._beats(key) and not self._peer(key[1]).is_station}
-        with_beats = {link for link, _ in beating}
-        others = {
-            (link, source)
-            for link, source in counts
-            if link not in with_beats and source != GROUND_STATION and not self._beats((link, source))
-        }
-        return [self._row(key, counts[key], now_s) for key in counts if key in beating or key in others]
-
-    def _peer(self, source: Source) -> Peer:
-        peer = self._peers.get(source)
-        assert peer is not None
-        return peer
-
-    def _beats(self, key: tuple[str, Source]) -> bool:
-        """Whether the component sent a heartbeat on the link."""
-        return self._peer(key[1]).links[key[0]].beat_s > -math.inf
-
-    def _row(self, key: tuple[str, Source], now: tuple[int, int], now_s: float) -> LinkRow:
-        then_s, before = self._base(now_s)
-        # A sender that was dropped from the table and came back counts from zero again.
-        received, lost = (max(a - b, 0) for a, b in zip(now, before.get(key, (0, 0)), strict=True))
-        link, source = key
-        age_s = now_s - self._peer(source).links[link].beat_s
-        loss = lost / (received + lost) if received + lost else 0.0
-        rate_hz = received / (now_s - then_s) if now_s > then_s else 0.0
-        return LinkRow(link, *source, age_s, loss, rate_hz, age_s > LOST_S)
-
-    def _base(self, now_s: float) -> tuple[float, Counts]:
-        """The oldest counts of the last seconds; the newest of all if the links have been silent since."""
-        recent = (item for item in self._counts if now_s - item[0] <= OVER_S)
-        return next(recent, self._counts[-1] if self._counts else (now_s, {}))
-
-    def _now(self) -> Counts:
-        return {
-            (link, peer.source): (here.received, here.lost)
-            for peer in self._peers
-            for link, here in peer.links.items()
-        }

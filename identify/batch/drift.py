@@ -141,7 +141,10 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
     real = frozenset(name for name, p in chances.items() if p < LEVEL)
     masses = common_series(dated, [c.name for c in MASSES])
     dampings = common_series(dated, [c.name for c in DAMPINGS])
-    mass, damping, over = (_fit(series) for series in (masses, dampings, ratio(dampings, masses, dated)))
+    mass, damping, over = (
+        fit_trend(series.unix_s, series.value, series.std)
+        for series in (masses, dampings, ratio(dampings, masses, dated))
+    )
     voltage = _voltage(dated)
     story = _story(mass, damping, over, [trends[name] for name in real])
     if story is Story.TOO_FEW:
@@ -154,10 +157,6 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
 def percent(log_change: float) -> float:
     """Convert a change of a logarithm to per cent."""
     return 100 * float(np.expm1(log_change))
-
-
-def _fit(series: Series) -> Trend | None:
-    return fit_trend(series.unix_s, series.value, series.std)
 
 
 def _trend_of(rows: Sequence[Row], name: str) -> Trend | None:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, Kind
 from identify.batch.causes import EffectSize
 from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
-from identify.dive import Array
 from identify.ingest.open import utc
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
@@ -220,7 +220,7 @@ def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> 
         (
             utc(row.unix_s),
             *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in names),
-            _outcome(row, drift),
+            row.outcome if drift.counts(row) else f"{row.outcome}: in no trend",
             row.dive,
         )
         for row in rows
@@ -252,10 +252,6 @@ def _doubts(rows: Sequence[Row]) -> Table:
         tuple(lines),
         "What is doubted of these dives.",
     )
-
-
-def _outcome(row: Row, drift: Drift) -> str:
-    return row.outcome if drift.counts(row) else f"{row.outcome}: in no trend"
 
 
 def _cell(value: Value | None) -> str:

@@ -32,7 +32,7 @@ class Twin:
 
 @dataclass(frozen=True)
 class Selection:
-    """`recordings` to work on, each of a different dive; their `twins`; failed results for the `unreadable`."""
+    """The recordings of a batch, each of a different dive; their `twins`; failed results for the `unreadable`."""
 
     recordings: tuple[Recording, ...]
     twins: tuple[Twin, ...]

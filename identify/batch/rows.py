@@ -106,7 +106,10 @@ class Row:
 
 def rows_of(results: Sequence[Result], diagnoses: Sequence[Result] = ()) -> list[Row]:
     """Rows sorted by date; dives without a date come last, by name. `diagnoses`: of the same recordings."""
-    causes = {result.sha256: _causes(result) for result in diagnoses}
+    causes = {
+        each.sha256: Causes(error=each.error) if each.answer is None else Causes.from_json(each.answer)
+        for each in diagnoses
+    }
     rows = [_dated(replace(_row(result), causes=causes.get(result.sha256))) for result in results]
     return sorted(rows, key=lambda row: (row.unix_s is None, row.unix_s or 0.0, row.dive, row.source))
 
@@ -177,10 +180,6 @@ def to_json(row: Row) -> dict[str, Any]:
 def iso(unix_s: float | None) -> str:
     """Text such as `2026-11-20T09:12:03Z`; empty for no date."""
     return "" if unix_s is None else utc_text(unix_s)
-
-
-def _causes(result: Result) -> Causes:
-    return Causes(error=result.error) if result.answer is None else Causes.from_json(result.answer)
 
 
 def _dated(row: Row) -> Row:

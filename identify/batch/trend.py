@@ -19,8 +19,8 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import stdtr, stdtrit
 
+from bridge.arrays import Array
 from identify.batch.rows import Row
-from identify.dive import Array
 
 FEWEST = 3
 LEVEL = 0.05

@@ -6,21 +6,20 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
+from identify.challenge.mission import DEPTH, LONGEST_S, SHORTEST_S, draw_mission, sampled
 from identify.challenge.nearest import nearest, sizes
-from identify.challenge.novel import LONGEST_S, NOVEL, SHORTEST_S, draw_mission, sampled
 from identify.challenge.plants import ABSORBED, BY_NAME_ALONE, PLANTS
+from identify.challenge.plants_novel import NOVEL
 from identify.challenge.score import alike
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
 from identify.challenge.site import Planted, Site, site_of
 from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle
 from identify.dive import Dive
 
-Array = NDArray[np.float64]
 Kind = Literal["none", "one", "two", "novel"]
 
 SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15}
@@ -203,7 +202,7 @@ def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
     depth_m = rng.uniform(0.4, 0.8) if shallow else rng.uniform(2.5, 5.0)
     legs = draw_mission(rng, case.vehicle, case.seconds[which])
     reference = sampled(legs, time_s, depth_m, rng.uniform(-np.pi, np.pi))
-    deepest = float(reference[:, 13].max())
+    deepest = float(reference[:, DEPTH].max())
     floor_m = deepest + (rng.uniform(0.15, 0.4) if low else rng.uniform(2.0, 6.0))
     site = site_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
     site.sag, site.ripple = rng.uniform(0.005, 0.1), rng.uniform(0.0, 0.2)

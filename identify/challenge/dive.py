@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
 from identify.challenge.site import DrawnForce, remembered, shape_of
 from identify.challenge.vehicles import STEP_S, Clock, Faults, Readings
 from identify.challenge.world import STATES, WORK, Body, rates
-
-Array = NDArray[np.float64]
 
 
 class Control(NamedTuple):

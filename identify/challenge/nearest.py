@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from bridge.arrays import Array
+from bridge.attitude import down_in_body
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.simulate import Simulated
@@ -27,8 +28,6 @@ from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.rotation import euler_angles
-
-Array = NDArray[np.float64]
 
 
 def missing_wrench(site: Site, simulated: Simulated) -> Array:
@@ -41,8 +40,7 @@ def missing_wrench(site: Site, simulated: Simulated) -> Array:
     nu = ticks.state[:, 7:13]
     columns = nominal_columns(nu, ticks.nu_dot)
     modelled = columns @ np.concatenate([vehicle.mass, vehicle.damping])
-    w, x, y, z = ticks.state[:, 3:7].T
-    down = np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    down = np.column_stack(down_in_body(ticks.state[:, 3:7].T))
     weight_nm = shape.dry_mass_kg * GRAVITY_M_S2 * shape.centre_of_gravity_below_buoyancy_m
     modelled[:, :3] += shape.net_buoyancy_n * down
     modelled[:, 3] += weight_nm * down[:, 1]

@@ -3,14 +3,13 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.challenge import plants_thrust
 from identify.challenge.site import Planted, Site, changed, sized
 from identify.challenge.vehicles import DrawnVehicle
 
-Array = NDArray[np.float64]
 Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
 
 

@@ -5,20 +5,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Water
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge import dive as kernel
 from identify.challenge.dive import Control
 from identify.challenge.hull import voltage_share
+from identify.challenge.mission import HEADING
 from identify.challenge.site import Site, coloured, past_of
 from identify.challenge.vehicles import LAG_S, STEP_S, Clock, DrawnVehicle, Noise, Readings, noise_of
 from identify.challenge.world import STATES
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import quaternions_from_euler
-
-Array = NDArray[np.float64]
 
 FULL_VOLTAGE_V = 16.4
 
@@ -86,7 +85,7 @@ def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.rand
         vehicle.crew_arm,
     )
     start = np.zeros(STATES)
-    heading = float(reference[0, 12])
+    heading = float(reference[0, HEADING])
     start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
     readings = noise_of(clock, setup.noise, steps, rng)
     ticks = kernel.Ticks(

@@ -8,12 +8,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.challenge.hull import Hull, Propellers, bare_hull
 from identify.challenge.vehicles import LAG_S, STEP_S, DrawnVehicle, Faults, honest
 from identify.challenge.world import Body, body
-
-Array = NDArray[np.float64]
 
 VELOCITY, ACCELERATION, THRUST, ATTITUDE, DEPTH, PULSE, NOTHING = 0, 6, 12, 18, 21, 22, -1
 """First index of each group of signals: six degrees of freedom each of velocity, acceleration and thruster wrench;

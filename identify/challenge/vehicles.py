@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import (
     Configuration,
     Device,
@@ -20,8 +20,6 @@ from bridge.vehicle.config import (
     Vehicle,
     VehicleFile,
 )
-
-Array = NDArray[np.float64]
 
 LAG_S = 0.03
 DISTURBANCE_N_KG = 0.35 / 72.0

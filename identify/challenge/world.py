@@ -10,11 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.challenge.hull import Hull, growth, hull_wrench
-
-Array = NDArray[np.float64]
 
 STATES = 14
 """North, east, down; attitude w x y z; nu (6); the integral of yaw rate."""

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.arrays import Array
 from identify.checks.scales import whole
-from identify.dive import Array, Signal
+from identify.dive import Signal
 
 WINDOW_S, EDGE_S = 0.5, 0.25
 FEWEST_WINDOWS = 12

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, HEAVE, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile, Water
 from identify.checks.frozen import axis_key
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.forces import wrench
 from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
@@ -37,7 +38,6 @@ explanation."""
 EARLIER_SHARE = 0.5
 """Use of readings before their stamps is accepted only if it reduces the residual to less than this share."""
 
-HEAVE = 2
 
 LARGEST_UNEXPLAINED = 0.25
 """Share of the controller's wrench that may remain unexplained by recorded readings: rounding and late readings cause

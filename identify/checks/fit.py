@@ -5,9 +5,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, SURGE, SWAY
 from bridge.vehicle.config import Damping
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import INCREMENT, POSITION
@@ -17,10 +17,6 @@ from identify.estimators.misfit import DOUBTFUL_SCORE, Force, Multiplier, with_f
 from identify.estimators.readings import Channel
 from identify.identification import Culprit, Doubt, Outcome, ThrustDelay, coefficients_of
 from identify.words import axes_named
-
-Array = NDArray[np.float64]
-
-SURGE, SWAY = 0, 1
 
 LARGEST_SHARE = 0.1
 """Share of another axis's thrust: a DVL mounted about 4 degrees off its axes causes as much."""

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 
 SHORTEST_S, FEWEST = 2.0, 8
 """Least duration and number of equal values: shorter repetitions are left alone."""
@@ -62,6 +63,15 @@ class Runs:
     start_s: Array
     end_s: Array
 
+    def spans(self, chosen: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+        """Start and end of the chosen runs (k,)."""
+        return tuple(zip(self.start_s[chosen].tolist(), self.end_s[chosen].tolist(), strict=True))
+
+    def repeats(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """The samples of the chosen runs (k,), of which at least one is, after the first of each run."""
+        edges = zip(self.first[chosen], self.last[chosen], strict=True)
+        return np.concatenate([np.arange(first + 1, last + 1) for first, last in edges])
+
     @property
     def count(self) -> NDArray[np.int64]:
         return self.last - self.first + 1
@@ -90,10 +100,7 @@ def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
         frozen = _frozen(dive, name, known, runs, rest_us)
         if not frozen.any():
             continue
-        stretches[name] = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
-        index = np.concatenate(
-            [np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)]
-        )
+        stretches[name], index = runs.spans(frozen), runs.repeats(frozen)
         stays = ~np.isin(signal.time_s, known.time_s[index])
         left = Signal(signal.time_s[stays], signal.value[stays])
         kept[name] = left if len(left.in_part()) > np.count_nonzero(frozen) else None
@@ -128,16 +135,15 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
         frozen[i] = _pushed(dive, stands, rest_us) and _is_unlikely(int(runs.count[i]), likely, len(known))
     if not frozen.any():
         return dive
-    index = np.concatenate([np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)])
+    spans, index = runs.spans(frozen), runs.repeats(frozen)
     value = signal.value.copy()
     value[rows[index], column] = np.nan
     kept: dict[str, Any] = {name: Signal(signal.time_s, value)}
-    stretches = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
     return replace(
         dive,
         **kept,
-        frozen={**dive.frozen, axis_key(name, axis): stretches},
-        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", stretches, len(index) / len(known))),
+        frozen={**dive.frozen, axis_key(name, axis): spans},
+        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", spans, len(index) / len(known))),
     )
 
 

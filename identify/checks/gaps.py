@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from bridge.vehicle.coefficients import DOFS
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import DOFS, HEAVE
 from identify.checks.frozen import axis_key
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.ingest.commands import unknown_between
 from identify.words import axes_named
-
-HEAVE = 2
 
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
+from bridge.attitude import down_in_body
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.checks.scales import (
     FEWEST_WINDOWS,
@@ -14,7 +16,7 @@ from identify.checks.scales import (
     whole,
     within_runs,
 )
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.identification import Doubt, Outcome
 from identify.ingest.rotation import attitude_at, euler_angles
 
@@ -100,8 +102,7 @@ def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:
 def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Contributions of yaw rate and pitch rate to the rate of heading, (n,), at the rate's times, and whether the
     vehicle is upright enough."""
-    w, x, y, z = attitude_at(attitude, rate.time_s).T
-    aside, down = 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    _, aside, down = down_in_body(attitude_at(attitude, rate.time_s).T)
     level = np.hypot(aside, down)
     squared = np.maximum(level, LEAST_UPRIGHT) ** 2
     pitch = np.zeros(len(rate)) if dive.gyro is None else np.nan_to_num(dive.gyro.at(rate.time_s)[:, 1])

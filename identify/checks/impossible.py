@@ -10,7 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array, Dive, Signal
+from bridge.arrays import Array
+from identify.dive import Dive, Signal
 from identify.ingest.commands import percent
 
 MOST = {

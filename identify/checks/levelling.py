@@ -9,6 +9,7 @@ from itertools import starmap
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.checks.scales import (
     DOUBTFUL_SCORE,
@@ -21,7 +22,7 @@ from identify.checks.scales import (
     whole,
     within_runs,
 )
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
 from identify.statistics import left_of

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.checks.alike import (
     CLEAR,
@@ -19,7 +20,7 @@ from identify.checks.alike import (
 )
 from identify.checks.mend import Mend, mended, scaled
 from identify.checks.scales import edge_means, integral
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.ingest.rotation import attitude_at, to_body
 from identify.ingest.units import FOOT_M, KNOT_M_S
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array, Signal
+from bridge.arrays import Array
+from identify.dive import Signal
 from identify.statistics import left_of
 
 LEAST_READ = 0.8

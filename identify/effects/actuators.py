@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import ASTERN, LEAST, START, gain_name
 from bridge.vehicle.config import Configuration, Thruster
 from identify.effects.course import Course, delayed, lagged, shaft_lagged
@@ -22,8 +22,6 @@ from identify.effects.effect import (
     compensated_by,
     past_the_shaft,
 )
-
-Array = NDArray[np.float64]
 
 
 def _slow(course: Course, more_asked: Array) -> Array:

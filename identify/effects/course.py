@@ -8,11 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.dynamics import coriolis
 from bridge.vehicle.thrusters import allocation_matrix
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,10 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.effects.course import Course
 
-Array = NDArray[np.float64]
 ActsOn = Literal["force", "thruster", "reading", "water", "body", "log"]
 FeedForward = Literal[
     "", "nominal", "quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"

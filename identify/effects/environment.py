@@ -8,13 +8,11 @@ force: it is the excess of the velocity over ground over that through the water.
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Parameter, Separation, Told
-
-Array = NDArray[np.float64]
 
 WAVE_PERIODS_S = (2.0, 3.0, 4.0, 5.0, 6.5, 8.0)
 CURRENT_PERIODS_S = (20.0, 40.0, 80.0, 160.0)

@@ -1,12 +1,10 @@
 """Forces of the water on a moving hull that a diagonal, linear damping leaves out."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.effects.course import Course
 from identify.effects.effect import Act, Compensation, Effect, Parameter, Separation, compensated_by_name
-
-Array = NDArray[np.float64]
 
 DRAG_UNITS = ("N s2/m2",) * 3 + ("N m s2/rad2",) * 3
 

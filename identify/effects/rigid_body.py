@@ -1,13 +1,11 @@
 """Differences between the actual body and the vehicle file: mass, balance, buoyancy."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course
 from identify.effects.effect import Act, Compensation, Effect, Parameter, Separation
-
-Array = NDArray[np.float64]
 
 
 def moments_of_mass(course: Course, first: Array) -> Array:

@@ -1,13 +1,11 @@
 """Differences between a sensor's readings, or the recording, and the vehicle's motion."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course, delayed
 from identify.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
-
-Array = NDArray[np.float64]
 
 
 def _scale(course: Course, values: Array) -> Act:

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.accepted_effects import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V, SLOW_S
 from bridge.vehicle.coefficients import RESISTANCE, VOLTAGE, VOLTAGE_SHARE
 from identify.effects.course import Course, lagged
@@ -19,8 +19,6 @@ from identify.effects.effect import (
     before_the_shaft,
     compensated_by,
 )
-
-Array = NDArray[np.float64]
 
 RIPPLE_S = SLOW_S
 """Time constant for averaging the recorded voltage: faster changes come from the load."""

@@ -1,13 +1,11 @@
 """Effects of the water around a propeller on its thrust: inflow, wash and reaction torque."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration
 from identify.effects.course import Course
 from identify.effects.effect import PULSES, Act, Effect, Parameter, Separation, past_the_shaft
-
-Array = NDArray[np.float64]
 
 IN_LINE = 0.7
 """Cosine limit: a thruster stands in another's wash if it lies within 45 degrees of its axis."""

@@ -15,20 +15,19 @@ import json
 import math
 from collections.abc import Sequence
 
-from identify.export.model import Model
+from bridge.simulator.json_plant import PORT
+from identify.export.model import KNOW, Model
 
 SPHERE_M = 0.2
 AREA_M2 = math.pi / 4 * math.pi ** (2 / 3) * SPHERE_M**2
 """pi/4 (3/4 V)^(2/3) of V = 4/3 pi r^3, as in SIM_Submarine.h."""
 DENSITY_KG_M3, TURNING_DENSITY_KG_M3 = 1023.6, 1000.0
-PORT = 9002
 OWN_LINEAR_DRAG, OWN_TURNING_DRAG = (1.4, 1.8, 2.0), (1.05, 1.05, 1.05)
 """Drag coefficients built into SIM_Submarine.h."""
 
-_KNOW = "identify it, or put it into the vehicle file's model"
 _UNDAMPED = (
     "`plant` is undamped there, and names it as unknown; `frame_property` keeps the drag that ArduSub's own submarine "
-    f"has there; {_KNOW}"
+    f"has there; {KNOW}"
 )
 _OWN = "ArduSub's own submarine has {0}; the model's stands in `plant`"
 REASONS = {
@@ -45,8 +44,8 @@ REASONS = {
     "effects": "neither ArduSub's own submarine nor `plant` has them; the rest of the model was fitted beside them",
     "curve": _OWN.format("a quadratic thrust curve of 400 us"),
     "mass_by_axis": _OWN.format("one mass for all directions: {model.mean_mass_words}, is written"),
-    "unknown_mass": f"`plant` has the rigid body's own there, with no added mass, and names it as unknown; {_KNOW}",
-    "unknown_inertia": f"`plant` has the rigid body's own there, and names it as unknown; {_KNOW}",
+    "unknown_mass": f"`plant` has the rigid body's own there, with no added mass, and names it as unknown; {KNOW}",
+    "unknown_inertia": f"`plant` has the rigid body's own there, and names it as unknown; {KNOW}",
     "undamped_moving": _UNDAMPED,
     "undamped_turning": _UNDAMPED,
     "added": _OWN.format("no Coriolis force and no added mass but in its weight"),

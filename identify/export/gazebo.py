@@ -19,10 +19,11 @@ import math
 import xml.etree.ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.export.model import (
+    KNOW,
     Model,
     Propeller,
     comment,
@@ -35,20 +36,18 @@ from identify.export.model import (
     volume_m3,
 )
 
-Array = NDArray[np.float64]
 PLUGIN_AXES = (("x", "U"), ("y", "V"), ("z", "W"), ("k", "P"), ("m", "Q"), ("n", "R"))
 ADDED_TAGS = ("xx", "yy", "zz", "pp", "qq", "rr")
 PROPELLER_KG, PROPELLER_KGM2, PROPELLER_M = 1e-3, 1e-6, 0.1
 """A propeller needs a link with a mass, which is taken from the hull's. Its diameter only affects the spin."""
 STEP_S = 1e-3
 
-_KNOW = "identify it, or put it into the vehicle file's model"
 REASONS = {
     "unknown_mass": "the rigid body's own is written, with no added mass, so that it takes less thrust to start and "
-    f"stop there than in the water; {_KNOW}",
-    "unknown_inertia": f"the rigid body's own is written, with no added inertia; {_KNOW}",
-    "undamped_moving": f"zero is written: the simulator is undamped there; {_KNOW}",
-    "undamped_turning": f"zero is written: the simulator is undamped there; {_KNOW}",
+    f"stop there than in the water; {KNOW}",
+    "unknown_inertia": f"the rigid body's own is written, with no added inertia; {KNOW}",
+    "undamped_moving": f"zero is written: the simulator is undamped there; {KNOW}",
+    "undamped_turning": f"zero is written: the simulator is undamped there; {KNOW}",
     "lag": "Gazebo's Thruster applies a commanded force at once; send it commands through a first-order filter of "
     "{model.lag_s:g} s",
     "gain": "Gazebo's Thruster takes the force itself; multiply what is sent to cmd_thrust by the gain",

@@ -13,8 +13,8 @@ import numpy as np
 
 from identify.export.signals import PlotTopic
 from identify.ingest.extras import library
+from identify.ingest.ros.recorded import EXTRA
 
-EXTRA = "bags"
 PROFILE, DEFINED_AS, ENCODED_AS = "ros2", "ros2msg", "cdr"
 LEAD = b"\x00\x01\x00\x00"
 """Begins a message in CDR: little-endian numbers, which follow each other without gaps if all have 8 bytes."""

@@ -12,12 +12,15 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, QUADRATICS
-from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, Vector3, VehicleFile
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, VehicleFile
+from bridge.vehicle.references import Six
 from bridge.vehicle.thrusters import thrust_curve
 
-Six = tuple[float, float, float, float, float, float]
+KNOW = "identify it, or put it into the vehicle file's model"
+
 NONE: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 CURVE_US = range(1100, 1901, 10)
 """Pulse widths at which the thrust curve is written."""

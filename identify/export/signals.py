@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.shrink import HORIZON_S, differences, with_coefficients
 from identify.diagnose.simulation import simulation_of
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.ingest.rotation import euler_angles
 
 VELOCITIES = ("u_m_s", "v_m_s", "w_m_s", "p_rad_s", "q_rad_s", "r_rad_s")

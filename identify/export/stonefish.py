@@ -16,8 +16,19 @@ bodies,environment,materials,robots}.rst. Earth NED; the robot's axes are ours, 
 
 import xml.etree.ElementTree as ET
 
-from bridge.vehicle.config import GRAVITY_M_S2, Vector3
-from identify.export.model import Model, Propeller, comment, document, element, numbers, pointing, volume_m3
+from bridge.arrays import Vector3
+from bridge.vehicle.config import GRAVITY_M_S2
+from identify.export.model import (
+    KNOW,
+    Model,
+    Propeller,
+    comment,
+    document,
+    element,
+    numbers,
+    pointing,
+    volume_m3,
+)
 
 DRAG_SPEED_M_S = 0.5
 """Speed at which the quadratic drag is right; Stonefish's drag grows with the cube of the speed."""
@@ -25,11 +36,10 @@ START_DEPTH_M = 5.0
 STEEP = 1e-3
 """A table can't jump, so it rises to the least thrust within this share of it."""
 
-_KNOW = "identify it, or put it into the vehicle file's model"
 REASONS = {
-    "unknown_inertia": f"the rigid body's own is written; {_KNOW}",
+    "unknown_inertia": f"the rigid body's own is written; {KNOW}",
     "undamped_moving": "zero is written: the simulator is undamped there, for Stonefish has coefficients of its own "
-    f"for all three directions or for none; {_KNOW}",
+    f"for all three directions or for none; {KNOW}",
     "shape": "seatrial does not know it; the body is a cube of the right volume: with a mesh of your own in its place, "
     "drag changes",
     "mass_by_axis": "Stonefish has one mass for all directions: {model.mean_mass_words}, is written, "

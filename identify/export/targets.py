@@ -1,9 +1,11 @@
 """The simulators that a model can be written for, the effects in a model, and the parts that a target can't hold."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from bridge.arrays import Vector3
 from bridge.vehicle.coefficients import (
     BY_NAME,
     DAMPINGS,
@@ -14,11 +16,11 @@ from bridge.vehicle.coefficients import (
     AcceptedEffect,
     Group,
 )
-from bridge.vehicle.config import Vector3
 from identify.effects.actuators import AXES
 from identify.effects.effect import Effect
 from identify.export import ardusub_json, gazebo, stonefish
 from identify.export.model import Model, Propeller, six
+from identify.ingest.rotation import turned_by
 
 
 @dataclass(frozen=True)
@@ -183,7 +185,7 @@ def _with_effect(model: Model, effect: Effect, values: Sequence[float]) -> Model
 
 def _with_fault(thruster: Propeller, effect: Effect, size: float) -> Propeller:
     if effect.model_part == "direction":
-        return replace(thruster, direction=_rotated(thruster.direction, AXES[effect.about], size))
+        return replace(thruster, direction=_turned(thruster.direction, AXES[effect.about], size))
     if effect.model_part == "limit_n":
         return replace(thruster, low_n=max(thruster.low_n, -size), high_n=min(thruster.high_n, size))
     if effect.model_part == "gain":
@@ -195,13 +197,6 @@ def _with_fault(thruster: Propeller, effect: Effect, size: float) -> Propeller:
     return replace(thruster, dead_zone_n=size)
 
 
-def _rotated(way: Vector3, axis: Vector3, angle_rad: float) -> Vector3:
-    """Rodrigues' formula."""
-    (x, y, z), (a, b, c) = way, axis
-    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-    along = (1.0 - cos) * (a * x + b * y + c * z)
-    return (
-        x * cos + sin * (b * z - c * y) + along * a,
-        y * cos + sin * (c * x - a * z) + along * b,
-        z * cos + sin * (a * y - b * x) + along * c,
-    )
+def _turned(way: Vector3, axis: Vector3, angle_rad: float) -> Vector3:
+    x, y, z = turned_by(angle_rad * np.array([axis]), np.array([way]))[0].tolist()
+    return x, y, z

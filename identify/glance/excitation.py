@@ -11,15 +11,16 @@ import contextlib
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL, YAW
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.estimators.likelihood_fit import Begun, rough_fit
 from identify.estimators.misfit import Force, coefficients, doubts_of, lacking_drag, timing_of, with_forces
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
@@ -27,8 +28,6 @@ from identify.estimators.timing import lasting_axes
 from identify.forces import wrench
 from identify.glance.span import Span
 from identify.identification import LARGEST_RELATIVE_STD
-
-YAW: Final = 5
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.validate import AXES, LEAST_SPEED, measured_speed
 
 CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")

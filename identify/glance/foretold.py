@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from bridge.arrays import Array
 from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.words import fixed, speed
 
 if TYPE_CHECKING:

@@ -37,8 +37,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array, Mask
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
@@ -46,7 +46,7 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.align import AlignedDive, aligned, low_pass
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.glance.foretold import Held, MadeUp
 from identify.validate import (
     CUTOFF_HZ,
@@ -78,7 +78,6 @@ LATE_S: Final = 2.0
 MEMORY_S: Final = 4.0
 """Longest time over which the residuals of the PID's force are taken as correlated."""
 
-Mask = NDArray[np.bool_]
 
 MOST_THRUST: Final = 0.8
 OF_THE_TIME: Final = 0.99

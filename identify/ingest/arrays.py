@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.dive import Array
 from identify.ingest.streams import LONGEST_LIST, Stream, Streams, as_numbers, some_of
 
 FEWEST_ROWS = 2

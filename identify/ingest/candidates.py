@@ -7,8 +7,8 @@ from enum import Enum
 
 import numpy as np
 
+from bridge.arrays import Array
 from identify.checks.mend import Mend
-from identify.dive import Array
 from identify.ingest.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
 from identify.ingest.names import named, snake
 from identify.ingest.ranges import Guess, from_surface, unit_of

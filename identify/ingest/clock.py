@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from identify.dive import Array
+from bridge.arrays import Array
 
 EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 TICK: Final = timedelta(microseconds=1)

@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array, Dive, Signal
+from bridge.arrays import Array
+from identify.dive import Dive, Signal
 from identify.words import listed
 
 HELD_S = 0.5

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.ardusub.frames import FRAME, motors_of
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
-from identify.dive import Array, Signal
+from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.low_pass import before_low_pass

@@ -16,9 +16,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.wire.clock_line import ClockLine, fit_clock
-from identify.dive import Array, Signal
+from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.frames import load_frames

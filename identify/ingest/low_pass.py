@@ -15,7 +15,8 @@ from typing import Final
 
 import numpy as np
 
-from identify.dive import Array, Signal
+from bridge.arrays import Array
+from identify.dive import Signal
 
 CORNERS: Final = {"gyro": "INS_GYRO_FILTER", "specific_force": "INS_ACCEL_FILTER"}
 """Parameters with the corner frequency of each signal's filter, Hz; 0 for no filter."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.dive import Array
+from bridge.arrays import Array
 from identify.ingest.arrays import FEWEST_ROWS, stream_of
 from identify.ingest.extras import library
 from identify.ingest.streams import Stream, as_numbers

@@ -13,11 +13,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.wire.framing import MAGIC_2
 from bridge.wire.silences import Silence, longest, silences, way_to_mend
 from identify.checks.impossible import WILD_S, tame
-from identify.dive import Array, Kind, Note
+from identify.dive import Kind, Note
 from identify.ingest.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 
 GROUND_STATION = 6

@@ -321,10 +321,10 @@ SAME, PIECE, OVERLAPPING = "holds the same recording as", "is a piece of", "shar
 
 @dataclass(frozen=True)
 class Identity:
-    """`sha256` of all `size_bytes`; `opening`: SHA-256 of the first OPENING_BYTES, to recognise a copy that was cut.
+    """Marks by which a recording is known again: SHA-256 of all `size_bytes`, and of its opening.
 
-    `opening` is empty if the recording is shorter, and for formats in which two dives can begin alike: a table, or a
-    DataFlash log, which opens with its own formats.
+    `opening`, of the first OPENING_BYTES, recognises a copy that was cut. It is empty if the recording is shorter, and
+    for formats in which two dives can begin alike: a table, or a DataFlash log, which opens with its own formats.
     """
 
     sha256: str

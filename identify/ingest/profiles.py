@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.dive import Array
 from identify.ingest.column_map import ColumnMap
 from identify.ingest.signals import clock_of
 from identify.ingest.streams import Stream

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.dive import Array
 from identify.ingest.units import AIR_PA, UNITS
 
 PRESSURES = UNITS["pressure"]

@@ -14,9 +14,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import thrust_curve
-from identify.dive import TIMED_S, Array, Dive, Reckoned, Signal
+from identify.dive import TIMED_S, Dive, Reckoned, Signal
 from identify.ingest.commands import sampled_seldom
 from identify.ingest.rotation import euler_angles
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from identify.dive import Array, Signal
+from bridge.arrays import Array
+from bridge.attitude import body_to_earth
+from identify.dive import Signal
 
 
 def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
@@ -65,14 +67,7 @@ def in_body(velocity: Signal, attitude: Signal) -> Signal:
 
 def to_earth(quaternion: Array, body: Array) -> Array:
     """Turn vectors (n, 3) from body axes to north-east-down, at attitudes (n, 4)."""
-    (w, x, y, z), (a, b, c) = quaternion.T, body.T
-    return np.column_stack(
-        (
-            (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - w * z) * b + 2 * (x * z + w * y) * c,
-            2 * (x * y + w * z) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - w * x) * c,
-            2 * (x * z - w * y) * a + 2 * (y * z + w * x) * b + (1 - 2 * (x * x + y * y)) * c,
-        )
-    )
+    return np.asarray((body_to_earth(quaternion) @ body[:, :, None])[..., 0])
 
 
 def turned_by(turn: Array, vector: Array) -> Array:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.dive import Array
 from identify.ingest.column_map import RunColumn
 from identify.ingest.names import time_unit
 from identify.ingest.streams import Stream, Streams, some_of

@@ -10,8 +10,9 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.thrusters import NEUTRAL_US
-from identify.dive import Array, Kind, Note, Signal
+from identify.dive import Kind, Note, Signal
 
 BEYOND_US: Final = 20.0
 PULSE_US: Final = (800.0, 2200.0)

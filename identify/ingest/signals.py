@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array, Mask
 from bridge.errors import LogError
 from identify.checks.impossible import LONGEST_DIVE_S, tame
-from identify.dive import Array, Signal
+from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.column_map import (
@@ -27,7 +28,7 @@ from identify.ingest.column_map import (
 )
 from identify.ingest.commands import spread
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
-from identify.ingest.streams import MOST_NAMED, Mask, Stream, Streams, some_of
+from identify.ingest.streams import MOST_NAMED, Stream, Streams, some_of
 from identify.ingest.text_table import no_number
 from identify.ingest.units import UNITS
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array
-
-Mask = NDArray[np.bool_]
+from bridge.arrays import Array, Mask
 
 LONGEST_LIST = 16
 """A field with more numbers than this a row is an image, a map or a covariance, and is not read as columns."""

@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array, Mask
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
-from identify.dive import Array
-from identify.ingest.streams import Mask, Stream, Streams
+from identify.ingest.streams import Stream, Streams
 from identify.words import listed
 
 COMMENT: Final = ("#", "%")

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.ardusub.frames import FRAME, motors_of
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.dive import STAMPED_S, Array, Signal
+from bridge.wire.readings import CONTRACT_VERSION
+from identify.dive import STAMPED_S, Signal
 from identify.ingest import held_pressure, rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.frames import Frames, load_frames, message_name
@@ -31,7 +33,6 @@ OF_BODY, OF_EARTH = (BODY_NED, BODY_OFFSET_NED, BODY_FRD), (LOCAL_NED, LOCAL_OFF
 FUSED = (3, 5, 8)
 """MAV_ESTIMATOR_TYPEs that smooth, because they fuse accelerations: visual-inertial, the same with GPS, autopilot."""
 
-CONTRACT_VERSION = 1
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
 DOWNWARD = 25
 ARMED = 128

@@ -20,8 +20,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.simulator.truth import DISTURBANCE_N_PER_KG, TYPICAL
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES
@@ -29,8 +29,6 @@ from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds
 from identify.estimators.lateness import LATER_S
 from identify.identification import Identification, disturbance, noise, time_constant
-
-Array = NDArray[np.float64]
 
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7
@@ -239,7 +237,7 @@ def _typical_noise(file: VehicleFile, shape: Configuration) -> tuple[AxisNoise, 
     sensors, water = file.vehicle.sensors, file.vehicle.water
     force = DISTURBANCE_N_PER_KG * shape.dry_mass_kg
     dvl = TYPICAL.dvl_m_s**2 / _rate_hz(sensors, "dvl", DVL_HZ)
-    depth_m = TYPICAL.pressure_pa / (water.density_kg_m3 * water.gravity_m_s2)
+    depth_m = TYPICAL.pressure_pa / water.weight_n_m3
     gyro_hz = _rate_hz(sensors, "imu", GYRO_HZ)
     gyro, attitude = TYPICAL.gyro_rad_s**2 / gyro_hz, TYPICAL.attitude_rad**2 / gyro_hz
     fog = TYPICAL.fog_rad_s**2 / _rate_hz(sensors, "fog", FOG_HZ)

@@ -5,16 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.truth import Truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.planning.knowledge import Knowledge
-
-Array = NDArray[np.float64]
 
 START_DEPTH_M = 1.5
 REST_S = 5.0
@@ -76,12 +74,11 @@ class Trial:
 class Tank:
     """Simulated still water for trials of plans, with the vehicle at its presumed coefficients."""
 
-    def __init__(self, file: VehicleFile, configuration: str, knowledge: Knowledge) -> None:
-        self._file, self._configuration = file, configuration
+    def __init__(self, file: VehicleFile, configuration_name: str, knowledge: Knowledge) -> None:
+        self.file, self.configuration_name, self.knowledge = file, configuration_name, knowledge
         self._truth = Truth(dict(knowledge.values), 0.0, 0.0)
-        shape = file.vehicle.configurations[configuration]
         self._curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
-        self._allocator = Allocator(shape, self._curve)
+        self._allocator = Allocator(file.vehicle.configurations[configuration_name], self._curve)
 
     def force(self, dof: int, share: float) -> float:
         """Force or moment (N, N m) along an axis at which the first thruster to saturate reaches this share of its
@@ -102,8 +99,8 @@ class Tank:
         """Simulate the legs between two rests."""
         pause = [Leg(REST_S, "rest", "rest")]
         run = simulate_truth(
-            self._file,
-            self._configuration,
+            self.file,
+            self.configuration_name,
             Mission("trial", (*pause, *legs, *pause), START_DEPTH_M),
             seed=0,
             noise=QUIET,

@@ -9,10 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from bridge.simulator.missions import TRANSIENT_S
-from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.coefficients import DOFS, HEAVE, SURGE, SWAY, YAW
 from bridge.vehicle.legs import Leg
 
-SURGE, SWAY, HEAVE, YAW = 0, 1, 2, 5
 PUSHES = {SURGE: "push_surge_n", SWAY: "push_sway_n"}
 RATES = {SURGE: "surge_m_s", SWAY: "sway_m_s", HEAVE: "heave_m_s", YAW: "yaw_rad_s"}
 UNITS = {"push_surge_n": "N", "push_sway_n": "N", "yaw_rad_s": "rad/s"}

@@ -12,22 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.simulator.direct import TICK_S
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, HEAVE, MASSES, SURGE, SWAY, YAW
 from bridge.vehicle.legs import Leg
 from identify.dive import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, of_motion, of_timing
 from identify.planning.limits import REST_S, Limits, Tank, Trial
 from identify.planning.manoeuvres import (
-    HEAVE,
     PERIODS_S,
     PUSHES,
     RATES,
-    SURGE,
-    SWAY,
-    YAW,
     Drive,
     Family,
     Manoeuvre,
@@ -37,7 +33,6 @@ from identify.planning.manoeuvres import (
     sweep,
 )
 
-Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 DOFS_PLANNED = (SURGE, SWAY, HEAVE, YAW)
@@ -115,9 +110,7 @@ class _Candidate:
 
 
 def propose(
-    file: VehicleFile,
-    configuration: str,
-    knowledge: Knowledge,
+    tank: Tank,
     limits: Limits,
     seconds: float,
     dofs: Sequence[int] = DOFS_PLANNED,
@@ -127,18 +120,18 @@ def propose(
 
     Raises FitError if the thrusters drive none of the axes, or if no manoeuvre fits into the limits or the time.
     """
-    tank = Tank(file, configuration, knowledge)
+    file, knowledge = tank.file, tank.knowledge
     able = drivable(tank, dofs)
     if not able:
         raise FitError(
-            f"{file.path}: the thrusters of '{configuration}' push along none of "
+            f"{file.path}: the thrusters of '{tank.configuration_name}' push along none of "
             f"{', '.join(DOFS[dof] for dof in dofs)}; name other axes, or mend the vehicle file"
         )
     families = _families(tank, able, limits)
     candidates = []
     for i, family in enumerate(families):
         progress(i / (len(families) + 1), f"trying {family.kind} in {DOFS[family.drives[0].dof]}")
-        candidate = _within(family, tank, limits, knowledge, able)
+        candidate = _within(family, tank, limits, able)
         if candidate is not None:
             candidates.append(candidate)
     chosen = _choose(candidates, knowledge, able, seconds)
@@ -152,9 +145,7 @@ def propose(
             f"--minutes {math.ceil(shortest / 6 - 1e-9) / 10:g} or more"
         )
         raise FitError(f"{file.path}: nothing can be planned: {why}")
-    parts = tuple(
-        part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits, knowledge)
-    )
+    parts = tuple(part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits))
     whole_trial = tank.dive(mission_legs([part.manoeuvre for part in parts]))
     timing = of_timing(TICK_S, whole_trial.nu, knowledge, able)
     information = stamped(of_motion(TICK_S, whole_trial.nu, knowledge, able), timing)
@@ -231,10 +222,9 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
     return families
 
 
-def _within(
-    family: Family, tank: Tank, limits: Limits, knowledge: Knowledge, dofs: tuple[int, ...]
-) -> _Candidate | None:
+def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -> _Candidate | None:
     """The family at the greatest strength that the limits allow; None if they allow none."""
+    knowledge = tank.knowledge
     drift_m = _drift(family.drives, family.period_s, knowledge)
     block_m = _drift(family.drives, family.cycles * family.period_s, knowledge)
     reserve_m = _drift(family.drives, RESERVE_S, knowledge)
@@ -255,22 +245,20 @@ def _within(
     return None
 
 
-def _parts(
-    candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowledge: Knowledge
-) -> list[Part]:
+def _parts(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> list[Part]:
     """Split the cycles into parts of nearly equal length, each within the space."""
     goes = candidate.goes(cycles)
     sizes = [cycles // goes + (i < cycles % goes) for i in range(goes)]
-    made = {size: _part(candidate, size, tank, limits, knowledge) for size in set(sizes)}
+    made = {size: _part(candidate, size, tank, limits) for size in set(sizes)}
     return [made[size] for size in sizes]
 
 
-def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowledge: Knowledge) -> Part:
+def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> Part:
     """Build a part; weaker than its candidate if more cycles swing wider than the candidate's block did."""
     scale = candidate.scale
     while True:
         manoeuvre = candidate.family.at(scale, cycles)
-        drift_m = _drift(manoeuvre.drives, manoeuvre.duration_s, knowledge)
+        drift_m = _drift(manoeuvre.drives, manoeuvre.duration_s, tank.knowledge)
         part = Part(manoeuvre, tank.dive(manoeuvre.legs()), drift_m)
         across = part.trial.across_m / (limits.space_m - drift_m)
         over = max(across, part.trial.depth_m / limits.heave_m)

@@ -11,16 +11,17 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import Configuration, Water
 from identify.diagnose import candidates
 from identify.diagnose.result import Finding, Value, Verdict
-from identify.dive import Array
 from identify.effects.actuators import weak
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.rigid_body import NET_BUOYANCY
 from identify.effects.sensors import DEPTH_SCALE
-from identify.repeats.marks import DEPTH, FORCE, HEAVE, MARKS, PITCH, ROLL, YAW, Usual
+from identify.repeats.marks import DEPTH, FORCE, MARKS, PITCH, ROLL, YAW, Usual
 
 ROUGH: Final = 0.5
 """Relative standard deviation of a thruster's moments about x and y: arms and righting moment are seldom known."""
@@ -73,7 +74,7 @@ def _weight(course: Course, force_n: float) -> Cause:
 def _depth_gain(scale: float, water: Water) -> Cause:
     """A depth sensor reads absolute pressure, and its gain acts on that of the air too: at the surface it reads
     (k - 1) p / (rho g), which shows long before k z does."""
-    air_m = 100.0 * water.surface_pressure_hpa / (water.density_kg_m3 * water.gravity_m_s2)
+    air_m = -water.depth_m(0.0)
     effect = replace(DEPTH_SCALE, variant="of the absolute pressure")
     shift = np.zeros(5)
     shift[DEPTH] = (scale - 1.0) * air_m

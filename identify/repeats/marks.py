@@ -15,10 +15,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError, LogError
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.forces import asked_thrusts
 from identify.ingest.rotation import euler_angles
 
@@ -35,8 +37,6 @@ STEADY: Final = 0.2
 
 LEAST_SHARE: Final = 0.02
 """Thrust below this share of a thruster's limit counts as none."""
-
-HEAVE = 2
 
 
 @dataclass(frozen=True)

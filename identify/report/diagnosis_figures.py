@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
-from identify.dive import Array
 from identify.report.page import Figure, Table
 from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack
 from identify.report.traces import Traces

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Water
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.identification import Estimate
 from identify.ingest.rotation import to_earth
 from identify.report.page import Figure

@@ -7,11 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration, Water
 from bridge.vehicle.mode import word_of
 from identify.comparison import Comparison, further_remarks
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.identification import Estimate, Identification, Outcome, added_mass, estimate
 from identify.report import figures, tables

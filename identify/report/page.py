@@ -124,7 +124,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """`name`: content of the figure, also used for its file name; `draw`: draws it at a width in inches."""
+    """A figure of a page. `name` tells its content and names its file; `draw` draws it at a width in inches."""
 
     name: str
     caption: str
@@ -152,7 +152,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """`verdict` is the sentence for a reader in a hurry."""
+    """A page: a verdict, for a reader in a hurry, and sections."""
 
     title: str
     subtitle: str
@@ -160,12 +160,7 @@ class Report:
     sections: tuple[Section, ...] = ()
 
 
-def _unseen(share: float) -> None:
-    """Progress callback that does nothing."""
-    del share
-
-
-def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _unseen) -> Path:
+def write_report(path: Path, report: Report, drawn: Callable[[float], None] = lambda _: None) -> Path:
     """Write the page to `path`, atomically: the file holds either the old page or the whole new page.
 
     `drawn` is called with the share of the figures drawn so far. Raises LogError.
@@ -181,7 +176,7 @@ def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _u
     return path
 
 
-def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> str:
+def render_report(report: Report, drawn: Callable[[float], None] = lambda _: None) -> str:
     """The page as HTML; `drawn` as for `write_report`."""
     headings = _distinct([section.heading for section in report.sections])
     links = "".join(f'<li><a href="#part-{i}">{safe(h)}</a></li>' for i, h in enumerate(headings, start=1))

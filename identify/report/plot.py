@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure as Picture
 
-from identify.dive import Array
+from bridge.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array
-from identify.words import fixed, safe
+from bridge.arrays import Array
+from identify.words import fixed, nice_step, safe
 
 ZOOMS = (1, 4, 16)
 """Stretches of the time axis, in widths of the page."""
@@ -124,7 +124,7 @@ def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
     room = 0.05 * (high - low) or 1.0
     low, high = low - room, high + room
     across = WIDE * of.time_s / max(span_s, 1e-9)
-    step = _step((high - low) / 6)
+    step = nice_step((high - low) / 6)
     lines = [(value, (high - value) / (high - low)) for value in _multiples(step, low, high)]
     grid = "".join(f'<path class="grid" d="M0 {HIGH * down:.0f}H{WIDE}"/>' for _, down in lines)
     scale = "".join(
@@ -166,7 +166,7 @@ def _times(span_s: float) -> str:
     """Seconds beneath the panels; more of them show at higher zoom."""
     out, shown = "", set()
     for by in ZOOMS:
-        step = _step(span_s / (TICKS * by))
+        step = nice_step(span_s / (TICKS * by))
         for at_s in _multiples(step, 0.0, span_s):
             if round(at_s, 3) not in shown and span_s > 0:
                 shown.add(round(at_s, 3))
@@ -177,14 +177,6 @@ def _times(span_s: float) -> str:
 
 def _multiples(step: float, low: float, high: float) -> list[float]:
     return [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
-
-
-def _step(least: float) -> float:
-    """The smallest round number that is not less than `least`."""
-    if least <= 0:
-        return 1.0
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(leading * power for leading in (1.0, 2.0, 5.0, 10.0) if leading * power >= least * (1 - 1e-9))
 
 
 def _rounded(value: float, step: float) -> str:

@@ -11,10 +11,10 @@ from operator import attrgetter
 
 import numpy as np
 
+from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3
 from identify.align import low_pass
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.glance.foretold import verdict_of
 from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, signal_line, time_panel

@@ -5,8 +5,6 @@ Exit codes: 0 done, 1 the answer is to be read before its values are used, 2 bad
 """
 
 import argparse
-import json
-import math
 import os
 import sys
 from collections.abc import Sequence
@@ -14,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import FitError, SeatrialError
-from bridge.files import to_disk, whole
+from bridge.files import write_whole
+from bridge.plain import to_json
 from bridge.reports import ERROR, PAGE, Report, line
 from bridge.vehicle.config import load_vehicle
 from identify.progress import Step
@@ -109,19 +108,7 @@ def _read(arguments: argparse.Namespace, dive: Path, density: float | None, carr
 
 
 def _write(path: Path, data: Any) -> None:
-    text = json.dumps(_finite(data), indent=2, allow_nan=False)
-    with whole(path) as file:
-        file.write(f"{text}\n".encode())
-        to_disk(file)
-
-
-def _finite(data: Any) -> Any:
-    """`data` with null for numbers that JSON does not have."""
-    if isinstance(data, dict):
-        return {str(key): _finite(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [_finite(value) for value in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
+    write_whole(path, f"{to_json(data, indent=2)}\n", synced=True)
 
 
 def _draw(arguments: argparse.Namespace, report: Any, readings: Sequence[Reading]) -> None:

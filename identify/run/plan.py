@@ -1,6 +1,6 @@
 """Plan the next dive: from the vehicle file alone, or from all that an earlier dive tells."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -8,7 +8,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
-from identify.planning.knowledge import Knowledge, after, before_any_dive
+from identify.planning.knowledge import after, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.propose import DOFS_PLANNED, Proposal, propose
 from identify.planning.writing import to_json
@@ -19,69 +19,62 @@ OF: Final = "plan"
 
 @dataclass(frozen=True)
 class Planned:
-    """A proposal for a configuration, with the knowledge that it starts from and the limits that it keeps."""
+    """A proposal, with the vehicle that it was tried with and the limits that it keeps."""
 
-    file: VehicleFile
-    configuration: str
-    knowledge: Knowledge
+    tank: Tank
     limits: Limits
     proposal: Proposal
 
-    @property
-    def tank(self) -> Tank:
-        """The vehicle in its limits."""
-        return Tank(self.file, self.configuration, self.knowledge)
-
     def to_json(self) -> dict[str, Any]:
         """Vehicle, configuration and proposal as plain data."""
-        about = {"name": self.file.vehicle.name, "sha256": self.file.sha256}
+        file = self.tank.file
         return {
-            "vehicle": about,
-            "configuration": self.configuration,
-            **to_json(self.proposal, self.knowledge, self.limits),
+            "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
+            "configuration": self.tank.configuration_name,
+            **to_json(self.proposal, self.tank.knowledge, self.limits),
         }
 
 
 def plan(
-    file: VehicleFile,
+    tank: Tank,
     limits: Limits,
     seconds: float,
     dofs: Sequence[int] = DOFS_PLANNED,
-    *,
-    known: "Dive | Mapping[str, Any] | None" = None,
-    source: str = "",
     progress: Steps = ignore_step,
 ) -> Planned:
-    """Propose the manoeuvres for `seconds` in total.
-
-    `known` is an earlier dive, which is identified first, or the JSON of an identification; `source` is named in
-    messages about it. Raises ConfigError if the configuration is open, or `known` fits neither vehicle nor
-    configuration, and FitError if the dive tells nothing or no manoeuvre fits.
-    """
-
-    def passed_on(share: float, words: str, *_: object) -> None:
-        progress(Step(OF, share, words))
-
-    if known is None:
-        configuration_name = file.configuration or _only(file)
-        knowledge = before_any_dive(file, configuration_name)
-    else:
-        if isinstance(known, Dive):
-            configuration_name = file.configuration_of(known.configuration_index())
-            known = estimator(DEFAULT)(known, file, configuration_name, passed_on).to_json()
-        else:
-            configuration_name = file.configuration or file.vehicle.configuration_named(
-                str(known.get("configuration"))
-            )
-        knowledge = after(known, file, configuration_name, source)
-    proposal = propose(file, configuration_name, knowledge, limits, seconds, dofs, passed_on)
-    return Planned(file, configuration_name, knowledge, limits, proposal)
+    """Propose the manoeuvres for `seconds` in total. Raises FitError if none fits."""
+    return Planned(tank, limits, propose(tank, limits, seconds, dofs, _steps(progress)))
 
 
-def _only(file: VehicleFile) -> str:
+def before_dives(file: VehicleFile) -> Tank:
+    """What is known from the vehicle file. Raises ConfigError if its configuration is open."""
     names = list(file.vehicle.configurations)
-    if len(names) > 1:
+    if file.configuration is None and len(names) > 1:
         raise ConfigError(
             f"vehicle '{file.vehicle.name}' has {', '.join(names)}; name one: --vehicle FILE:CONFIGURATION"
         )
-    return names[0]
+    name = file.configuration or names[0]
+    return Tank(file, name, before_any_dive(file, name))
+
+
+def after_identification(identified: Mapping[str, Any], file: VehicleFile, source: str) -> Tank:
+    """What is known after an identification, given as its JSON and named `source` in messages.
+
+    Raises ConfigError if it fits neither vehicle nor configuration.
+    """
+    name = file.configuration or file.vehicle.configuration_named(str(identified.get("configuration")))
+    return Tank(file, name, after(identified, file, name, source))
+
+
+def after_dive(dive: Dive, file: VehicleFile, source: str, progress: Steps = ignore_step) -> Tank:
+    """What is known after a dive, which is identified here. Raises ConfigError; FitError if the dive tells nothing."""
+    name = file.configuration_of(dive.configuration_index())
+    identified = estimator(DEFAULT)(dive, file, name, _steps(progress)).to_json()
+    return Tank(file, name, after(identified, file, name, source))
+
+
+def _steps(progress: Steps) -> Callable[..., None]:
+    def step(share: float, words: str, *_: object) -> None:
+        progress(Step(OF, share, words))
+
+    return step

@@ -15,8 +15,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError, LogError
-from identify.dive import Array, Dive, Note, Run, Signal
+from identify.dive import Dive, Note, Run, Signal
 from identify.estimators.refusals import refuse_unpushed
 from identify.run.ballast import ballast_note
 from identify.run.recordings import Reading

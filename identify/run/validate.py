@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
+from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3, VehicleFile
+from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from identify import validate as tracking
 from identify.allocated import allocated_gains

@@ -21,8 +21,8 @@ from bench.diagnosis.rivals.said import Said, closed, missing, pushing
 from bench.diagnosis.rivals.trials import RivalTrial
 from bench.diagnosis.trials import Trial, effects_for
 from identify.challenge.case import check_of, dive_of, draw_case
-from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
+from identify.challenge.plants_novel import NOVEL
 from identify.challenge.score import Answer, Named, Rate
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG

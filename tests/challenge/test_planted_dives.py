@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
-from identify.challenge.novel import NOVEL
 from identify.challenge.plants import PLANTS
+from identify.challenge.plants_novel import NOVEL
 from identify.challenge.seal import tlog_of
 from identify.challenge.site import (
     ACCELERATION,
@@ -178,7 +178,6 @@ def test_all_kinds_are_drawn_of_vehicles_that_settle_within_seconds() -> None:
     assert 0.15 < settles_s.min() < settles_s.max() < 5.0
 
 
-Array = NDArray[np.float64]
 STEP_S = 0.01
 
 

@@ -4,12 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.challenge.hull import Hull, Propellers, bare_hull, growth, shafts_want, turn
 from identify.challenge.world import STATES, WORK, Body, body, rates, solve6
-
-Array = NDArray[np.float64]
 
 
 def full_mass(rng: np.random.Generator) -> Array:

@@ -8,7 +8,7 @@ from fakes.vehicle import VEHICLE
 from parameter_vehicle import at_any_link
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
 from tui import cli
 
 DESPITE_HALF = ("--accept-implausible", "FF1_M_U", "FF1_D_U")

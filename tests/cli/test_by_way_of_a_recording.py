@@ -17,6 +17,7 @@ from waiting import until
 from bridge import exit_codes
 from bridge.errors import LinkError
 from bridge.exit_codes import UsageError
+from bridge.links.addresses import same_link
 from bridge.links.link import memory_pair
 from bridge.links.open import open_link
 from bridge.onboard.parameters import parameters_of
@@ -25,7 +26,6 @@ from bridge.wire.framing import Encoder, decode
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.hub import Hub
-from gcs_plugin.recording.link import same_link
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import held, state_file, write_holding
 from gcs_plugin.simulated import afloat
@@ -193,7 +193,7 @@ def test_parameters_and_mode_go_by_way_of_the_recording_which_keeps_what_was_ask
     asked = [decode(frame) for frame in frames if frame.system == 255]
     sets = [message.param_value for message in asked if message.get_type() == "PARAM_SET"]
     assert {111.5, 56.25, 3.0, 0.0} <= set(sets)
-    assert recorder.recorded == len(frames)
+    assert recorder.kept.frames == len(frames)
     dive = read_dive(folder.path)
     assert None not in (dive.velocity, dive.gyro, dive.attitude, dive.fog)
     assert {float(value) for value in dive.ff_mode.value[:, 0]} == {0.0, 3.0}

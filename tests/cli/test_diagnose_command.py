@@ -29,7 +29,8 @@ from identify.foretell import Foresight
 from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import effects_without
 from tui import cli
-from tui.commands.diagnose import _sends, accept, tell_diagnosis
+from tui.accepting import _sends, accept
+from tui.commands.diagnose import tell_diagnosis
 
 DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}
@@ -80,7 +81,7 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
         return Foresight((), (), ("foretold",))
 
     monkeypatch.setattr("identify.foretell.foretell", flies)
-    monkeypatch.setattr("tui.commands.diagnose.contradictions", lambda *_: ())
+    monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
     monkeypatch.setenv(reports.VARIABLE, reports.FORM)
     accepted = Accepted(D_U, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0}),), ())
     file = load_vehicle("ruvifist")

@@ -16,14 +16,14 @@ from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import vehicle_table
-from gcs_plugin.params.files import read_sidecar, write_sidecar
+from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.result import Accepted, Value
 from identify.dive import Dive
 from identify.identification import Doubt, Outcome
 from tui import cli
-from tui.commands.diagnose import accept, accepted_before
+from tui.accepted import accepted_in
+from tui.accepting import accept, accepted_before
 from tui.commands.params import targets_of
-from tui.commands.prior import accepted_in
 from tui.commands.simulate import accepted_truth
 from tui.parameter_files import Leave, accepted_model
 

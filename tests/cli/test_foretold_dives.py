@@ -10,7 +10,8 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.foretold import Foretold
-from gcs_plugin.params.files import Sidecar, write_parameters, write_sidecar
+from gcs_plugin.params.files import write_parameters
+from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from identify.dive import Dive, Signal
 from identify.validate import TrackingErrors, WholeError
 from tui.commands.validate import foretelling, whole_table

@@ -11,7 +11,7 @@ from params_line import DESPITE_HALF, run, with_intervals
 
 from bridge import exit_codes, reports
 from bridge.wire.framing import Framer, decode
-from gcs_plugin.params.files import read_sidecar
+from gcs_plugin.params.sidecar import read_sidecar
 
 vehicle = params_line.vehicle
 file = params_line.file

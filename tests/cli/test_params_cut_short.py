@@ -13,7 +13,7 @@ from params_line import run, with_intervals
 
 from bridge import exit_codes
 from bridge.vehicle.parameters import set_crc
-from gcs_plugin.params.files import read_sidecar
+from gcs_plugin.params.sidecar import read_sidecar
 from tui import cli
 
 vehicle = params_line.vehicle

@@ -7,15 +7,9 @@ from params_line import identified, run, with_sidecar
 
 from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import (
-    Sidecar,
-    read_sidecar,
-    sidecar_path,
-    system_of,
-    write_parameters,
-    write_sidecar,
-)
+from gcs_plugin.params.files import system_of, write_parameters
 from gcs_plugin.params.identified import write_identified
+from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
 
 vehicle = params_line.vehicle

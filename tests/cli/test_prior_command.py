@@ -13,11 +13,12 @@ from bridge import exit_codes
 from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.config import Prior, Vehicle, load_vehicle
-from gcs_plugin.params.files import Interval, Sidecar, write_sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
 from identify.identification import Identification, Outcome, estimate
 from identify.priors import with_priors
 from tui import cli
-from tui.commands.prior import accepted_in, with_priors_written
+from tui.accepted import accepted_in
+from tui.commands.prior import with_priors_written
 from tui.parameter_files import Leave
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"

@@ -12,8 +12,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
 from bridge.links.link import memory_pair
-from bridge.onboard.orders import status_texts
 from bridge.wire.framing import Encoder
+from bridge.wire.status_codes import status_texts
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import About, list_folders, new_folder

@@ -15,7 +15,8 @@ from bridge.clock import SystemClock
 from bridge.links.link import memory_pair
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Framer
-from gcs_plugin.dives.folder import began, load_folder
+from gcs_plugin.dives.folder import load_folder
+from gcs_plugin.dives.recordings import began
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.session import Order

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fakes.planted import drawn_nominal, planted_nominal
-from numpy.typing import NDArray
 from soak import rows_rest_in_soak
 
+from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
 from identify.diagnose import slow, unexplained
@@ -262,7 +262,6 @@ def test_a_wild_reading_is_no_blow(weighing):
     assert gains[1] < gains[0] + 5.0
 
 
-Array = NDArray[np.float64]
 PERIOD_S = 90.0
 
 

@@ -9,13 +9,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.links.link import Link
-from bridge.onboard.orders import status_texts
 from bridge.onboard.parameters import ParameterServer
 from bridge.vehicle.config import Configuration, Thruster, Vehicle, load_vehicle
 from bridge.vehicle.parameters import COMMIT, MODE, Parameter, vehicle_table
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
-from bridge.wire.status_codes import Topic, coded
+from bridge.wire.status_codes import Topic, coded, status_texts
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 NEVER = float("inf")

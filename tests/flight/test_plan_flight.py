@@ -19,7 +19,8 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
 from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
-from gcs_plugin.dives.folder import length_s, new_folder
+from gcs_plugin.dives.folder import new_folder
+from gcs_plugin.dives.recordings import length_s
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import PlanFlight, Wanted, told

@@ -13,7 +13,7 @@ from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.pulses import confirm, duration_s, pulses, run_pulses
-from gcs_plugin.doctor.response import find_pulses, record_of
+from gcs_plugin.doctor.wet_record import find_pulses, record_of
 
 FILE = load_vehicle("ruvifist")
 PLANNED = pulses(FILE.vehicle, "hovering", thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent))

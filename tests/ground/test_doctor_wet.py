@@ -17,8 +17,9 @@ from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.response import Pulse, Series, WetRecord, find_pulses, noise, nominal, record_of
+from gcs_plugin.doctor.response import feature_noise, prior_mass_and_damping
 from gcs_plugin.doctor.wet import TURNS, corrected, describe, diagnose, findings
+from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, find_pulses, record_of
 
 VEHICLES = [("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2_heavy", "heavy")]
 EIGHT = range(8)
@@ -183,7 +184,7 @@ def test_the_pulses_are_gentle_and_fit_into_a_minute(key):
     assert [p.thruster for p in planned] == list(EIGHT)
     assert duration_s(planned) <= 60.0
     assert all(b.start_s - a.start_s - a.duration_s >= 2.5 for a, b in itertools.pairwise(planned))
-    mass, _ = nominal(shape)
+    mass, _ = prior_mass_and_damping(shape)
     for pulse in planned:
         speed = np.abs(allocation_matrix(shape)[:, pulse.thruster]) * pulse.thrust_n * pulse.duration_s / mass
         share = (speed / np.array([0.15] * 3 + [0.5] * 3)).max()
@@ -213,8 +214,10 @@ def test_the_noise_of_a_feature_is_that_of_its_two_means_at_rest_and_none_where_
     record = WetRecord(fog, fog=fog)
     # Means over 0.8 s before a pulse and over 0.3 s in it.
     expected = 0.1 * math.sqrt(1 / 80 + 1 / 30)
-    assert noise(record, [Pulse(0, 119.0, 120.0, 1600.0)])["fog"] == pytest.approx([expected], rel=0.15)
-    assert noise(record, [Pulse(0, 1.5, 2.5, 1600.0)])["fog"] == pytest.approx([0.0], abs=0.0)
+    assert feature_noise(record, [Pulse(0, 119.0, 120.0, 1600.0)])["fog"] == pytest.approx(
+        [expected], rel=0.15
+    )
+    assert feature_noise(record, [Pulse(0, 1.5, 2.5, 1600.0)])["fog"] == pytest.approx([0.0], abs=0.0)
 
 
 def frames_of(record):
@@ -228,7 +231,9 @@ def frames_of(record):
     ]
     readings += [
         Reading("imu", t, (*f, *r, nan))
-        for t, f, r in zip(record.force.time_s, record.force.value, record.rate.value, strict=True)
+        for t, f, r in zip(
+            record.specific_force.time_s, record.specific_force.value, record.rate.value, strict=True
+        )
     ]
     readings += [
         Reading("fog", t, tuple(v)) for t, v in zip(record.fog.time_s, record.fog.value, strict=True)

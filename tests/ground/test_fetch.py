@@ -15,7 +15,7 @@ from bridge.wire.whole import WHOLE, Segment, segments_in
 from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.fetching import Fetching, fetch
-from gcs_plugin.fetch.into_dive import Boot, newest, of_dive
+from gcs_plugin.fetch.into_dive import Boot, segments_of_dive, segments_of_newest_boot
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.peers import ground_heartbeat
 from identify.ingest.open import recording_files
@@ -253,14 +253,19 @@ def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path) -> None:
 def test_segments_of_other_dives_are_not_fetched() -> None:
     listing = [(Segment(boot, 70 + boot, n, n * 60_000), 10) for boot in (1, 2, 3) for n in range(10)]
     boots = [Boot(72, SOURCE, 150_000, 310_000)]
-    assert [(s.boot, s.number) for s, _ in of_dive(listing, boots)] == [(2, 2), (2, 3), (2, 4), (2, 5)]
+    assert [(s.boot, s.number) for s, _ in segments_of_dive(listing, boots)] == [
+        (2, 2),
+        (2, 3),
+        (2, 4),
+        (2, 5),
+    ]
     over_two = [Boot(71, SOURCE, 480_000, 500_000), Boot(72, SOURCE, 1_000, 70_000)]
-    assert [(s.boot, s.number) for s, _ in of_dive(listing, over_two)] == [
+    assert [(s.boot, s.number) for s, _ in segments_of_dive(listing, over_two)] == [
         (1, 7),
         (1, 8),
         (1, 9),
         (2, 0),
         (2, 1),
     ]
-    assert [s.number for s, _ in newest(listing, 90_000)] == [7, 8, 9]
-    assert len(newest(listing, None)) == 10
+    assert [s.number for s, _ in segments_of_newest_boot(listing, 90_000)] == [7, 8, 9]
+    assert len(segments_of_newest_boot(listing, None)) == 10

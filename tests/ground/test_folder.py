@@ -24,12 +24,12 @@ from gcs_plugin.dives.folder import (
     About,
     DiveFolder,
     Event,
-    began,
     last_conditions,
     list_folders,
     load_folder,
     new_folder,
 )
+from gcs_plugin.dives.recordings import began
 from gcs_plugin.locks import folder_lock
 
 SECOND_S = 1_795_165_923.0

@@ -9,7 +9,6 @@ import pytest
 from bridge.errors import ParamRejected
 from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params.comparison import compared
-from gcs_plugin.params.files import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     keep_accepted,
@@ -20,6 +19,7 @@ from gcs_plugin.params.last_accepted import (
 )
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import Line, Receipt, next_number
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 MASS = Interval("M_u", "kg", 90.0, 110.0)

@@ -9,14 +9,7 @@ from bridge.errors import ConfigError, ParamRejected, ParamUnknown
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.comparison import Comparison, planned, wanted_by
-from gcs_plugin.params.files import (
-    Interval,
-    Sidecar,
-    read_sidecar,
-    sidecar_path,
-    write_parameters,
-    write_sidecar,
-)
+from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import (
@@ -27,6 +20,7 @@ from gcs_plugin.params.plan import (
     taken_back,
 )
 from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path, write_sidecar
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
 

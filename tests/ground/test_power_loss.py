@@ -113,7 +113,7 @@ def test_what_a_file_held_that_could_not_be_written_on_is_put_on_the_disk(disk, 
         raise OSError(28, "No space left on device")
 
     power.recorder.sync_until(power)
-    assert power.recorder.files == 2
+    assert power.recorder.kept.files == 2
     assert power.looks > 50
     power.recorder.close()
 

@@ -139,7 +139,7 @@ def test_what_the_outlet_sends_goes_out_on_every_link_and_into_the_recording():
     assert [link.sent for link in links] == [orders, orders]
     assert [raw for _, raw in disk.stored()] == [heard[0], *orders, heard[1]]
     assert outlet.given == b"".join(heard)
-    assert (recorder.heard, recorder.recorded) == (2, 5)
+    assert (recorder.heard, recorder.kept.frames) == (2, 5)
     assert [source.system for source in recorder.receptions["one"]] == [1]
 
 

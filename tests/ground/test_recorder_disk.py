@@ -21,7 +21,7 @@ def test_whichever_write_fails_no_frame_is_missing(n):
     assert [raw for _, raw in ground.disk.stored()] == frames_of(20)
     assert len(ground.disk.files) == 2
     assert "the disk failed; mend it" in ground.sentences()
-    assert ground.recorder.lost == 0
+    assert ground.recorder.kept.lost == 0
 
 
 def test_a_full_disk_is_waited_out_in_memory_without_a_litter_of_files():
@@ -57,9 +57,9 @@ def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
     ground.disk.full, ground.disk.free = True, 0
     for raw in frames_of(60):
         ground.hear(raw)
-    assert 45 <= ground.recorder.lost <= 50
+    assert 45 <= ground.recorder.kept.lost <= 50
     ground.recorder.close()
-    assert ground.recorder.lost == 60
+    assert ground.recorder.kept.lost == 60
     assert any("could not be written and are lost" in sentence for sentence in ground.sentences())
 
 

@@ -95,7 +95,7 @@ class Load:
                     self.shares.append((time.process_time() - cpu_s) / (time.monotonic() - since_s))
                 self.sent = int(sender.stdout.readline())
             waited_s = 0.0
-            while recorder.recorded + recorder.lost_here < self.sent and waited_s < AT_LAST_S:
+            while recorder.kept.frames + recorder.lost_here < self.sent and waited_s < AT_LAST_S:
                 stop.wait(0.05)
                 waited_s += 0.05
         finally:
@@ -103,7 +103,11 @@ class Load:
             loop.join(QUIET_S + AT_LAST_S)
             if device is not None:
                 device.close()
-        self.recorded, self.lost, self.lost_here = recorder.recorded, recorder.lost, recorder.lost_here
+        self.recorded, self.lost, self.lost_here = (
+            recorder.kept.frames,
+            recorder.kept.lost,
+            recorder.lost_here,
+        )
 
     @property
     def is_whole(self) -> bool:

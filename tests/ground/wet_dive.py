@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.response import Series, WetRecord
+from gcs_plugin.doctor.wet_record import Series, WetRecord
 
 TICK_S = 0.05
 ADDED = (1.45, 1.75, 2.3, 1.5, 1.9, 1.4)  # not what the doctor assumes
@@ -89,6 +89,6 @@ def turned(record, sensor, turn):
         return replace(record, fog=Series(record.fog.time_s, -record.fog.value))
     return replace(
         record,
-        force=Series(record.force.time_s, record.force.value @ turn.T),
+        specific_force=Series(record.specific_force.time_s, record.specific_force.value @ turn.T),
         rate=Series(record.rate.time_s, record.rate.value @ turn.T),
     )

@@ -22,16 +22,17 @@ from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.whole import newest_frames
-from gcs_plugin.params.files import read_parameters, read_sidecar, write_sidecar
+from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted, unfinished
 from gcs_plugin.params.receipt import next_number
+from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.ingest.column_map import column_map
 from identify.ingest.open import read_dive
+from tui.accepted import accepted_in
 from tui.app.keys import load_keymap
 from tui.app.screens.table import PLACES
 from tui.commands.merge import merge
 from tui.commands.params import targets_of_identification
-from tui.commands.prior import accepted_in
 from tui.parameter_files import Leave
 
 UNIX_US = 1_790_000_000_000_000

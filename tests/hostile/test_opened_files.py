@@ -28,17 +28,20 @@ from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.tlog import load_bytes
 from bridge.wire.whole import Segment, segments_in
-from gcs_plugin.dives.folder import GLANCE, About, DiveFolder, vehicle_named
+from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
+from gcs_plugin.dives.recordings import GLANCE
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work
-from gcs_plugin.params.files import read_parameters, read_sidecar
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.sidecar import read_sidecar
 from gcs_plugin.recording.state import held
 from identify.batch.jobs import IDENTIFY, job_for
 from identify.batch.recordings import Recording
 from identify.batch.run import Cache
 from identify.challenge.seal import read_key
 from identify.report.page import Report, write_report
+from tui.accepted import accepted_in
 from tui.app import themes
 from tui.app.jobs import Kept, work
 from tui.app.keys import load_keymap
@@ -46,7 +49,6 @@ from tui.app.screens.identify_lines import load_identified
 from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan
-from tui.commands.prior import accepted_in
 from tui.dive_list import results_beside
 from tui.dive_reading import row_of
 from tui.parameter_files import Leave, read_identification

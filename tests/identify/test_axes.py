@@ -11,6 +11,7 @@ from fakes.shared import shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import (
     Configuration,
@@ -25,7 +26,7 @@ from bridge.vehicle.config import (
 )
 from bridge.vehicle.dynamics import coriolis
 from identify.align import aligned, low_pass
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.estimators import axes
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion

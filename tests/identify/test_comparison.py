@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import FitError
+from bridge.plain import plain
 from bridge.vehicle.config import load_vehicle
 from identify.comparison import compare, doubted
 from identify.dive import Dive
@@ -119,7 +120,7 @@ def test_a_method_without_intervals_or_too_wide_ones_disagrees_with_nothing():
 
 
 def test_the_json_names_the_disagreeing_parameters_with_why():
-    data = compare(by("likelihood"), by("pinn", 110.0)).to_json()
+    data = plain(compare(by("likelihood"), by("pinn", 110.0)).to_json())
     assert data["method"] == "pinn"
     mass, sway, *_ = data["parameters"]
     assert mass["disagrees"] is True

@@ -12,7 +12,7 @@ from bags_made import FORMS, LATE_NS, ROS2, START_NS, STEP_NS, store_of, swim, w
 
 from bridge import exit_codes
 from bridge.errors import LogError
-from gcs_plugin.dives.folder import MADE_ELSEWHERE, recordings
+from gcs_plugin.dives.recordings import MADE_ELSEWHERE, recordings
 from identify.batch.recordings import find_recordings, name_of
 from identify.ingest.open import FORMS as SAID_FORMS
 from identify.ingest.open import MAPPED, SAME, date_of, of_one_dive, read_dive, read_streams, recording_files

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bridge.arrays import Array
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.glance.raising import Criterion, Raising, go_no_go, in_one_mode
 
 RATE_HZ = 20.0

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from identify.dive import Array, Dive, Signal
+from bridge.arrays import Array
+from identify.dive import Dive, Signal
 from identify.report.figures import broken_at_gaps, track
 from identify.report.picture import inline, write_files
 from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, lines_panel, stack

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bridge.arrays import Array
 from bridge.vehicle.references import DoubleS
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.glance.following import Followed, followed
 from identify.validate import PHASES, compare, phases, tracking_errors
 

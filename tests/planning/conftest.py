@@ -16,7 +16,7 @@ def _a_trial_is_dived_once() -> Iterator[None]:
     dive = Tank.dive
 
     def once(tank: Tank, legs: list[Leg]) -> Trial:
-        key = repr((tank._file.vehicle, tank._configuration, tank._truth, legs))
+        key = repr((tank.file.vehicle, tank.configuration_name, tank.knowledge.values, legs))
         if key not in DIVED:
             DIVED[key] = dive(tank, legs)
         return DIVED[key]

@@ -158,9 +158,10 @@ def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_in
     file = load_vehicle("ruvifist:hovering")
     truth = load_truth(file, "hovering")
     known = replace(before_any_dive(file, "hovering"), values=dict(truth.model))
-    plan = propose(file, "hovering", known, Limits(), 100.0)
+    tank = Tank(file, "hovering", known)
+    plan = propose(tank, Limits(), 100.0)
     path = tmp_path / "plan.yaml"
-    path.write_text(mission_text(plan, "a plan", "simulate", Tank(file, "hovering", known)), encoding="utf-8")
+    path.write_text(mission_text(plan, "a plan", "simulate", tank), encoding="utf-8")
     mission = load_mission(path)
     errors, ratios = [], []
     for seed in seeds:

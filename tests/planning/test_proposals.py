@@ -14,6 +14,7 @@ from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.missions import load_mission, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
+from bridge.vehicle.coefficients import HEAVE, SURGE, SWAY, YAW
 from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
@@ -28,7 +29,7 @@ from identify.planning.knowledge import (
     of_axis,
 )
 from identify.planning.limits import Limits, Tank
-from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep
+from identify.planning.manoeuvres import Drive, coast_down, laps, square, sweep
 from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
 from identify.planning.writing import DOUBT, instruction, mission_text, needs, notes, pulses
 
@@ -64,7 +65,7 @@ def test_a_manoeuvre_ends_where_it_began_and_at_rest(family) -> None:
 
 def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
     limits = Limits(space_m=3.0, speed_m_s=0.3)
-    result = propose(FILE, "hovering", KNOWN, limits, 150.0, [SURGE, YAW])
+    result = propose(TANK, limits, 150.0, [SURGE, YAW])
     assert result.duration_s <= 150.0
     assert result.trial.over(limits) <= 1.05
     assert result.trial.thrust_share <= 0.52
@@ -73,7 +74,7 @@ def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
 @pytest.mark.soak
 @pytest.mark.parametrize("space_m", [0.6, 3.0])
 def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
-    result = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 200.0, [SURGE, SWAY])
+    result = propose(TANK, Limits(space_m=space_m), 200.0, [SURGE, SWAY])
     assert 150.0 < result.duration_s <= 200.0
     assert all(0 < part.drift_m < part.needs_m <= space_m for part in result.parts)
 
@@ -87,29 +88,29 @@ def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
     ids=["not to the surface", "as given", "as across"],
 )
 def test_every_manoeuvre_keeps_the_room_up_and_down(limits: Limits, room_m: float) -> None:
-    result = propose(FILE, "hovering", KNOWN, limits, 120.0, [HEAVE])
+    result = propose(TANK, limits, 120.0, [HEAVE])
     assert limits.heave_m == room_m
     assert all(0.5 * min(room_m, 0.5) < part.trial.depth_m <= room_m for part in result.parts)
 
 
 def test_too_little_room_is_said_with_what_could_give_more() -> None:
     with pytest.raises(FitError, match=r"0\.001 m across and 0\.001 m up and down .* give more by --space"):
-        propose(FILE, "hovering", KNOWN, Limits(space_m=0.001), 60.0, [SURGE])
+        propose(TANK, Limits(space_m=0.001), 60.0, [SURGE])
 
 
 def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest() -> None:
     place = NAMES.index("D_u")
-    fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [SURGE])
+    fresh = propose(TANK, Limits(), 60.0, [SURGE])
     assert np.isinf(fresh.before[place])
     assert np.array_equal(fresh.alone, fresh.after)
-    result = propose(FILE, "hovering", known_to({"D_u": 0.004}), Limits(), 60.0, [SURGE])
+    result = propose(Tank(FILE, "hovering", known_to({"D_u": 0.004})), Limits(), 60.0, [SURGE])
     assert result.after[place] ** -2 == pytest.approx(result.alone[place] ** -2 + 0.004**-2, rel=1e-3)
 
 
 def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower() -> None:
     """Yaw is quick, and half a millisecond of thrust's timing is worth more of its damping than all noise."""
     place = NAMES.index("D_r")
-    short, long = (propose(FILE, "hovering", KNOWN, Limits(), s, [YAW]).after[place] for s in (60.0, 240.0))
+    short, long = (propose(TANK, Limits(), s, [YAW]).after[place] for s in (60.0, 240.0))
     assert short / 2 < long < short
     precision = np.diag(np.full(len(NAMES), 100.0**2))
     timing = np.zeros((1, len(NAMES)))
@@ -119,7 +120,7 @@ def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower() -> None:
 
 def test_what_is_known_least_is_aimed_at() -> None:
     sharp = known_to({"M_u": 1e-4, "D_u": 1e-4, "M_v": 1e-4, "D_v": 1e-4})
-    result = propose(FILE, "hovering", sharp, Limits(), 90.0, [SURGE, YAW])
+    result = propose(Tank(FILE, "hovering", sharp), Limits(), 90.0, [SURGE, YAW])
     assert {dof for part in result.parts for dof in part.manoeuvre.dofs} == {YAW}
 
 
@@ -127,8 +128,8 @@ def test_too_little_time_is_said_with_what_it_would_take() -> None:
     with pytest.raises(
         FitError, match=r"takes 42 s with its rests, and there are 20 s; give --minutes 0\.7 or"
     ):
-        propose(FILE, "hovering", KNOWN, Limits(), 20.0, [YAW])
-    assert propose(FILE, "hovering", KNOWN, Limits(), 60.0 * 0.7, [YAW]).duration_s <= 42.0
+        propose(TANK, Limits(), 20.0, [YAW])
+    assert propose(TANK, Limits(), 60.0 * 0.7, [YAW]).duration_s <= 42.0
 
 
 def test_an_axis_that_no_thruster_pushes_is_left_out_or_refused() -> None:
@@ -137,13 +138,13 @@ def test_an_axis_that_no_thruster_pushes_is_left_out_or_refused() -> None:
     file = replace(FILE, vehicle=replace(FILE.vehicle, configurations={"hovering": flat}))
     assert drivable(Tank(file, "hovering", KNOWN), (SURGE, SWAY, HEAVE, YAW)) == (SURGE, SWAY, YAW)
     with pytest.raises(FitError, match="none of heave"):
-        propose(file, "hovering", KNOWN, Limits(), 60.0, [HEAVE])
+        propose(Tank(file, "hovering", KNOWN), Limits(), 60.0, [HEAVE])
 
 
 def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_reads_them(
     tmp_path: Path,
 ) -> None:
-    result = propose(FILE, "hovering", KNOWN, Limits(), 100.0, [SURGE, YAW])
+    result = propose(TANK, Limits(), 100.0, [SURGE, YAW])
     path = tmp_path / "plan.yaml"
     path.write_text(mission_text(result, "ruvifist: a plan", "seatrial simulate", TANK), encoding="utf-8")
     mission = load_mission(path)
@@ -163,7 +164,7 @@ def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_r
 
 
 def test_a_turn_fills_its_time_has_no_pulse_widths_and_stays_in_place() -> None:
-    plan = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
+    plan = propose(TANK, Limits(), 60.0, [YAW])
     assert 55.0 <= plan.duration_s <= 60.0
     result = plan.parts[0]
     assert pulses(result.manoeuvre, TANK) == ""

@@ -18,6 +18,7 @@ from bench.reproduce.run import Reproduction, planned
 from bench.reproduce.sections import campaign_section
 from bridge import exit_codes
 from bridge.errors import ParamRejected
+from bridge.plain import plain
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
@@ -27,7 +28,7 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import bounds
 from identify.dive import Dive, Signal
 from identify.report.page import render_report
-from tui import cli, show
+from tui import cli
 
 
 def dive(
@@ -172,7 +173,7 @@ def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
 
 @pytest.mark.soak
 def test_the_json_is_plain_and_holds_every_validation_number(done):
-    data = json.loads(json.dumps(show.plain(page.to_json(done)), allow_nan=False))
+    data = json.loads(json.dumps(plain(page.to_json(done)), allow_nan=False))
     assert {row["figure"] for row in data["validation"]} == {f"Fig. {n}" for n in range(10, 18) if n != 0}
     assert len(data["table_5"]["rows"]) == 8
     assert all(len(row["values"]) == len(data["table_5"]["columns"]) for row in data["table_5"]["rows"])

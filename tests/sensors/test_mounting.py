@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bridge.sensors.mounting import mounting_matrix, quaternion_of, rotation_matrix, to_body
+from bridge.attitude import quaternion_of, rotation_matrix
+from bridge.sensors.mounting import mounting_matrix, to_body
 from bridge.sensors.samples import DvlSample, FogBlock, ImuSample
 from bridge.sensors.streams import ClockFit
 from bridge.vehicle.config import Mounting

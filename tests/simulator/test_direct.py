@@ -4,13 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bridge.attitude import heading_of
 from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
 from bridge.simulator.missions import rest, run, turn, validation
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.navigation import yaw_of
 
 FILE = load_vehicle("ruvifist")
 OUT = Mission("out", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 6.0)))
@@ -129,5 +129,5 @@ def test_with_half_and_with_twice_the_mass_that_it_was_told_the_vehicle_still_co
 def test_depth_and_heading_are_held_through_a_dive():
     off = dive(Mode.OFF)
     assert np.abs(off.state[200:, 2] - 0.6).max() < 0.03
-    headings = [yaw_of(tuple(q)) for q in off.state[:, 3:7]]
+    headings = [heading_of(tuple(q)) for q in off.state[:, 3:7]]
     assert np.abs(headings).max() < math.radians(3)

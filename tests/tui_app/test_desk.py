@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
 from bridge.errors import ConfigError
+from bridge.plain import plain
 from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Encoder
@@ -18,7 +19,6 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.desk import Desk, can_check, check_dives
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
-from tui.show import plain
 
 HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})
 WORDS = ("identify", "dive")

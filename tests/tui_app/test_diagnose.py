@@ -15,7 +15,7 @@ from screen_text import WIDE, Lacks, Sees, plain, played, shows
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.foretold import Foretold
 from bridge.wire.framing import Encoder
-from gcs_plugin.params.files import sidecar_path
+from gcs_plugin.params.sidecar import sidecar_path
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import diagnose

@@ -12,7 +12,7 @@ from screen_text import NARROW, WIDE, check, made, play, run
 from soak import rest_in_soak
 
 from tui.app import app as seatrial_app
-from tui.app.campaign import Campaign
+from tui.app.next_step import Situation
 from tui.app.themes import ORDER
 
 PHONE = (48, 30)
@@ -20,10 +20,10 @@ SIZES = pytest.mark.parametrize("size", rest_in_soak((NARROW, WIDE)))
 
 
 @pytest.fixture(autouse=True)
-def campaign(monkeypatch):
-    """The next step is that of one campaign, whatever a screen's own dives are."""
-    state = Campaign(heard=True, linked=True, dive="2026-11-20T0912Z-hovering", told=6)
-    monkeypatch.setattr(seatrial_app, "campaign_of", lambda *_: state)
+def situation(monkeypatch):
+    """The next step is that of one situation, whatever a screen's own dives are."""
+    state = Situation(heard=True, linked=True, dive="2026-11-20T0912Z-hovering", determined=6)
+    monkeypatch.setattr(seatrial_app, "read_situation", lambda *_: state)
 
 
 def looks(name, app, size, *keys):

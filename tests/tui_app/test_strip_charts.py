@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from made_view import NOW_S, traces
 
 from gcs_plugin.watch.picture import Freshness, Trace
-from tui.app.curves import BLANK, Scale, braille, curve_row, dots, extremes, nice_step, scale_for, tick_labels
+from identify.words import nice_step
+from tui.app.curves import BLANK, Scale, braille, curve_row, dots, extremes, scale_for, tick_labels
 from tui.app.screens.strip_chart import QUANTITIES, chart
 
 FRESH, STALE, GONE = Freshness

@@ -19,12 +19,12 @@ from gcs_plugin.recording.state import held
 from tui.app import themes
 from tui.app.drawing import ROLES
 from tui.app.jobs import aside
-from tui.app.terminal import Pace, keep_trace, trace_file
+from tui.app.terminal import RefreshRate, keep_trace, trace_file
 
 
 def paced(*asked_and_answered):
     """The pace after queries and their answers, at these times in turn."""
-    pace = Pace(4.0)
+    pace = RefreshRate(4.0)
     for n, now_s in enumerate(asked_and_answered):
         (pace.on_answered if n % 2 else pace.on_asked)(now_s)
     return pace

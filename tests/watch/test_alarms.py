@@ -7,8 +7,8 @@ from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
 
 from bridge import schema
 from bridge.errors import ConfigError
-from bridge.onboard.orders import status_texts
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
 from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings
 from gcs_plugin.watch.picture import Alarm, Kind

@@ -22,9 +22,8 @@ from gcs_plugin.monitor.gap import AxisGap, Gap
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import Watcher
-from tui import cli, links
-from tui.commands import watch as watched
-from tui.commands.watch import Look
+from tui import cli, links, watch_text
+from tui.commands.watch import LinkReader
 
 RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
@@ -75,7 +74,7 @@ class Played(QuietLink):
 
 
 def test_a_line_holds_what_a_crew_asks_for(healthy):
-    line = watched.line(healthy.picture(1.2), RECORDING)
+    line = watch_text.line(healthy.picture(1.2), RECORDING)
     values = "u 0.30/0.40 v 0.00/0.10 w 0.00/0.20 r 0.100/0.030"
     assert re.fullmatch(rf"ARMED \| REC \| FF shadow \| depth \d\.\d+/1\.50 m \| {values} \| 15\.9 V", line)
 
@@ -84,7 +83,7 @@ def test_troubles_stand_at_its_end_the_worst_first(healthy):
     vehicle = OnAir(healthy)
     vehicle.tells("battery", (13.0, 2.0), 1.1)
     vehicle.tells("dvl", NO_LOCK, 1.1)
-    line = watched.line(healthy.picture(1.2), None)
+    line = watch_text.line(healthy.picture(1.2), None)
     trouble = "DVL: no bottom lock for 0.2 s | battery: 13.0 V, and the thrust curve is …"
     assert line == f"ARMED | NOT RECORDING | FF shadow | {trouble}"
 
@@ -92,22 +91,22 @@ def test_troubles_stand_at_its_end_the_worst_first(healthy):
 def test_a_line_is_never_longer_than_a_terminal_is_wide_and_loses_its_end(healthy):
     alarms = tuple(Alarm(Kind.GAP, "", f"{words} {'and so on ' * 6}") for words in ("one", "another"))
     picture = replace(healthy.picture(1.2), alarms=alarms, links=())
-    line = watched.line(picture, None)
+    line = watch_text.line(picture, None)
     assert line.startswith("ARMED | NO LINK | NOT RECORDING | ALARM one and so on ")
-    assert len(line) == watched.LINE == 110
+    assert len(line) == watch_text.LINE == 110
     assert line.endswith("…")
 
 
 def test_a_line_has_no_values_of_a_vehicle_that_says_none(watcher):
-    assert watched.line(watcher.picture(1.0), None) == "UNKNOWN | NO LINK | NOT RECORDING"
+    assert watch_text.line(watcher.picture(1.0), None) == "UNKNOWN | NO LINK | NOT RECORDING"
 
 
 def test_a_link_is_named_where_it_loses_frames(healthy):
     (row,) = healthy.picture(1.2).links
-    assert watched.link_briefly(row) == ""
-    assert watched.link_briefly(replace(row, loss=0.12)) == "loss 12%"
-    assert watched.link_briefly(replace(row, lost=True, age_s=5.0)) == "LINK LOST 5 s"
-    assert watched.link_briefly(replace(row, lost=True, age_s=math.inf)) == "LINK without HEARTBEAT"
+    assert watch_text.link_briefly(row) == ""
+    assert watch_text.link_briefly(replace(row, loss=0.12)) == "loss 12%"
+    assert watch_text.link_briefly(replace(row, lost=True, age_s=5.0)) == "LINK LOST 5 s"
+    assert watch_text.link_briefly(replace(row, lost=True, age_s=math.inf)) == "LINK without HEARTBEAT"
 
 
 GAP = Gap((AxisGap(0, 0.049, 0.005, True), AxisGap(5, 0.002, 0.003, False)), since_s=3.0)
@@ -116,23 +115,23 @@ ALARM = Alarm(Kind.GAP, "", "it departs from its model in surge: thruster 2 give
 
 def test_alarms_come_first_and_the_gap_stands_beside_its_floor(healthy):
     picture = replace(healthy.picture(1.2), gap=GAP, alarms=(ALARM,))
-    line = watched.line(picture, RECORDING)
+    line = watch_text.line(picture, RECORDING)
     assert line.startswith(f"ARMED | REC | ALARM {ALARM.words} | FF shadow")
     unled = {key: replace(trace, reference=None) for key, trace in picture.traces.items()}
-    line = watched.line(replace(picture, alarms=(), traces=unled), RECORDING)
+    line = watch_text.line(replace(picture, alarms=(), traces=unled), RECORDING)
     assert line.endswith("r 0.100 | surge 49.0/5.0 mm/s off | 15.9 V")
-    assert watched.header(picture, None)[1] == f"ALARM {ALARM.words}"
-    assert watched.gap_table(picture).rows == [
+    assert watch_text.header(picture, None)[1] == f"ALARM {ALARM.words}"
+    assert watch_text.gap_table(picture).rows == [
         ("surge", "49.0", "5.0", "mm/s", "ALARM"),
         ("yaw", "2.0", "3.0", "mrad/s", ""),
     ]
-    plain = json.loads(json.dumps(watched.plain(picture)))
+    plain = json.loads(json.dumps(watch_text.plain(picture)))
     assert plain["alarms"] == [{"kind": "model", "subject": "", "words": ALARM.words}]
     assert plain["gap"]["axes"][0]["drift"] == 0.049
 
 
 def test_the_model_in_force_is_that_of_the_last_upload(healthy, tmp_path):
-    assert watched.line(healthy.picture(1.2), RECORDING).count(" off") == 0
+    assert watch_text.line(healthy.picture(1.2), RECORDING).count(" off") == 0
     asked = []
     watcher = Watcher(
         RUVIFIST, accepted=lambda system: asked.append(system) or {"FF1_M_U": 110.0, "FF1_D_U": 56.0}
@@ -143,8 +142,8 @@ def test_the_model_in_force_is_that_of_the_last_upload(healthy, tmp_path):
 
 
 def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):
-    assert watched.now_of(healthy.picture(1.9).traces["u"]) == "0.30 (0.9 s old)"
-    assert watched.now_of(healthy.picture(9.0).traces["u"]) == "--"
+    assert watch_text.now_of(healthy.picture(1.9).traces["u"]) == "0.30 (0.9 s old)"
+    assert watch_text.now_of(healthy.picture(9.0).traces["u"]) == "--"
 
 
 def test_a_picture_is_made_every_second_and_once_more_at_the_end():
@@ -153,7 +152,7 @@ def test_a_picture_is_made_every_second_and_once_more_at_the_end():
     beats = [encoder.encode(heartbeat(armed=k > 4)) for k in range(35)]
     watcher, pictures = Watcher(None), []
     link = Played(beats, clock, stop)
-    looked = Look(link, watcher, clock)
+    looked = LinkReader(link, watcher, clock)
     read = link.read
 
     def spied(timeout_s):
@@ -284,7 +283,7 @@ def test_it_waits_for_the_next_recording_and_leaves_the_vehicles_own_port_to_it(
 
 def test_the_next_recording_leaves_no_lost_link_behind(ground):
     link = links.coming_back(links.link_for(None), None, ground.clock)
-    looked, stop = Look(link, Watcher(None), ground.clock), threading.Event()
+    looked, stop = LinkReader(link, Watcher(None), ground.clock), threading.Event()
     read = link.read
 
     def scripted(timeout_s):

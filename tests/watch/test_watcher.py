@@ -6,10 +6,9 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LINK, OnAir, dvl, imu
 
-from bridge.onboard.orders import status_texts
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.readings import TABLE
-from bridge.wire.status_codes import Topic, coded
+from bridge.wire.status_codes import Topic, coded, status_texts
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
 from gcs_plugin.watch.watcher import Watcher
 

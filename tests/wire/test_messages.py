@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.arrays import NAN3
 from bridge.errors import FrameError
 from bridge.onboard import telemetry
-from bridge.sensors.samples import NAN3, DvlSample, GnssSample, ImuSample
+from bridge.sensors.samples import DvlSample, GnssSample, ImuSample
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Framer

@@ -28,20 +28,21 @@ from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Armed
 from tui.app import themes
-from tui.app.campaign import Campaign, lowered_to, next_of, raised_to
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
-from tui.app.progress import LONG, ORDER, campaign_of
+from tui.app.keys_in_turn import KeysInTurn
+from tui.app.next_step import Situation, lowered_to, next_of, raised_to
+from tui.app.read_situation import LONG, ORDER, read_situation
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.fly import FLY
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import ARMED, WRITE, agrees
-from tui.app.terminal import AnsweringDriver, KeysInTurn, Pace, keep_trace
+from tui.app.terminal import AnsweringDriver, RefreshRate, keep_trace
 from tui.app.view import View, Views, aged, silent_after
 from tui.show import harmless
 
@@ -92,7 +93,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self.desk = desk or Desk()
         self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
-        self._pace = Pace(fps)
+        self._pace = RefreshRate(fps)
         self._keys = keymap or {}
         self._begins_recording = begins
         self._off_may_record = self._dies = False
@@ -100,7 +101,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._ended: Path | None = None
         self._is_over = self._was_armed = self._rests = False
         self._declinable_until_s = -math.inf
-        self._step: tuple[float, Campaign] | None = None
+        self._step: tuple[float, Situation] | None = None
         self._ordered: JobState | None = None
         self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
         self._unwritten_of: float | None = None
@@ -238,7 +239,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def action_raise_ff(self) -> None:
         """Ask for the words that raise the feed-forward by one step, if its gate lets it."""
         view = self._views.view()
-        mode, why = raised_to(campaign_of(self.desk, view))
+        mode, why = raised_to(read_situation(self.desk, view))
         if mode is None or self.desk.jobs.runs(ORDER):
             self.notify(f"not raised: {why or BEING_SET}", severity="warning")
             return
@@ -261,7 +262,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def action_lower_ff(self) -> None:
         """Set a feed-forward that acts to shadow, without asking: less of it is the safer mode."""
         view = self._views.view()
-        mode, why = lowered_to(campaign_of(self.desk, view))
+        mode, why = lowered_to(read_situation(self.desk, view))
         if mode is None or self.desk.jobs.runs(ORDER):
             self.notify(f"not lowered: {why or BEING_SET}", severity="warning")
             return
@@ -599,11 +600,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return f"; {self._key_of_id('link.connect')} connects one"
         return f"; {self._key_of_id('recording.begin')} begins one"
 
-    def _campaign(self, view: View) -> Campaign:
-        """The campaign, looked up once a second at most."""
+    def _situation(self, view: View) -> Situation:
+        """The situation, read once a second at most."""
         now_s = self._clock()
         if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S:
-            self._step = (now_s, campaign_of(self.desk, view))
+            self._step = (now_s, read_situation(self.desk, view))
         return self._step[1]
 
     def _answered(self) -> None:
@@ -615,8 +616,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         silent = silent_after(view)
         ended = self._was_armed and silent
         over = self._is_over or ended or (self._rests and silent)
-        campaign = self._campaign(replace(view, over=ended))
-        view = replace(view, over=over, campaign=campaign, next=next_of(campaign))
+        situation = self._situation(replace(view, over=ended))
+        view = replace(view, over=over, situation=situation, next=next_of(situation))
         self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

@@ -9,12 +9,15 @@ from gcs_plugin.recording.state import Holding
 from tui.links import recordings_now
 
 PORT: Final = 14550
-"""UDP port to which vehicles and autopilots send unless told otherwise."""
+"""UDP port to which vehicles and autopilots send by default."""
 
 
 @dataclass(frozen=True)
 class Way:
-    """A link and what it is. `recorded`: a recording holds it already; `others`: one that this app does not go by."""
+    """A link to choose, with a description.
+
+    `recorded`: a recording holds it already; `others`: a recording that this app does not use.
+    """
 
     link: str
     words: str
@@ -24,7 +27,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Choice:
-    """The link to connect; `records`: a recording is to hold it, else the app looks at the link itself."""
+    """The link to connect; `records`: record it, else only show it."""
 
     link: str
     records: bool
@@ -33,7 +36,10 @@ class Choice:
 def ways(
     recordings: Sequence[Holding], ports: Sequence[tuple[str, str]], addresses: Sequence[str]
 ) -> tuple[Way, ...]:
-    """All ways, recordings first. `recordings`: first the one that other programs go by; `ports`: device and name."""
+    """All links to choose from, recorded links first.
+
+    `recordings`: first the one that other programs use; `ports`: device and name.
+    """
     running = [
         Way(link, f"is recorded into {holding.folder}", recorded=True, others=n > 0)
         for n, holding in enumerate(recordings)

@@ -1,4 +1,4 @@
-"""The way that the app goes: the recording that other programs go by as well, or a link that it looks at itself."""
+"""The app's connection to a vehicle: through the running recording, as other programs, or by a link of its own."""
 
 from collections.abc import Callable
 from functools import partial
@@ -24,10 +24,11 @@ NO_LINK = "no link is known yet; connect one first"
 
 
 class Connection:
-    """`recorded` are the links that a recording is to hold; `looked_at` is the link looked at itself, "" for none.
+    """Connection that survives lost links, ended recordings, and another choice by the user.
 
-    `open_by_name` opens a link, and `trouble` says why one of that name accepts nothing. `receipts`: what was uploaded;
-    `alarms`: what is one.
+    `recorded` are the links that a recording is to hold; `looked_at` is the link read without recording, "" for none.
+
+    `open_by_name` opens a link, and `trouble` says why one of that name accepts nothing.
     """
 
     def __init__(
@@ -87,15 +88,15 @@ class Connection:
         """Begin a recording where none runs. Raises LinkError."""
         if not self._recorded:
             raise LinkError(NO_LINK)
-        self._go_by("")
+        self._look_at("")
         recorder.begin_again(recorder.options(self._recorded, self._out, self._vehicle, self._sign_key))
 
     def connect(self, choice: Choice) -> None:
-        """Go the way chosen. Raises LinkError if another recording runs, or none can be begun."""
+        """Connect as chosen. Raises LinkError if another recording runs, or none can be begun."""
         running = links.holding_now()
         if not choice.records:
             self._recorded = (choice.link,)
-            self._go_by(choice.link)
+            self._look_at(choice.link)
         elif running is not None and not links.holds(running, choice.link):
             raise LinkError(
                 f"{', '.join(running.links)} is recorded already, and the app goes by one recording: end it first "
@@ -107,13 +108,13 @@ class Connection:
             self.record()
 
     def name_vehicle(self, vehicle: str) -> None:
-        """Go by this FILE[:CONFIGURATION] from now on. Raises ConfigError if there is no such file."""
+        """Read the vehicle by this FILE[:CONFIGURATION] from now on. Raises ConfigError if there is no such file."""
         self._file = load_vehicle(vehicle)
         self._vehicle = vehicle
         if self.station is not None:
             self.station.change(self.source(), self.watcher())
 
-    def _go_by(self, looked_at: str) -> None:
+    def _look_at(self, looked_at: str) -> None:
         if looked_at != self._looked_at and self.station is not None:
             self._looked_at = looked_at
             self.station.change(self.source(), self.watcher())

@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gcs_plugin.watch.picture import Array
+from bridge.arrays import Array
+from identify.words import nice_step
 from tui.app.drawing import Line, Lines, Role, Span, apart, cut, number, width
 
 BLANK: Final = 0x2800
@@ -111,12 +112,6 @@ class Scale:
         return max(0, -math.floor(math.log10(self.step) + 1e-9))
 
 
-def nice_step(least: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is at least `least`."""
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
-
-
 def scale_for(values: Array, least_span: float, with_zero: bool, steps: int = 4) -> Scale:
     """Scale that covers all finite `values`: at least `least_span`, in about `steps` steps."""
     known = values[np.isfinite(values)]
@@ -150,7 +145,7 @@ def tick_labels(scale: Scale, rows: int, downwards: bool, turns: bool = False) -
 
 
 def curve_row(measured: Codes, asked: Codes, gaps: Gaps, grid: str, role: Role) -> Line:
-    """One row of the curve, merged into runs of one role."""
+    """A row of the curve, merged into runs of the same role."""
     spans: list[Span] = []
     columns = zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True)
     for column, (value, reference, gap) in enumerate(columns):

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError, LogError
-from gcs_plugin.dives.folder import DiveFolder, length_s, list_folders, recordings, vehicle_named
+from gcs_plugin.dives.folder import DiveFolder, list_folders, vehicle_named
+from gcs_plugin.dives.recordings import length_s, recordings
 from gcs_plugin.locks import is_being_written
 from tui.app.connecting import Choice, Way, ways_now
 from tui.app.jobs import Jobs, newer, written_ns
@@ -19,7 +20,9 @@ RECEIPTS: Final = Path("receipts")
 LIST: Final = "dives"
 """The job that reads the dives, so that the next step is known on every screen."""
 
-IDENTIFIED, DIAGNOSED, ACCEPTABLE = "identified.param", "diagnosis.json", "diagnosed.param"
+IDENTIFIED, DIAGNOSED, ACCEPTABLE, VALIDATED = (
+    "identified.param", "diagnosis.json", "diagnosed.param", "validation.json",
+)  # fmt: skip
 """Files that the screens leave next to a dive: its values; its diagnosis, and the model with the causes found."""
 
 FEW: Final = 4
@@ -79,7 +82,7 @@ class Desk:
         return f"{self.out}: holds no dive yet; a recording makes one"
 
     def read_dives(self) -> bool:
-        """Begin to read what the dives hold; False if that is being read already."""
+        """Begin to read the dives; False if they are being read already."""
         if self.jobs.runs(LIST):
             return False
         vehicle = ("--otherwise", self.vehicle) if self.vehicle else ()
@@ -102,7 +105,7 @@ class Desk:
         return not any(map(is_being_written, recordings(dive)))
 
     def written(self) -> frozenset[Path]:
-        """The dives that are being written, resolved: the one recorded, and of the newest few those of any program."""
+        """The dives that are being written, resolved: by this app's recording, and of the newest few by any program."""
         recorded = self.recorded()
         ours = frozenset() if recorded is None else frozenset({recorded.resolve()})
         return ours | {dive.resolve() for dive in self.dives()[-FEW:] if not self.is_finished(dive)}
@@ -125,7 +128,7 @@ class Desk:
 def values_of(*dives: Path) -> Path | None:
     """The newest file of values of these dives, by its own time; None if they have none.
 
-    Not a model that an earlier diagnosis left, where a later one found nothing.
+    Leaves out the model of an earlier diagnosis if a later one found nothing.
     """
     files = [dive / IDENTIFIED for dive in dives]
     files += [dive / ACCEPTABLE for dive in dives if newer(dive / ACCEPTABLE, dive / DIAGNOSED)]

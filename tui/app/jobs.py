@@ -1,7 +1,7 @@
 """The app's running verbs, each in a process of its own, as lines, and their results next to a dive.
 
-A job does exactly what the verb does, because it is the verb; if the app is gone, it goes on to its end: an upload is
-not cut short because a terminal was closed. Jobs belong to the app, not to a screen: a screen starts one, may be left
+A job is the verb itself; if the app is gone, it goes on to its end: an upload is not cut short because a terminal was
+closed. Jobs belong to the app, not to a screen: a screen starts one, may be left
 and opened again, and reads its progress.
 """
 
@@ -240,7 +240,10 @@ async def aside(work: Callable[[], Answer]) -> Answer:
 
 
 class Kept(Generic[T]):
-    """`typed` converts a JSON value to the type that a screen shows, or returns None if it does not fit."""
+    """A job's result, read from its JSON once for each change of the file.
+
+    `typed` converts the JSON to the type that a screen shows, or returns None if it does not fit.
+    """
 
     def __init__(self, typed: Callable[[Any], T | None]) -> None:
         self._typed = typed

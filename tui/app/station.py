@@ -26,10 +26,10 @@ STOP_S: Final = 2.0
 
 
 class LinkSource:
-    """One link, opened by `factory` in another thread, and opened again whenever it is lost.
+    """A link, opened by `factory` in another thread, and opened again whenever it is lost.
 
     It keeps the name `name`: a replacement link uses it too, so that no lost link remains in the picture. `refused`
-    says what to do if a signed link accepts no frames. With `silent`, nothing is ever sent.
+    gives the remedy if a signed link accepts no frames. With `silent`, nothing is ever sent.
     """
 
     def __init__(
@@ -66,7 +66,9 @@ class LinkSource:
 
 
 class Station:
-    """`recording` returns the running recording at a Unix time; `make_switch` makes an off switch for the vehicles
+    """Thread that reads the link, keeps the newest picture, and sends OFF.
+
+    `recording` returns the running recording at a Unix time; `make_switch` makes an off switch for the vehicles
     heard so far; times are by `clock`.
     """
 
@@ -99,7 +101,7 @@ class Station:
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop reading and close the link; the recorder goes on. A hanging link is left as it is."""
+        """Stop reading and close the link; the recorder goes on. A hanging link is left alone."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(STOP_S)

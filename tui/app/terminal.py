@@ -1,24 +1,15 @@
-"""The terminal: keys in turn, how fast it draws, and the death of the app.
-
-Each key reaches a screen only after the previous key has taken effect. Textual sends a key to the widget that has the
-focus at that moment, and the effect travels through the queues of all its ancestors: keys that a slow link delivers in
-one burst would otherwise go to the line or screen that was just left.
+"""The terminal: how fast it draws, and the trace of a crash.
 
 After each drawing the terminal gets a query for its cursor, which it answers once it has drawn everything before: then
 its lag is known, and a slow terminal is drawn on less often. A terminal that never answers is assumed to keep up.
 """
 
-import time
 import traceback
-from collections import deque
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 from textual import events
-from textual.app import App
-from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
 
@@ -68,8 +59,8 @@ class AnsweringDriver(LinuxDriver):
         self.close()
 
 
-class Pace:
-    """`fps` is the number of refreshes a second when everything keeps up."""
+class RefreshRate:
+    """Refresh rate that drops when the terminal lags; `fps` when it keeps up, refreshes a second."""
 
     def __init__(self, fps: float) -> None:
         self._period_s = 1.0 / fps
@@ -125,79 +116,3 @@ def keep_trace(error: BaseException) -> str:
     return (
         f"seatrial: the app has died ({words}); a recording goes on without it. Start it again; {trace_words}"
     )
-
-
-KEY_PATIENCE_S: Final = 1.0
-"""Limit for the effect of a key whose widget disappears before handling it."""
-
-
-class KeyBehind(Message):
-    """Follows the key through the same queues, so that it arrives after the key's effect."""
-
-    def __init__(self, turn: int) -> None:
-        super().__init__()
-        self.turn = turn
-
-
-class KeysInTurn(App[None]):
-    """`AT_ONCE` are the bindings whose keys do not wait for other keys."""
-
-    AT_ONCE: ClassVar[frozenset[str]] = frozenset()
-
-    def __init__(self, driver: type[Driver] | None) -> None:
-        super().__init__(driver_class=driver)
-        self._typed: deque[events.Key] = deque()
-        self._turn = 0
-        self._given_s: float | None = None
-
-    @property
-    def is_typing(self) -> bool:
-        """Whether a key is still waiting or has yet to take effect."""
-        return self.is_running and (self._given_s is not None or bool(self._typed))
-
-    async def on_event(self, event: events.Event) -> None:
-        """Queue keys; keys typed after the key that leaves the app find no screen, and are dropped."""
-        if not isinstance(event, events.InputEvent):
-            await super().on_event(event)
-        elif not (self.screen_stack and self.is_running):
-            self._typed.clear()
-        elif isinstance(event, events.Key) and not event.is_forwarded and not self._is_at_once(event.key):
-            self._typed.append(event)
-            await self.next_key()
-        else:
-            await super().on_event(event)
-
-    async def next_key(self) -> None:
-        """Give the next waiting key to the screen unless a key is under way. Also call this regularly: a key whose
-        widget has disappeared never completes by itself.
-        """
-        now_s = time.monotonic()
-        if not self._typed or (self._given_s is not None and now_s - self._given_s < KEY_PATIENCE_S):
-            return
-        event = self._typed.popleft()
-        target = self.focused or self.screen
-        self._turn += 1
-        turn, self._given_s = self._turn, now_s
-        await super().on_event(event)
-        if not target.post_message(KeyBehind(turn)):
-            await self._over(turn)
-
-    async def on_key_behind(self, message: KeyBehind) -> None:
-        """The key has taken effect; whatever it opened exists once the screen is drawn."""
-        over = partial(self._over, message.turn)
-        if not (self.screen_stack and self.screen.call_after_refresh(over)):
-            await over()
-
-    async def _over(self, turn: int) -> None:
-        if turn != self._turn:
-            return
-        self._given_s = None
-        if self.screen_stack and self.is_running:
-            await self.next_key()
-
-    def _is_at_once(self, key: str) -> bool:
-        return any(
-            binding.id in self.AT_ONCE
-            for _, bindings in self.screen._binding_chain
-            for binding in bindings.key_to_bindings.get(key, ())
-        )

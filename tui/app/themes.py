@@ -10,7 +10,7 @@ from typing import Final
 
 from textual.theme import Theme
 
-from bridge.files import read_small, whole
+from bridge.files import read_small, write_whole
 from bridge.plain import from_json
 from gcs_plugin.recording.state import state_file
 from tui.app.drawing import ROLES, Role
@@ -175,5 +175,4 @@ def keep_theme(name: str) -> None:
     file = _theme_file()
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        with whole(file) as made:
-            made.write((json.dumps({"theme": name}) + "\n").encode())
+        write_whole(file, json.dumps({"theme": name}) + "\n")

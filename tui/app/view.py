@@ -13,7 +13,7 @@ from gcs_plugin.dives.replay import Reel
 from gcs_plugin.recording.state import FRESH_S, Holding
 from gcs_plugin.watch.picture import Alarm, Armed, Freshness, Picture, SensorRow, ThrusterRow, Trace
 from gcs_plugin.watch.watcher import Watcher
-from tui.app.campaign import Campaign, Next
+from tui.app.next_step import Next, Situation
 
 Row = TypeVar("Row", SensorRow, ThrusterRow, Trace)
 STALE_S, GONE_S = 3.0, 10.0
@@ -49,11 +49,13 @@ class Replayed:
 
 @dataclass(frozen=True)
 class View:
-    """`recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
+    """All that the app shows at an instant.
+
+    `recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
     everything else here is live. `over`: the dive has ended in order, so that silence is no alarm. `next` is the
-    thing to do now, and `campaign` that by which it is; None if nobody looked yet.
+    thing to do now, and `situation` that by which it is; None if nobody looked yet.
     """
 
     picture: Picture
@@ -66,7 +68,7 @@ class View:
     replay: Replayed | None = None
     over: bool = False
     next: Next | None = None
-    campaign: Campaign | None = None
+    situation: Situation | None = None
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
@@ -147,7 +149,10 @@ def aged(picture: Picture, behind_s: float) -> Picture:
 
 
 class Replay:
-    """`make_watcher` returns a new watcher for frames recorded from a Unix time on; `clock` returns seconds."""
+    """A recorded dive shown on its own clock, which can pause, seek and run faster.
+
+    `make_watcher` returns a new watcher for frames recorded from a Unix time on; `clock` returns seconds.
+    """
 
     def __init__(
         self, name: str, reel: Reel, make_watcher: Callable[[float], Watcher], clock: Callable[[], float]

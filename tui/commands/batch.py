@@ -26,7 +26,7 @@ from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
 from identify.words import with_interval
 from tui import show
-from tui.commands.diagnose import before_of
+from tui.accepting import before_of
 from tui.files import Files, settings
 from tui.parameter_files import Leave
 from tui.recordings import recording_at, ruled_out

@@ -1,4 +1,4 @@
-"""`seatrial calibrate`: plan, fly, identify, upload, shadow: one command, which ends with the vehicle where it began.
+"""`seatrial calibrate`: plan, fly, identify, upload and set to shadow; the vehicle ends where it began.
 
 Each step is the verb of its name with its own gates; the first that says no ends it, and nothing after it is done.
 """
@@ -28,7 +28,7 @@ from tui.dive_list import results_beside
 from tui.parameter_files import read_json
 
 SPEED_SHARE = 0.8
-"""Share of the limit's speed that a plan uses: the rest is for what pushes the vehicle beside its thrusters."""
+"""Share of the limit's speed that a plan uses: the remainder is for current and sea."""
 ROOM_SHARE = 0.75
 MOST_SPEED_M_S, MOST_ROOM_M = 0.5, 6.0
 

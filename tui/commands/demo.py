@@ -1,7 +1,6 @@
 """`seatrial demo`: one dive, end to end, on the simulated vehicle."""
 
 import argparse
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -287,7 +286,7 @@ def to_json(demo: Demo, rows: Any) -> dict[str, Any]:
                 "axis": row.axis,
                 "phase": row.phase,
                 "unit": row.unit,
-                "values": [v if math.isfinite(v) else None for v in row.values],
+                "values": row.values,
             }
             for row in rows
         ],

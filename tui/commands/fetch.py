@@ -20,7 +20,14 @@ from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.holes import Hole
-from gcs_plugin.fetch.into_dive import Boot, boots_heard, newest, of_dive, refuse_recorded, remade
+from gcs_plugin.fetch.into_dive import (
+    Boot,
+    boots_in,
+    refuse_recorded,
+    remade,
+    segments_of_dive,
+    segments_of_newest_boot,
+)
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
@@ -28,7 +35,7 @@ from gcs_plugin.locks import merge_lock
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders
 from tui import links, show
-from tui.commands.merge import beyond_words, guessed_words, lacking_words
+from tui.frame_words import beyond_words, guessed_words, lacking_words
 
 FIND_S = 10.0
 
@@ -177,7 +184,7 @@ class Fetcher:
         boots = heard_in(folder)
         mirror = Mirror(folder.path.resolve().parent / MIRROR)
         with mirror.alone():
-            fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
+            fetching = Fetching(mirror, lambda listing: segments_of_dive(listing, boots), self.clock.boot_s())
             source = boots[-1].source
             self._fetch(fetching, source)
             ring = _paths(mirror, fetching.chosen)
@@ -204,7 +211,9 @@ class Fetcher:
         mirror = Mirror(root / MIRROR)
         most_ms = None if minutes is None else round(minutes * 60_000)
         with mirror.alone():
-            fetching = Fetching(mirror, lambda listing: newest(listing, most_ms), self.clock.boot_s())
+            fetching = Fetching(
+                mirror, lambda listing: segments_of_newest_boot(listing, most_ms), self.clock.boot_s()
+            )
             self._fetch(fetching, vehicle)
         most_us = None if most_ms is None else most_ms * 1000
         ring = _paths(mirror, fetching.chosen)
@@ -232,7 +241,7 @@ class Fetcher:
 def heard_in(folder: DiveFolder) -> list[Boot]:
     """The boots in a dive's recording. Raises LogError if it states none."""
     frames = (f for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, f in records)
-    boots = boots_heard(frames)
+    boots = boots_in(frames)
     if not boots:
         raise LogError(
             f"{folder.path}: nothing in it tells which recording of the vehicle's is of this dive; its bridge must run "

@@ -25,13 +25,11 @@ from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from gcs_plugin.watch.hearing import StatusTexts
 from tui import links, show
 
-PATIENCE_S = 15.0
-SILENT_S = 10.0
+PATIENCE_S: Final = 15.0
+SILENT_S: Final = 10.0
 """Delay before silence is spoken of."""
-FIND_S = 5.0
-TELL_EVERY_S = 2.0
-
-
+FIND_S: Final = 5.0
+TELL_EVERY_S: Final = 2.0
 POLL_S: Final = 0.02
 BEAT_EVERY_S: Final = 1.0
 REOPEN_EVERY_S: Final = 0.5

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bridge import exit_codes
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.files import replacing
 from bridge.vehicle.config import VehicleFile, load_vehicle
@@ -17,7 +18,7 @@ from bridge.wire.tlog import SUFFIXES, read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.whole import write_records
 from identify.checks.mends import mends
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import BAG_FOLDER, MAPPED, identity_of, read_dives, recording_files
 from identify.ingest.proposal_of_runs import MOST_ASKED

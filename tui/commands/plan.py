@@ -4,16 +4,14 @@ import argparse
 import math
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from bridge import exit_codes
 from bridge.files import size_to_read
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.dive import Dive
 from identify.ingest.open import read_dive
 from identify.planning.knowledge import Knowledge
-from identify.planning.limits import START_DEPTH_M, Limits
+from identify.planning.limits import START_DEPTH_M, Limits, Tank
 from identify.planning.propose import Proposal
 from identify.planning.writing import (
     DOUBT_MARK,
@@ -25,10 +23,11 @@ from identify.planning.writing import (
     needs,
     notes,
 )
-from identify.run.plan import plan
+from identify.progress import Steps
+from identify.run.plan import after_dive, after_identification, before_dives, plan
 from identify.statistics import Z95
 from tui import show
-from tui.commands.prior import AGEING
+from tui.accepted import AGEING
 from tui.files import Files
 from tui.parameter_files import read_json
 from tui.show import Table
@@ -40,24 +39,16 @@ JSON_SUFFIX = ".json"
 def run(arguments: argparse.Namespace) -> int:
     check_plan(arguments.out)
     file = load_vehicle(arguments.vehicle)
-    known = _known(file, arguments.after, arguments.columns)
     limits = Limits(arguments.space, arguments.speed, depth_space_m=arguments.depth_space)
     dofs = [AXES[axis] for axis in AXES if axis in arguments.axes]
     with show.steps("plan") as progress:
-        planned = plan(
-            file,
-            limits,
-            60 * arguments.minutes,
-            dofs,
-            known=known,
-            source=arguments.after or "",
-            progress=progress,
-        )
-    proposal, knowledge, configuration = planned.proposal, planned.knowledge, planned.configuration
+        tank = _tank(file, arguments.after, arguments.columns, progress)
+        planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress)
+    proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
     name = arguments.vehicle.removesuffix(f":{configuration}")
     command = f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}"
-    text = mission_text(proposal, title, command, planned.tank)
+    text = mission_text(proposal, title, command, tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
         console = show.results(arguments.json)
@@ -79,13 +70,15 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _known(file: VehicleFile, source: str | None, columns: str | None) -> Dive | dict[str, Any] | None:
-    """Read the earlier dive, or the identification of one; None if no source is named."""
+def _tank(file: VehicleFile, source: str | None, columns: str | None, progress: Steps) -> Tank:
+    """The vehicle with all that is known after `source`, a dive or the identification of one; None for no dive."""
     if source is None:
-        return None
+        return before_dives(file)
     if Path(source).suffix == JSON_SUFFIX:
-        return read_json(Path(source))
-    return read_dive(Path(source), Path(columns) if columns else None, file)
+        return after_identification(read_json(Path(source)), file, source)
+    return after_dive(
+        read_dive(Path(source), Path(columns) if columns else None, file), file, source, progress
+    )
 
 
 def check_plan(path: str) -> None:

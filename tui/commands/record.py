@@ -134,7 +134,8 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
             recorder.run(stop)
 
         def each(since_s: float) -> bool:
-            status.update(_line(recorder, since_s))
+            kept = recorder.kept
+            status.update(f"{since_s:.0f} s, {kept.frames} frames, {kept.bytes / 1e3:.0f} kB")
             asked = orders.ordered()
             if asked is orders.Order.NEXT:
                 try:
@@ -195,12 +196,8 @@ def _counts(dive: RecordedDive) -> dict[str, int]:
     return {key: value for key, value in asdict(count).items() if key != "heard"}
 
 
-def _line(recorder: Recorder, since_s: float) -> str:
-    return f"{since_s:.0f} s, {recorder.recorded} frames, {recorder.recorded_bytes / 1e3:.0f} kB"
-
-
 def described(about: About, root: Path, *, same_conditions: bool) -> Callable[[DiveFolder], About]:
-    """What is written of each new dive: `about`, with the conditions of the dive before if `same_conditions`."""
+    """The `dive.yaml` of each new dive: `about`, with the conditions of the dive before if `same_conditions`."""
 
     def describe(folder: DiveFolder) -> About:
         before = last_conditions(root, folder.path)
@@ -263,15 +260,16 @@ class RecordingState:
     def tell(self, recorder: Recorder) -> None:
         """Write the state now; if that fails, say so once."""
         folder, began_utc = self._dive
+        kept = recorder.kept
         holding = Holding(
             os.getpid(),
             self._hub,
             self._links,
             str(folder.absolute()),
             began_utc,
-            recorder.recorded,
-            recorder.recorded_bytes,
-            recorder.lost,
+            kept.frames,
+            kept.bytes,
+            kept.lost,
             recorder.disk_left_s,
             self._notices,
             self._clock.unix_s(),

@@ -122,18 +122,7 @@ def dive(
             f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
             "upload some first into the --parameters FILE of an idle one, or give the vehicle file a 'model'"
         )
-    truth = None
-    if arguments.accepted:
-        truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
-        show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
-    if arguments.onset:
-        thrusters = len(file.vehicle.configurations[configuration].thrusters)
-        truth = with_onset(
-            truth or load_truth(file, configuration),
-            arguments.onset,
-            thrusters,
-            WARM_UP_S + mission.duration_s,
-        )
+    truth = wanted_truth(arguments, file, configuration, WARM_UP_S + mission.duration_s)
     with show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,
@@ -191,6 +180,19 @@ def idle(
     return exit_codes.DONE
 
 
+def wanted_truth(
+    arguments: argparse.Namespace, file: VehicleFile, configuration: str, lasts_s: float = math.inf
+) -> Truth:
+    """The vehicle's truth, or the --accepted model, with the effects of --onset in a dive that `lasts_s`."""
+    if arguments.accepted:
+        truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
+        show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
+    else:
+        truth = load_truth(file, configuration)
+    thrusters = len(file.vehicle.configurations[configuration].thrusters)
+    return with_onset(truth, arguments.onset, thrusters, lasts_s) if arguments.onset else truth
+
+
 def with_onset(truth: Truth, parts: Sequence[str], thrusters: int, lasts_s: float = math.inf) -> Truth:
     """The truth with effects that set in during the dive: parts `S NAME=VALUE ...`, S seconds after boot.
 
@@ -227,13 +229,7 @@ def under_ardusub(arguments: argparse.Namespace, file: VehicleFile, configuratio
         raise UsageError(
             f"{', '.join(idle_words)}: ArduSub flies this vehicle, keeps its parameters and its time; leave it out"
         )
-    truth = load_truth(file, configuration)
-    if arguments.accepted:
-        truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
-        show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
-    if arguments.onset:
-        thrusters = len(file.vehicle.configurations[configuration].thrusters)
-        truth = with_onset(truth, arguments.onset, thrusters)
+    truth = wanted_truth(arguments, file, configuration)
     body = json_body(file, configuration, truth, seed=arguments.seed)
 
     def work(stop: threading.Event) -> None:

@@ -129,7 +129,7 @@ def page_of(done: Validation) -> "Report":
 
 
 def criteria_lines(label: str, judged: Raising) -> list[str]:
-    """What go or no-go rests on in a dive, a line for each criterion."""
+    """The criteria of a dive's go or no-go, a line for each."""
     return [
         f"{label}: what {'GO' if judged.go else 'NO-GO'} rests on",
         *(

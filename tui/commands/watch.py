@@ -1,66 +1,41 @@
 """`seatrial watch`: the present state of a vehicle: a line per second in a pipe, a live table on a terminal."""
 
 import argparse
-import math
 import threading
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from rich.console import Group, RenderableType
 from rich.live import Live
-from rich.text import Text
 
 from bridge import clock as clocks
 from bridge import command_line, exit_codes
 from bridge.clock import Clock, utc_text
 from bridge.links import secured
 from bridge.links.reconnecting import Reconnecting
-from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Framer
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.monitor.gap import Gap, thousandths, worst
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import load_settings
 from gcs_plugin.watch.picture import (
-    Armed,
-    Condition,
-    Freshness,
-    LinkRow,
     Picture,
-    SensorRow,
-    ThrusterRow,
-    Trace,
 )
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
-from tui.app.drawing import cut
+from tui.watch_text import POOR, header, line, plain, screen, tables
 
 POLL_S = 0.1
 EVERY_S = 1.0
 ONCE_S = 3.0
 """How long --once looks."""
 
-LINE = 110
-"""Characters of a line in a pipe, behind its time."""
 
 CLOCK_TIME = slice(11, None)
 """Of a time's text: the time of day."""
-
-LOSSY = 0.01
-
-GONE = "--"
-NO_READING = "none"
-DECIMALS = {"m/s": 2, "rad/s": 3, "m": 2, "V": 1, "A": 1}
-SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
-VELOCITIES = ("u", "v", "w", "r")
-POOR = (Condition.BAD, Condition.MISSING)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -77,23 +52,23 @@ def run(arguments: argparse.Namespace) -> int:
             settings,
             partial(accepted_values, Path(arguments.receipts)),
         )
-        looked = Look(link, watcher, clock, lambda: opener.words(arguments.link or ""))
+        reader = LinkReader(link, watcher, clock, lambda: opener.words(arguments.link or ""))
         if arguments.once:
-            _quietly(looked, arguments.seconds or ONCE_S)
+            command_line.until_stopped(reader.listen, clock, arguments.seconds or ONCE_S, lambda _: None)
         else:
-            _shown(looked, arguments, bell)
+            _shown(reader, arguments, bell)
     finally:
         link.close()
-    picture = looked.picture
+    picture = reader.picture
     if arguments.once:
         console = show.results(arguments.json)
-        show.say(console, *header(picture, _holding(arguments.link), looked.wrong()))
+        show.say(console, *header(picture, _holding(arguments.link), reader.wrong()))
         for table in tables(picture):
             show.put(console, table)
     show.write_json(plain(picture), arguments.json)
-    if not looked.frames:
+    if not reader.frames:
         show.say(show.words(), f"nothing arrived on {link.name}; check vehicle, cable and port")
-    return code(looked.frames, picture, arguments.once)
+    return code(reader.frames, picture, arguments.once)
 
 
 def _holding(spec: str | None) -> Holding | None:
@@ -109,8 +84,8 @@ def code(frames: int, picture: Picture, once: bool) -> int:
     return exit_codes.NO if once and poor else exit_codes.DONE
 
 
-class Look:
-    """A link being read, and the newest picture of the vehicle, made once a second."""
+class LinkReader:
+    """Reads a link, and keeps the newest picture of the vehicle, made once a second."""
 
     def __init__(
         self,
@@ -133,30 +108,26 @@ class Look:
     def listen(self, stop: threading.Event) -> None:
         """Read the link until `stop` is set."""
         framer = Framer()
-        due_s = self._clock.boot_s() + EVERY_S
+        next_s = self._clock.boot_s() + EVERY_S
         while not stop.is_set():
             data = self._link.read(POLL_S)
             now_s = self._clock.boot_s()
             for frame in framer.feed(data):
                 self.frames += 1
                 self._watcher.feed(frame, now_s, self._name)
-            if now_s >= due_s:
-                due_s = max(due_s + EVERY_S, now_s)
+            if now_s >= next_s:
+                next_s = max(next_s + EVERY_S, now_s)
                 self.fault, self.picture = self.wrong(), self._watcher.picture(now_s)
         self.picture = self._watcher.picture(self._clock.boot_s())
 
 
-def _quietly(looked: Look, seconds: float) -> None:
-    command_line.until_stopped(looked.listen, clocks.SystemClock(), seconds, lambda _: None)
-
-
-def _shown(looked: Look, arguments: argparse.Namespace, bell: Bell) -> None:
+def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> None:
     console, clock = show.results(arguments.json), clocks.SystemClock()
-    shown = newest = looked.picture
+    shown = newest = reader.picture
 
     def new() -> bool:
         nonlocal shown, newest
-        before, newest = newest, looked.picture
+        before, newest = newest, reader.picture
         if newest is before:
             return False
         # With the recording by way of which it was watched, the dive is over.
@@ -169,32 +140,20 @@ def _shown(looked: Look, arguments: argparse.Namespace, bell: Bell) -> None:
 
         def tell(_: float) -> None:
             if new():
-                seen = line(shown, _holding(arguments.link), looked.fault)
+                seen = line(shown, _holding(arguments.link), reader.fault)
                 show.say(console, f"{utc_text(clock.unix_s())[CLOCK_TIME]} {seen}")
 
-        command_line.until_stopped(looked.listen, clock, arguments.seconds, tell)
+        command_line.until_stopped(reader.listen, clock, arguments.seconds, tell)
         return
     with Live(console=console, auto_refresh=False) as live:
 
         def draw(_: float) -> None:
             if new():
                 live.update(
-                    screen(shown, _holding(arguments.link), console.width, looked.fault), refresh=True
+                    screen(shown, _holding(arguments.link), console.width, reader.fault), refresh=True
                 )
 
-        command_line.until_stopped(looked.listen, clock, arguments.seconds, draw)
-
-
-def screen(picture: Picture, holding: Holding | None, width: int, fault: str = "") -> RenderableType:
-    """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives."""
-    text = Text(no_wrap=True, overflow="ellipsis")
-    for number, sentence in enumerate(header(picture, holding, fault)):
-        loud = 0 < number <= len(picture.alarms)
-        text.append(f"{sentence}\n", style="bold reverse" if loud else "bold" if number == 0 else "")
-    parts: list[RenderableType] = [text]
-    for table in tables(picture):
-        parts += [table.drawn(width), ""]
-    return Group(*parts)
+        command_line.until_stopped(reader.listen, clock, arguments.seconds, draw)
 
 
 def _vehicle(named: str | None, holding: Holding | None) -> VehicleFile | None:
@@ -203,233 +162,3 @@ def _vehicle(named: str | None, holding: Holding | None) -> VehicleFile | None:
         if about.vehicle_path is not None:
             named = ":".join(filter(None, (about.vehicle_file, about.configuration)))
     return load_vehicle(named) if named else None
-
-
-def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
-    """Format a number, without its unit."""
-    if freshness is Freshness.GONE:
-        return GONE
-    if not math.isfinite(value):
-        text = NO_READING
-    elif unit == "deg":
-        text = str(round(value) % 360)
-    else:
-        text = f"{value:z.{DECIMALS[unit]}f}"
-    return text if freshness is Freshness.FRESH else f"{text} ({age_s:.1f} s old)"
-
-
-def now_of(trace: Trace) -> str:
-    value = float(trace.value[-1]) if len(trace.value) else math.nan
-    return valued(value, trace.unit, trace.age_s, trace.freshness)
-
-
-def asked_of(trace: Trace) -> str:
-    """The reference now; empty if there is none."""
-    if trace.reference is None or not math.isfinite(trace.reference[-1]):
-        return ""
-    return valued(float(trace.reference[-1]), trace.unit, 0.0, Freshness.FRESH)
-
-
-def against_reference(trace: Trace) -> str:
-    """Value and reference as `0.29/0.30`, or the value alone."""
-    reference = asked_of(trace)
-    return f"{now_of(trace)}/{reference}" if reference else now_of(trace)
-
-
-def armed_words(picture: Picture) -> str:
-    """The armed state; if no heartbeat came for a while, with its age."""
-    lost = picture.links and picture.links[0].lost
-    if picture.armed is Armed.UNKNOWN or not lost:
-        return picture.armed.value
-    return f"{picture.armed.value} {picture.armed_age_s:.0f} s ago"
-
-
-def link_words(row: LinkRow) -> str:
-    """`LINK 0.4 s loss 2 % 284 Hz sys 1/1`."""
-    if row.age_s == math.inf:
-        return f"LINK without HEARTBEAT  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
-    if row.lost:
-        return f"LINK LOST {row.age_s:.0f} s  sys {row.system}/{row.component}"
-    return (
-        f"LINK {row.age_s:.1f} s  loss {row.loss:.0%}  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
-    )
-
-
-def mode_words(picture: Picture) -> str:
-    """Mode of the feed-forward; empty if the vehicle never reported it."""
-    mode = picture.ff_mode
-    if mode is None:
-        return ""
-    return f"FF {word_of(mode)}" + (
-        f" {picture.ff_mode_age_s:.0f} s ago" if picture.ff_mode_age_s > 3.0 else ""
-    )
-
-
-def recording_words(holding: Holding | None) -> str:
-    """Whether a recording runs, and how long the disk will last."""
-    if holding is None:
-        return "NOT RECORDING"
-    left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
-    lost = f"  {holding.lost} LOST" if holding.lost else ""
-    refused = f"  {holding.refused}" if holding.refused else ""
-    if holding.unwritten:
-        return f"NOT WRITTEN: {holding.unwritten}  {holding.waiting} frames wait{lost}{refused}"
-    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{refused}{left}"
-
-
-def trouble(picture: Picture) -> list[str]:
-    """All problems, the worst first; none are known before the vehicle's first heartbeat."""
-    if picture.armed is Armed.UNKNOWN:
-        return []
-    rows = sorted(
-        (row for row in picture.sensors if row.condition is not Condition.OK),
-        key=lambda row: POOR.index(row.condition) if row.condition in POOR else len(POOR),
-    )
-    return [*filter(None, (picture.twins, picture.stranger)), *(f"{row.name}: {row.words}" for row in rows)]
-
-
-def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
-    """The vehicle in LINE characters: its state, alarms, troubles, and as many values as fit;
-    `fault` says why nothing comes."""
-    traces = picture.traces
-    axis = None if picture.gap is None else worst(picture.gap)
-    words = [
-        armed_words(picture),
-        link_briefly(picture.links[0]) if picture.links else "NO LINK",
-        "NOT RECORDING" if holding is None else "NOT WRITTEN" if holding.unwritten else "REC",
-        *alarm_words(picture),
-        fault,
-        mode_words(picture),
-        *trouble(picture),
-    ]
-    values = [
-        f"depth {against_reference(traces['depth'])} m",
-        " ".join(f"{key} {against_reference(traces[key])}" for key in VELOCITIES),
-        "" if axis is None else "{} {}/{} {} off".format(DOFS[axis.dof], *thousandths(axis)),
-        f"{now_of(traces['voltage'])} V",
-    ]
-    said = cut(" | ".join(filter(None, words)), LINE)
-    for value in values:
-        is_known = any(map(str.isdigit, value))
-        said = f"{said} | {value}" if is_known and len(said) + 3 + len(value) <= LINE else said
-    return said
-
-
-def link_briefly(row: LinkRow) -> str:
-    """`LINK LOST 5 s` or `loss 12 %`; empty for a link that loses next to nothing."""
-    if row.lost:
-        return "LINK without HEARTBEAT" if row.age_s == math.inf else f"LINK LOST {row.age_s:.0f} s"
-    return f"loss {row.loss:.0%}" if row.loss >= LOSSY else ""
-
-
-def alarm_words(picture: Picture) -> list[str]:
-    """A line for each alarm, the gravest first."""
-    return [f"ALARM {alarm.words}" for alarm in picture.alarms]
-
-
-def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[str]:
-    """Armed state, alarms, links and recording, a line each; `fault` says why nothing comes."""
-    first = [armed_words(picture), mode_words(picture), picture.configuration]
-    links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
-    texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
-    return [
-        "  ".join(filter(None, first)),
-        *alarm_words(picture),
-        *links,
-        recording_words(holding),
-        *filter(None, (fault, picture.twins, picture.stranger)),
-        *texts,
-    ]
-
-
-def sensor_table(picture: Picture) -> show.Table:
-    """Each sensor, its rate and age, and its problem, if any."""
-    rows = [
-        (row.name, row.condition.value, _rate(row), show.number(row.expected_hz, 3), _age(row), row.words)
-        for row in picture.sensors
-    ]
-    columns = ("sensor", "state", "Hz", "expected", "age s", "")
-    return show.Table("", columns, rows, numbers=columns[2:5], stale=_stale(picture.sensors))
-
-
-def quantity_table(picture: Picture) -> show.Table:
-    rows = [
-        (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
-    ]
-    columns = ("", "quantity", "now", "reference", "unit")
-    return show.Table("", columns, rows, numbers=columns[2:4], stale=_stale(picture.traces.values()))
-
-
-def thruster_table(picture: Picture) -> show.Table:
-    """Each thruster's command and speed."""
-    rows = [
-        (str(row.number), row.name, *(_of_thruster(v, row.freshness) for v in (row.pwm_us, row.rpm)))
-        for row in picture.thrusters
-    ]
-    columns = ("thruster", "where", "us", "rpm")
-    return show.Table("", columns, rows, numbers=columns[2:], stale=_stale(picture.thrusters))
-
-
-def gap_table(picture: Picture) -> show.Table:
-    """Each axis of the model in force: its drift over 5 s, and how much of that is noise and sea."""
-    gap = picture.gap or Gap()
-    rows = [(DOFS[axis.dof], *thousandths(axis), "ALARM" if axis.high else "") for axis in gap.axes]
-    columns = ("model", "off in 5 s", "floor", "unit", "")
-    return show.Table("", columns, rows, numbers=columns[1:3])
-
-
-def _stale(rows: Iterable[Trace | SensorRow | ThrusterRow]) -> list[bool]:
-    return [row.freshness is not Freshness.FRESH for row in rows]
-
-
-def tables(picture: Picture) -> Sequence[show.Table]:
-    candidates = (
-        quantity_table(picture),
-        gap_table(picture),
-        sensor_table(picture),
-        thruster_table(picture),
-    )
-    return [table for table in candidates if table.rows]
-
-
-def plain(picture: Picture) -> dict[str, Any]:
-    """The picture as plain data, with only the newest value of each trace."""
-    return {
-        "armed": picture.armed.value,
-        "armed_age_s": picture.armed_age_s,
-        "links": [vars(row) for row in picture.links],
-        "sensors": [
-            vars(row) | {"freshness": row.freshness.value, "condition": row.condition.value}
-            for row in picture.sensors
-        ],
-        "quantities": {
-            key: {
-                "name": trace.name,
-                "unit": trace.unit,
-                "value": float(trace.value[-1]) if len(trace.value) else math.nan,
-                "reference": math.nan if trace.reference is None else float(trace.reference[-1]),
-                "age_s": trace.age_s,
-                "freshness": trace.freshness.value,
-            }
-            for key, trace in picture.traces.items()
-        },
-        "thrusters": [vars(row) | {"freshness": row.freshness.value} for row in picture.thrusters],
-        "ff_mode": picture.ff_mode,
-        "configuration": picture.configuration,
-        "said": [vars(said) for said in picture.said],
-        "twins": picture.twins,
-        "gap": None if picture.gap is None else asdict(picture.gap),
-        "alarms": [asdict(alarm) | {"kind": alarm.kind.value} for alarm in picture.alarms],
-    }
-
-
-def _rate(row: SensorRow) -> str:
-    return show.number(row.rate_hz, 3) if row.rate_hz else "-"
-
-
-def _age(row: SensorRow) -> str:
-    return f"{row.age_s:.1f}" if math.isfinite(row.age_s) else GONE
-
-
-def _of_thruster(value: float, freshness: Freshness) -> str:
-    return GONE if freshness is Freshness.GONE or not math.isfinite(value) else f"{value:.0f}"

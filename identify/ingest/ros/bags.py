@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.dive import Array
 from identify.ingest.ros.db3 import read_db3
 from identify.ingest.ros.definitions import Types, definition_file, full_type, is_large, types_of
 from identify.ingest.ros.fields import Undefined, columns_of

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Array
+from bridge.arrays import Array, Mask
 from identify.ingest.ros.definitions import Fields, Types
-from identify.ingest.streams import LONGEST_LIST, Mask
+from identify.ingest.streams import LONGEST_LIST
 
 DEEPEST = 20
 TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")

@@ -10,7 +10,7 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.foretold import Foretold
-from gcs_plugin.params.files import sidecar_path
+from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.glance.foretold import rows_words
 from identify.words import significant
@@ -21,7 +21,7 @@ from tui.app.jobs import Kept, newer, real
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
 
-JSON, REPORT, PARAM = DIAGNOSED, "diagnosis.html", ACCEPTABLE
+REPORT: Final = "diagnosis.html"
 PHASES: Final = {
     "rest": "at rest",
     "accelerating": "speeds up",
@@ -77,7 +77,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class Words:
-    """What the diagnosis says in sentences, with the causes in the order of its effects."""
+    """A diagnosis in sentences, with the causes in the order of its effects."""
 
     dive: str
     check: str
@@ -93,7 +93,9 @@ class Words:
 
 @dataclass(frozen=True)
 class Answer:
-    """`shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
+    """A diagnosis as the screen shows it.
+
+    `shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
     `probabilities` of the causes; `shrinks` of the drift by the data that it was measured on, NaN if unknown.
     """
 
@@ -106,7 +108,7 @@ class Answer:
 
 
 def answer(data: Any) -> Answer | None:
-    """Parse a diagnosis from a JSON value; None if it is not a diagnosis."""
+    """Parse a diagnosis from a DIAGNOSED value; None if it is not a diagnosis."""
     try:
         return _answer(data)
     except (KeyError, TypeError, ValueError, AttributeError, ConfigError):
@@ -114,7 +116,7 @@ def answer(data: Any) -> Answer | None:
 
 
 def foretold(data: Any) -> tuple[str, ...] | None:
-    """What the sidecar of the accepted model foretells for the next dive; None if it is no sidecar."""
+    """The sidecar's prediction for the next dive in words; None if it is no sidecar."""
     try:
         return rows_words([build(Foretold, row, "foretold") for row in data.get("foretold", ())])
     except (TypeError, ValueError, AttributeError, ConfigError):
@@ -272,7 +274,7 @@ def _tried(cause: Tried, most: float, cells: int) -> Lines:
 
 
 def _named(mark: Span, name: Span, right: Line, cells: int) -> Lines:
-    """A name and what stands at its right: in the same line where both fit, else in the line below."""
+    """A name, and text at its right: in the same line if both fit, else in the line below."""
     if len(mark[0]) + len(name[0]) + width(right) < cells:
         return (apart((mark, name), right, cells),)
     first, *more = wrapped(name[0], name[1], cells - len(mark[0]))
@@ -382,7 +384,11 @@ class DiagnoseScreen(SectionScreen):
     @property
     def _accepts(self) -> bool:
         """Whether the diagnosis left a model with its causes."""
-        return self.dive is not None and newer(self.dive / PARAM, self.dive / JSON) and self.unkept is None
+        return (
+            self.dive is not None
+            and newer(self.dive / ACCEPTABLE, self.dive / DIAGNOSED)
+            and self.unkept is None
+        )
 
     def action_check(self) -> None:
         self._other = (self._other + 1) % (len(self.others) + 1)
@@ -390,7 +396,7 @@ class DiagnoseScreen(SectionScreen):
 
     async def action_parameters(self) -> None:
         if self.dive is not None:
-            self.desk.param = self.dive / PARAM
+            self.desk.param = self.dive / ACCEPTABLE
             await self.begin_on("parameters")
 
     def comparable(self, dive: Path) -> tuple[Path, ...]:
@@ -400,7 +406,7 @@ class DiagnoseScreen(SectionScreen):
         self._other = 0
 
     def result(self) -> Answer | None:
-        return self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None
+        return self._kept.read(self.dive / DIAGNOSED, self.unkept) if self.dive is not None else None
 
     def verdict(self, cells: int) -> Lines:
         diagnosis = self.result()
@@ -412,7 +418,7 @@ class DiagnoseScreen(SectionScreen):
             return ()
         ahead: tuple[str, ...] = ()
         if name == "far" and self.dive is not None and self._accepts:
-            ahead = self._foretold.read(sidecar_path(self.dive / PARAM)) or ()
+            ahead = self._foretold.read(sidecar_path(self.dive / ACCEPTABLE)) or ()
         return (
             *(line for words in ahead for line in wrapped(words, "strong", cells)),
             *MAKES[name](diagnosis, cells),
@@ -424,7 +430,7 @@ class DiagnoseScreen(SectionScreen):
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         check = self._check_dive()
-        leaves = (("--json", JSON), ("--report", REPORT), ("--accept", PARAM))
+        leaves = (("--json", DIAGNOSED), ("--report", REPORT), ("--accept", ACCEPTABLE))
         outputs = (word for option, name in leaves for word in (option, str(dive / name)))
         checked = ("--check", str(check)) if check is not None else ()
         return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *outputs)

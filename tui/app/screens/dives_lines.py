@@ -8,7 +8,7 @@ from typing import Any, Final
 from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from gcs_plugin.dives.folder import began, length_s
+from gcs_plugin.dives.recordings import began, length_s
 from identify.glance.span import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
@@ -148,7 +148,7 @@ def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: 
         line = (
             *line,
             (f"{length(dive.glance.duration_s):<10}", role),
-            (f"{loss:>6}  ", _of_loss(dive.glance.loss, role)),
+            (f"{loss:>6}  ", "warn" if dive.glance.loss > 0.05 else role),
             (f"{_letters(dive, MASSES):<7}", "accent"),
             (f"{_letters(dive, DAMPINGS):<8}", "accent"),
         )
@@ -174,10 +174,6 @@ def _short(words: str) -> str:
     """The first word, shortened if it is long: `ident.`, `NO-GO`."""
     first = words.partition(" ")[0]
     return first if len(first) <= SHORT else f"{first[:SHORT]}."
-
-
-def _of_loss(loss: float, role: Role) -> Role:
-    return "warn" if loss > 0.05 else role
 
 
 def length(seconds: float) -> str:

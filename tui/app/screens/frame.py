@@ -242,7 +242,7 @@ class StationScreen(Screen[None]):
         yield KeyLine()
 
     def _next(self, cells: int, _: int) -> Lines:
-        """The line that says what to do now, and by which keys; on as many rows as that needs."""
+        """The next step and its keys, on as many rows as that needs."""
         step = self.view.next if self.view is not None else None
         if step is None:
             return ((),)
@@ -282,7 +282,7 @@ class StationScreen(Screen[None]):
         self.draw()
 
     def draw(self) -> None:
-        """Draw what has changed; nothing before the first view."""
+        """Draw all changed widgets; nothing before the first view."""
         if self.view is not None:
             for widget in self.query(Drawn):
                 widget.again()

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from bridge import exit_codes
+from bridge.arrays import Array
 from bridge.errors import ParamError
 from bridge.files import read_small
 from bridge.plain import from_json
@@ -18,7 +19,6 @@ from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.watch.picture import Array
 from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
 from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, number, stopwatch, titled, width

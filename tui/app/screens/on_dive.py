@@ -93,7 +93,7 @@ class DiveScreen(StationScreen):
         self.desk.jobs.cancel(self.VERB)
 
     def look(self) -> None:
-        """Update the chosen dive and what is known of it."""
+        """Update the chosen dive and its results."""
         before, self.dive = self.dive, self.desk.chosen()
         self.look_again(other=self.dive != before)
         self.refresh_bindings()

@@ -1,4 +1,4 @@
-"""What lies over a screen, whose top line stays bright and live: help, questions, forms; and a question below it."""
+"""Help, questions and forms over a screen, whose top line stays bright and live; and a question below it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final, TypeVar
@@ -69,7 +69,7 @@ class Overlay(ModalScreen[Answer]):
 
 
 class OverScreen(Overlay[Answer]):
-    """Subclasses compose one box, of the class `box`."""
+    """A box over a screen. Subclasses compose it, with the class `box`."""
 
     _below: StationScreen | None = None
 
@@ -102,7 +102,7 @@ class OverScreen(Overlay[Answer]):
 
 
 class AskScreen(OverScreen[str | None]):
-    """Returns the text typed when Enter sends it; None if it was closed. `does` says what Enter does."""
+    """Asks for a text; None if it was closed. `does` tells the effect of Enter."""
 
     BINDINGS = bindings(ASKING)  # type: ignore[assignment]
 
@@ -201,7 +201,8 @@ class _Trouble(Label):
 
 
 class AskLine(Vertical):
-    """`question(cells, rows)` makes its words. Enter sends the typed text as `Input.Submitted`."""
+    """A question below the screen, with a line to type. `question(cells, rows)` makes its words; Enter sends the typed
+    text as `Input.Submitted`."""
 
     def __init__(self, question: Callable[[int, int], Lines], *, id: str) -> None:
         super().__init__(id=id)
@@ -291,7 +292,7 @@ def help_lines(app: App[None], screen: Screen[object]) -> Callable[[int], Lines]
 
 
 def _entry(keys: str, sentence: str, words: str, role: Role, cells: int) -> Lines:
-    """Keys or a mark, the words for them, and a sentence: beside them, or below where that is too narrow."""
+    """Keys or a mark, the words for them, and a sentence at their right, or below on a narrow screen."""
     column = max(WORD_CELLS, len(words) + 1) if words else 0  # a longer name shifts only its own sentence
     head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
     if words and cells < CELLS:

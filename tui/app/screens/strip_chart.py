@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gcs_plugin.watch.picture import Array, Freshness, Trace
+from bridge.arrays import Array, Mask
+from gcs_plugin.watch.picture import Freshness, Trace
 from tui.app.curves import (
     AXIS_CELLS,
     Gaps,
@@ -32,9 +32,6 @@ SMALL: Final = 3  # rows of curve below which two ticks suffice
 HALF_TURN: Final = 180.0
 LEAST_QUARTER: Final = 20.0  # deg: wider steps are those of a compass
 FULL_TURN: Final = Scale(0.0, 360.0, 90.0)
-
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

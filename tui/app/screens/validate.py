@@ -15,15 +15,16 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.glance.following import CURVES, Followed
 from identify.glance.raising import BASELINE, Criterion
-from tui.app.campaign import raising_words
 from tui.app.curves import Curve, plot, seconds
+from tui.app.desk import VALIDATED
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
 from tui.app.header import PHONE, Tab
 from tui.app.jobs import Kept, real
 from tui.app.keys import LOOKS, Action, bindings
+from tui.app.next_step import raising_words
 from tui.app.screens.on_dive import SectionScreen
 
-JSON, REPORT = "validation.json", "validation.html"
+REPORT: Final = "validation.html"
 MOST_OTHERS: Final = 3
 
 
@@ -321,15 +322,15 @@ class ValidateScreen(SectionScreen):
         self._count = min(self._count, len(self.others))
 
     def result(self) -> tuple[Run, ...]:
-        return (self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None) or ()
+        return (self._kept.read(self.dive / VALIDATED, self.unkept) if self.dive is not None else None) or ()
 
     def verdict(self, cells: int) -> Lines:
         run = self._looked_at()
         if run is None:
             return ()
-        campaign = self.view.campaign if self.view is not None and not self.view_only else None
+        situation = self.view.situation if self.view is not None and not self.view_only else None
         key = self._station_app.key_of_action("ff.raise")
-        return verdict_lines(run, cells, raising_words(campaign, key) if campaign is not None else "")
+        return verdict_lines(run, cells, raising_words(situation, key) if situation is not None else "")
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
         results, run = self.result(), self._looked_at()
@@ -357,7 +358,7 @@ class ValidateScreen(SectionScreen):
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         dives = map(str, (dive, *self._compared()))
-        leaves = ("--json", str(dive / JSON), "--report", str(dive / REPORT))
+        leaves = ("--json", str(dive / VALIDATED), "--report", str(dive / REPORT))
         return (self.VERB, *dives, "--vehicle", vehicle, "--receipts", str(self.desk.receipts), *leaves)
 
     def _compared(self) -> tuple[Path, ...]:

@@ -398,7 +398,7 @@ class WatchScreen(StationScreen):
         return self.view.picture if self.view.replay is None else self.view.replay.picture
 
     def _sensors(self, now: Picture, cells: int, _: int) -> Lines:
-        """All of them; next to the values on a phone only the links and what is not ok. None once the dive is over."""
+        """All sensors; on a phone only the links and those not ok. None once the dive is over."""
         if self._is_over:
             links = sensors(self._links(now), (), cells)
             return (*links, *wrapped("the dive is over: nothing is measured", "quiet", cells))

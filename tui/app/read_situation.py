@@ -1,4 +1,4 @@
-"""Reads the state of a campaign from the folders of dives and receipts, and from the view."""
+"""Reads the situation from the folders of dives and receipts, and from the view."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,19 +10,18 @@ from bridge.errors import LogError, ParamError
 from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.mode import Mode, word_of
-from gcs_plugin.dives.folder import recordings
+from gcs_plugin.dives.recordings import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
 from gcs_plugin.watch.picture import Armed
-from tui.app.campaign import AXES, Campaign
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, Desk, values_of
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, values_of
 from tui.app.jobs import JobState, written_ns
+from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import FLY
 from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
 
-VALIDATED: Final = "validation.json"
 DIAGNOSE: Final = "diagnose"
 LONG: Final = ("identify", DIAGNOSE, "validate")
 """Verbs that take long enough for the user to wait, and to miss their work if it were lost."""
@@ -34,18 +33,18 @@ SAME: Final = 5e-4
 """Relative difference up to which a value is the same to a reader: +0.0 %."""
 
 
-def campaign_of(desk: Desk, view: View) -> Campaign:
-    """The campaign as it stands now."""
+def read_situation(desk: Desk, view: View) -> Situation:
+    """The situation now."""
     picture, dive = view.picture, _dive(desk)
     folders = desk.dives()
     values = values_of(*folders)
     system = picture.links[0].system if picture.links else None
     uploaded_ns = _uploaded_ns(desk.receipts, values, system) if values is not None else 0
     flown, go = _judged(dive) if dive is not None else ("", None)
-    lacking, told = _told(dive) if dive is not None else ((), None)
+    lacking, determined = _determined(dive) if dive is not None else ((), None)
     since = [folder for folder in folders if uploaded_ns and _ended_ns(folder) > uploaded_ns]
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
-    return Campaign(
+    return Situation(
         vehicle=bool(
             desk.vehicle or desk.name_vehicle is None or (dive is not None and desk.vehicle_of(dive))
         ),
@@ -61,7 +60,7 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         dive=dive.name if dive is not None else "",
         shown=dive is None or desk.chosen() == dive,
         lacking=lacking,
-        told=told,
+        determined=determined,
         reading=desk.jobs.runs(LIST),
         identified=values is not None,
         accepts=values is not None and values.name == ACCEPTABLE,
@@ -69,10 +68,10 @@ def campaign_of(desk: Desk, view: View) -> Campaign:
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
         taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
-        since=dive in since,
+        after_upload=dive in since,
         flown=flown,
         go=go,
-        verdict=_verdict(dive) if dive is not None and flown else "",
+        verdict=_read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED)) if dive and flown else "",
         lost=picture.armed in (Armed.ARMED, Armed.FAILSAFE)
         and heard_of(picture) is None
         and bool(picture.links)
@@ -87,7 +86,7 @@ def _works(job: JobState | None) -> bool:
 
 
 def _dive(desk: Desk) -> Path | None:
-    """The newest finished dive whose thrusters may have told something, whichever the screens show."""
+    """The newest finished dive whose thrusters pushed, as far as known, whichever the screens show."""
     return next(
         (dive for dive in reversed(desk.dives()) if desk.is_finished(dive) and not _is_idle(dive)), None
     )
@@ -100,21 +99,17 @@ def _is_idle(dive: Path) -> bool:
     return std is not None and not any(map(math.isfinite, std.values()))
 
 
-def _verdict(dive: Path) -> str:
-    """The verdict of a dive's diagnosis; "" without one."""
-    return _read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED))
-
-
 @lru_cache(8)
 def _read_verdict(file: Path, _changed_ns: int) -> str:
+    """The verdict of a diagnosis's file; "" without one."""
     try:
         return str(from_json(read_small(file))["verdict"])
     except (OSError, ValueError, LookupError, TypeError):
         return ""
 
 
-def _told(dive: Path) -> tuple[tuple[str, ...], int | None]:
-    """The masses and dampings of feed-forward axes that a dive can't tell, and how many it can."""
+def _determined(dive: Path) -> tuple[tuple[str, ...], int | None]:
+    """The masses and dampings of feed-forward axes that a dive does not determine, and how many it does."""
     glance = kept_glance(dive)
     if glance is None or glance.relative_std is None:
         return (), None
@@ -148,7 +143,7 @@ def _ended_ns(dive: Path) -> int:
 
 
 def _gate(since: Sequence[Path]) -> tuple[str, bool] | None:
-    """The dive, of those since an upload, by which the feed-forward is raised to both, and its GO; see `Campaign`.
+    """The dive, of those since an upload, by which the feed-forward is raised to both, and its GO; see `Situation`.
 
     A dive that was compared in the validation of another is judged by that too, as the screen shows it.
     """

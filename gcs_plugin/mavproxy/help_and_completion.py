@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words typed in MAVProxy: the commands with their help, and their completions."""
+"""The commands of the MAVProxy module with their help, and the completions of their words."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from bridge.vehicle.config import shipped_vehicles
-from gcs_plugin.dives.folder import MADE_ELSEWHERE
+from gcs_plugin.dives.recordings import MADE_ELSEWHERE
+from gcs_plugin.params.files import SUFFIXES
 
 HELP: Final = {
     "status": ("status", "vehicles, links, alarms, how far it is off its model, recording, and what runs"),
@@ -97,7 +98,7 @@ def _vehicle_files(text: str) -> list[str]:
 
 COMPLETERS: Final[Mapping[str, Callable[[str], list[str]]]] = {
     "(SEATRIAL_DIVE)": partial(_files, (".tlog", ".gz", *MADE_ELSEWHERE)),
-    "(SEATRIAL_PARAM)": partial(_files, (".param", ".parm", ".params")),
+    "(SEATRIAL_PARAM)": partial(_files, SUFFIXES),
     "(SEATRIAL_FOLDER)": partial(_files, ()),
     "(SEATRIAL_FILE)": _vehicle_files,
 }

@@ -1,4 +1,4 @@
-"""The next thing to do: one step of the way from no dive to a vehicle that follows its reference. Pure."""
+"""The next step on the way from no dive to a vehicle that follows its reference, by the situation. Pure."""
 
 from dataclasses import dataclass, replace
 from enum import Enum, auto
@@ -31,23 +31,36 @@ class Task(Enum):
 
 
 @dataclass(frozen=True)
-class Campaign:
-    """The state of a campaign, as far as this computer knows it.
+class Situation:
+    """All that the next step depends on, as far as this computer knows it.
 
-    `vehicle`: its file is known, or nobody may say which it is.
-    `heard`: the vehicle is; `contested`: another has its address, so that nothing may be sent; `recording`: a recording
-    runs; `over`: its dive is over; `linked`: it is known which links to record. `flies`: it can fly manoeuvres by
-    itself; `flying`: it does, as Fly asked. `working` is the long verb that runs, "" for none; `writing`: parameters or
-    a mode are on their way to the vehicle.
-    `dive` is the dive meant, "" for none; `shown`: the screens show it; `lacking` its masses and dampings of
-    feed-forward axes that it can't tell, `told` those that it can, None if it was not read yet; `reading`: dives are
-    being read. `identified`: values of it, or of a dive before it, are kept; `accepts`: the newest of them are a
-    diagnosis's; `uploaded`: the vehicle accepted the newest of them; `halfway`: an upload or roll back was begun and
-    never finished; `taken_back`: a roll back came after those values. `mode` is the vehicle's, "" if unknown. `since`:
-    the dive began after that upload; `flown` is the mode in which it was flown, "" if it was not validated, and `go`
-    whether that was a GO, None if nothing was judged. `verdict` is that of its diagnosis, "" if there is none.
-    `lost`: the vehicle fell silent while it was armed. `gate` is the dive since that upload by which the feed-forward
-    is raised to both or is not, with its GO: the newest in shadow, or a newer one that was a NO-GO; None without one.
+    About the vehicle and this computer:
+
+    - vehicle: False while the user must still name its file.
+    - heard: the vehicle speaks; linked: there are links to record.
+    - contested: another vehicle has its address, so that nothing may be sent.
+    - recording: a recording runs; over: its dive is over.
+    - lost: the vehicle fell silent while it was armed.
+    - flies: it can fly manoeuvres by itself; flying: it does so now, as Fly asked.
+    - mode: its feed-forward's mode, "" if unknown.
+    - working: the long verb that runs, "" for none; writing: parameters or a mode are being sent.
+
+    About the dive meant, `dive`, "" for none:
+
+    - shown: the screens show it; reading: dives are being read.
+    - determined: how many of its masses and dampings of feed-forward axes it determines, None if it was not read yet;
+      lacking: those that it does not.
+    - after_upload: it began after the upload below.
+    - flown: the mode in which it was flown, "" if it was not validated; go: whether that was a GO, None if not judged.
+    - verdict: that of its diagnosis, "" if there is none.
+
+    About values:
+
+    - identified: values of that dive, or of a dive before it, are kept; accepts: the newest are a diagnosis's.
+    - uploaded: the vehicle accepted the newest; halfway: an upload or a roll back was begun and never finished;
+      taken_back: a roll back came after them.
+    - gate: the dive since that upload by which the feed-forward is raised to both or is not, with its GO: the newest in
+      shadow, or a newer one that was a NO-GO; None without one.
     """
 
     vehicle: bool = True
@@ -63,7 +76,7 @@ class Campaign:
     dive: str = ""
     shown: bool = True
     lacking: tuple[str, ...] = ()
-    told: int | None = None
+    determined: int | None = None
     reading: bool = False
     identified: bool = False
     accepts: bool = False
@@ -71,7 +84,7 @@ class Campaign:
     halfway: bool = False
     taken_back: bool = False
     mode: str = ""
-    since: bool = False
+    after_upload: bool = False
     flown: str = ""
     go: bool | None = None
     verdict: str = ""
@@ -144,145 +157,145 @@ OF_OTHERS: Final = {
 """Where the screens show another dive, the actions that begin with the dive meant."""
 
 
-def next_of(campaign: Campaign) -> Next:
+def next_of(now: Situation) -> Next:
     """The thing to do now."""
-    if campaign.lost:
+    if now.lost:
         return LOST
-    if campaign.writing:
+    if now.writing:
         return WRITES
-    if campaign.flying:
+    if now.flying:
         return FLYING
-    if campaign.working:
-        return Next(Task.WAIT, (f"screen.{campaign.working}",), f"{campaign.working} is at work: wait for it")
-    if campaign.over and campaign.recording:
+    if now.working:
+        return Next(Task.WAIT, (f"screen.{now.working}",), f"{now.working} is at work: wait for it")
+    if now.over and now.recording:
         return END
-    if not campaign.vehicle:
+    if not now.vehicle:
         return VEHICLE
-    if not campaign.dive:
-        return _with_dive(_to_dive(campaign), campaign)
-    if campaign.halfway:
-        return _to_vehicle(campaign, HALFWAY)
-    if campaign.uploaded:
-        return _with_dive(_after_upload(campaign), campaign)
-    if campaign.identified and campaign.taken_back:
-        return _to_vehicle(campaign, TAKEN_BACK)
-    if campaign.identified:
-        return _to_vehicle(campaign, ACCEPT if campaign.accepts else UPLOAD)
-    if campaign.lacking and campaign.told is not None:
-        return _dive_more(campaign)
-    return _with_dive(IDENTIFY, campaign)
+    if not now.dive:
+        return _with_dive(_to_dive(now), now)
+    if now.halfway:
+        return _to_vehicle(now, HALFWAY)
+    if now.uploaded:
+        return _with_dive(_after_upload(now), now)
+    if now.identified and now.taken_back:
+        return _to_vehicle(now, TAKEN_BACK)
+    if now.identified:
+        return _to_vehicle(now, ACCEPT if now.accepts else UPLOAD)
+    if now.lacking and now.determined is not None:
+        return _dive_more(now)
+    return _with_dive(IDENTIFY, now)
 
 
-def lowered_to(campaign: Campaign) -> tuple[Mode | None, str]:
+def lowered_to(now: Situation) -> tuple[Mode | None, str]:
     """The mode to which the feed-forward may be lowered now, short of off; or None and the reason."""
-    mode, why = _ordered(campaign)
+    mode, why = _ordered(now)
     if mode is None or mode.applies_feedforward:
         return (Mode.SHADOW if mode is not None else None), why
     return None, f"the feed-forward does not act, in {mode.word}"
 
 
-def raised_to(campaign: Campaign) -> tuple[Mode | None, str]:
+def raised_to(now: Situation) -> tuple[Mode | None, str]:
     """The mode to which the feed-forward may be raised now, or None and the reason."""
-    mode, why = _ordered(campaign)
+    mode, why = _ordered(now)
     if mode is None:
         return None, why
     if mode is Mode.OFF:
         return Mode.SHADOW, ""
     if mode is not Mode.SHADOW:
         return None, f"the feed-forward acts already, in {mode.word}"
-    if campaign.gate is None:
+    if now.gate is None:
         return (
             None,
             "no dive in shadow since the upload was validated as a GO: fly a minute, then validate it",
         )
-    dive, go = campaign.gate
+    dive, go = now.gate
     return (Mode.BOTH, "") if go else (None, f"{dive} is a NO-GO; Validate says why")
 
 
-def raising_words(campaign: Campaign, key: str) -> str:
-    """What the key that raises would do about a dive that is a GO in shadow: it goes by `raised_to` as well."""
-    mode, why = raised_to(campaign)
+def raising_words(now: Situation, key: str) -> str:
+    """The effect of the key that raises, after a dive that is a GO in shadow: it goes by `raised_to` as well."""
+    mode, why = raised_to(now)
     return f"{key} raises it to {mode.word}." if mode is not None else f"{key} does not raise it now: {why}."
 
 
-def _ordered(campaign: Campaign) -> tuple[Mode | None, str]:
+def _ordered(now: Situation) -> tuple[Mode | None, str]:
     """The vehicle's mode, if an order may go to it; else None and the reason."""
-    mode = BY_WORD.get(campaign.mode)
-    if campaign.contested:
+    mode = BY_WORD.get(now.mode)
+    if now.contested:
         return None, "two vehicles share its address, and both would obey"
-    if mode is None or not campaign.heard:
+    if mode is None or not now.heard:
         return None, "the vehicle tells no mode of its feed-forward"
-    if not campaign.recording:
+    if not now.recording:
         return None, "the order goes by the recording, and none runs"
     return mode, ""
 
 
-def _to_dive(campaign: Campaign) -> Next:
-    if not campaign.recording:
-        return _to_vehicle(campaign, RECORD)
-    if not campaign.heard:
+def _to_dive(now: Situation) -> Next:
+    if not now.recording:
+        return _to_vehicle(now, RECORD)
+    if not now.heard:
         return SWITCH_ON
-    return CALIBRATE if campaign.flies else DIVE
+    return CALIBRATE if now.flies else DIVE
 
 
-def _after_upload(campaign: Campaign) -> Next:
-    acts = campaign.mode in (Mode.ALONE.word, Mode.BOTH.word)
-    if campaign.since and not campaign.flown:
-        return READS if campaign.reading and campaign.told is None else VALIDATE
-    if campaign.since and campaign.go is False and campaign.flown == Mode.SHADOW.word:
-        return LOOK if not campaign.verdict else LOOK_CLOSER
-    if campaign.since and campaign.flown in (Mode.ALONE.word, Mode.BOTH.word):
-        return _diagnosed(campaign)
+def _after_upload(now: Situation) -> Next:
+    acts = now.mode in (Mode.ALONE.word, Mode.BOTH.word)
+    if now.after_upload and not now.flown:
+        return READS if now.reading and now.determined is None else VALIDATE
+    if now.after_upload and now.go is False and now.flown == Mode.SHADOW.word:
+        return LOOK if not now.verdict else LOOK_CLOSER
+    if now.after_upload and now.flown in (Mode.ALONE.word, Mode.BOTH.word):
+        return _diagnosed(now)
     if acts:
-        return _to_vehicle(campaign, FLY)
-    if campaign.mode == Mode.SHADOW.word:
-        return TO_BOTH if raised_to(campaign)[0] is Mode.BOTH else _to_vehicle(campaign, FLY_SHADOW)
-    if campaign.gate is not None and campaign.gate[1]:
-        return _to_vehicle(campaign, TO_SHADOW if campaign.mode == Mode.OFF.word else TO_BOTH)
-    return _to_vehicle(campaign, TO_SHADOW)
+        return _to_vehicle(now, FLY)
+    if now.mode == Mode.SHADOW.word:
+        return TO_BOTH if raised_to(now)[0] is Mode.BOTH else _to_vehicle(now, FLY_SHADOW)
+    if now.gate is not None and now.gate[1]:
+        return _to_vehicle(now, TO_SHADOW if now.mode == Mode.OFF.word else TO_BOTH)
+    return _to_vehicle(now, TO_SHADOW)
 
 
-def _diagnosed(campaign: Campaign) -> Next:
-    if campaign.go is False and lowered_to(campaign)[0] is not None:
+def _diagnosed(now: Situation) -> Next:
+    if now.go is False and lowered_to(now)[0] is not None:
         return LOWER
-    if not campaign.verdict:
-        return MENDS if campaign.go is False else DIAGNOSE
-    return NOTHING_LEFT if campaign.verdict == "no_gap" else LOOK_CLOSER
+    if not now.verdict:
+        return MENDS if now.go is False else DIAGNOSE
+    return NOTHING_LEFT if now.verdict == "no_gap" else LOOK_CLOSER
 
 
-def _to_vehicle(campaign: Campaign, then: Next) -> Next:
+def _to_vehicle(now: Situation, then: Next) -> Next:
     """`then`, once the vehicle is there and recorded."""
-    if campaign.contested:
+    if now.contested:
         return Next(
             then.task, ("screen.watch",), f"two vehicles share an address: part them; then: {then.words}"
         )
-    if campaign.heard or (then is RECORD and campaign.linked):
-        return _to_recording(campaign, then)
-    if not campaign.linked and not campaign.recording:
+    if now.heard or (then is RECORD and now.linked):
+        return _to_recording(now, then)
+    if not now.linked and not now.recording:
         return CONNECT
-    if campaign.recording:
+    if now.recording:
         return Next(then.task, then.actions, f"not heard, switch it on or mend the link; then: {then.words}")
-    return _to_recording(campaign, then)
+    return _to_recording(now, then)
 
 
-def _to_recording(campaign: Campaign, then: Next) -> Next:
+def _to_recording(now: Situation, then: Next) -> Next:
     """`then`, once it is recorded."""
-    if campaign.recording or then is RECORD:
+    if now.recording or then is RECORD:
         return then
     return Next(Task.RECORD, RECORD.actions, f"record it; then: {then.words}")
 
 
-def _dive_more(campaign: Campaign) -> Next:
-    axes = " and ".join(dict.fromkeys(AXES[name[-1]] for name in campaign.lacking if name[-1] in AXES))
-    words = f"{', '.join(campaign.lacking)} not told by {campaign.dive}: "
-    if campaign.flies and campaign.heard and campaign.recording:
+def _dive_more(now: Situation) -> Next:
+    axes = " and ".join(dict.fromkeys(AXES[name[-1]] for name in now.lacking if name[-1] in AXES))
+    words = f"{', '.join(now.lacking)} not determined by {now.dive}: "
+    if now.flies and now.heard and now.recording:
         return Next(
             Task.DIVE_MORE, ("screen.fly", "fly.plan"), f"{words}let it fly {axes} by itself, or dive by hand"
         )
-    actions = ("recording.next",) if campaign.recording else ("recording.begin",)
+    actions = ("recording.next",) if now.recording else ("recording.begin",)
     return Next(Task.DIVE_MORE, actions, f"{words}dive {axes} there and back at two speeds")
 
 
-def _with_dive(step: Next, campaign: Campaign) -> Next:
-    actions = step.actions if campaign.shown else OF_OTHERS.get(step.task, step.actions)
-    return Next(step.task, actions, step.words.format(dive=campaign.dive))
+def _with_dive(step: Next, now: Situation) -> Next:
+    actions = step.actions if now.shown else OF_OTHERS.get(step.task, step.actions)
+    return Next(step.task, actions, step.words.format(dive=now.dive))

@@ -12,6 +12,7 @@ from made_validation import raising, run
 from made_view import FixedViews, picture, view
 from screen_text import WIDE, Lacks, Sees, played
 
+from bridge.plain import plain
 from bridge.reports import PAGE, Report
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params import last_accepted
@@ -19,38 +20,39 @@ from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.watch.picture import Armed
-from tui.app.campaign import Campaign, Task, lowered_to, next_of, raised_to
 from tui.app.jobs import JobState
-from tui.app.progress import campaign_of
+from tui.app.next_step import Situation, Task, lowered_to, next_of, raised_to
+from tui.app.read_situation import read_situation
 from tui.app.screens.overlays import AskScreen
 from tui.app.view import heard_of
 from tui.dive_list import VERSION, Glance
-from tui.show import plain
 
-HERE = Campaign(heard=True, recording=True, linked=True)
-DIVED = replace(HERE, dive="first", told=6)
+HERE = Situation(heard=True, recording=True, linked=True)
+DIVED = replace(HERE, dive="first", determined=6)
 AWAY = replace(DIVED, heard=False, recording=False)
 IDENTIFIED = replace(DIVED, identified=True, mode="off")
 UPLOADED = replace(IDENTIFIED, uploaded=True)
 SHADOW = replace(UPLOADED, mode="shadow")
-GO = replace(SHADOW, since=True, flown="shadow", go=True, gate=("first", True))
+GO = replace(SHADOW, after_upload=True, flown="shadow", go=True, gate=("first", True))
 BOTH = replace(SHADOW, mode="both")
+AGAIN = replace(BOTH, after_upload=True)
 
 
 @pytest.mark.parametrize(
-    ("campaign", "task", "words"),
+    ("situation", "task", "words"),
     [
-        (Campaign(), Task.CONNECT, "connect the vehicle"),
+        (Situation(), Task.CONNECT, "connect the vehicle"),
         (replace(DIVED, vehicle=False), Task.VEHICLE, "say which vehicle this is"),
-        (Campaign(linked=True), Task.RECORD, "record a dive"),
+        (Situation(linked=True), Task.RECORD, "record a dive"),
         (HERE, Task.DIVE, "dive surge, sway and yaw: it is being recorded"),
         (replace(HERE, heard=False), Task.DIVE, "switch the vehicle on, and dive surge, sway and yaw"),
         (replace(HERE, flies=True), Task.DIVE, "let it fly by itself what calibrates it"),
-        (replace(DIVED, flies=True, told=5, lacking=("D_v",)), Task.DIVE_MORE, "D_v not told by first: let it fly"),
+        (replace(DIVED, flies=True, determined=5, lacking=("D_v",)), Task.DIVE_MORE,
+         "D_v not determined by first: let it fly"),
         (replace(HERE, flying=True), Task.WAIT, "the vehicle flies by itself"),
-        (replace(DIVED, told=4, lacking=("M_v", "D_v")), Task.DIVE_MORE,
-         "M_v, D_v not told by first: dive sway there and back at two speeds"),
-        (replace(DIVED, told=None), Task.IDENTIFY, "identify first"),
+        (replace(DIVED, determined=4, lacking=("M_v", "D_v")), Task.DIVE_MORE,
+         "M_v, D_v not determined by first: dive sway there and back at two speeds"),
+        (replace(DIVED, determined=None), Task.IDENTIFY, "identify first"),
         (DIVED, Task.IDENTIFY, "identify first"),
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
@@ -66,10 +68,10 @@ BOTH = replace(SHADOW, mode="both")
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
-        (replace(SHADOW, since=True), Task.VALIDATE, "validate first"),
-        (replace(AWAY, identified=True, uploaded=True, since=True), Task.VALIDATE, "validate first"),
-        (replace(SHADOW, since=True, told=None, reading=True), Task.WAIT, "first is being read"),
-        (replace(SHADOW, since=True, reading=True), Task.VALIDATE, "validate first"),
+        (replace(SHADOW, after_upload=True), Task.VALIDATE, "validate first"),
+        (replace(AWAY, identified=True, uploaded=True, after_upload=True), Task.VALIDATE, "validate first"),
+        (replace(SHADOW, after_upload=True, determined=None, reading=True), Task.WAIT, "first is being read"),
+        (replace(SHADOW, after_upload=True, reading=True), Task.VALIDATE, "validate first"),
         (GO, Task.TO_BOTH, "GO in shadow: raise the feed-forward to both"),
         (replace(GO, go=False), Task.LOOK, "first is a NO-GO: read why"),
         (replace(GO, flown="off", go=False, gate=None), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
@@ -79,38 +81,39 @@ BOTH = replace(SHADOW, mode="both")
         (replace(BOTH, heard=False, lost=True, working="identify"), Task.LOST, "the link was lost while it was armed"),
         (replace(GO, dive="second", flown=""), Task.VALIDATE, "validate second"),
         (replace(GO, dive="second", flown="off"), Task.TO_BOTH, "GO in shadow: raise"),
-        (replace(BOTH, since=True, flown="shadow", go=True), Task.FLY, "once it has flown with the feed-forward"),
-        (replace(BOTH, since=True), Task.VALIDATE, "validate first"),
-        (replace(BOTH, since=True, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
-        (replace(BOTH, since=True, flown="both", go=False), Task.LOWER, "first is a NO-GO: lower the feed-forward"),
-        (replace(SHADOW, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what causes it"),
-        (replace(BOTH, heard=False, since=True, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what"),
+        (replace(AGAIN, flown="shadow", go=True), Task.FLY, "once it has flown with the feed-forward"),
+        (AGAIN, Task.VALIDATE, "validate first"),
+        (replace(AGAIN, flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
+        (replace(AGAIN, flown="both", go=False), Task.LOWER, "first is a NO-GO: lower the feed-forward"),
+        (replace(SHADOW, after_upload=True, flown="both", go=False), Task.DIAGNOSE,
+         "first is a NO-GO: ask what causes it"),
+        (replace(AGAIN, heard=False, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what"),
         (replace(DIVED, writing=True), Task.WAIT, "the vehicle is being written to"),
-        (replace(BOTH, since=True, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
-        (replace(BOTH, since=True, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
+        (replace(AGAIN, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
+        (replace(AGAIN, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
         (replace(DIVED, working="identify"), Task.WAIT, "identify is at work"),
         (replace(HERE, over=True), Task.END, "the dive is over: begin the next"),
         (replace(DIVED, over=True, recording=False), Task.IDENTIFY, "identify first"),
     ],
 )  # fmt: skip
-def test_each_state_has_its_next_step(campaign, task, words):
-    step = next_of(campaign)
+def test_each_state_has_its_next_step(situation, task, words):
+    step = next_of(situation)
     assert step.task is task
     assert step.words.startswith(words)
     assert step.actions or step.words.startswith(("switch the vehicle on", "the vehicle is being written"))
 
 
 @pytest.mark.parametrize(
-    "campaign", [replace(SHADOW, since=True), replace(BOTH, since=True, flown="both", go=True)]
+    "situation", [replace(SHADOW, after_upload=True), replace(AGAIN, flown="both", go=True)]
 )
-def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(campaign):
-    assert "dives.newest" not in next_of(campaign).actions
-    assert next_of(replace(campaign, shown=False)).actions[:2] == ("screen.dives", "dives.newest")
+def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(situation):
+    assert "dives.newest" not in next_of(situation).actions
+    assert next_of(replace(situation, shown=False)).actions[:2] == ("screen.dives", "dives.newest")
 
 
 @pytest.mark.parametrize(
-    ("campaign", "to", "why"),
+    ("situation", "to", "why"),
     [
         (UPLOADED, "shadow", ""),
         (GO, "both", ""),
@@ -125,14 +128,14 @@ def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(
         (replace(GO, mode="both"), None, "acts already, in both"),
     ],
 )
-def test_the_feed_forward_is_raised_by_one_step_and_to_both_only_after_a_go(campaign, to, why):
-    mode, reason = raised_to(campaign)
+def test_the_feed_forward_is_raised_by_one_step_and_to_both_only_after_a_go(situation, to, why):
+    mode, reason = raised_to(situation)
     assert (mode.word if mode is not None else None) == to
     assert why in reason
 
 
 @pytest.mark.parametrize(
-    ("campaign", "to", "why"),
+    ("situation", "to", "why"),
     [
         (BOTH, "shadow", ""),
         (replace(BOTH, mode="ff"), "shadow", ""),
@@ -142,8 +145,8 @@ def test_the_feed_forward_is_raised_by_one_step_and_to_both_only_after_a_go(camp
         (replace(BOTH, recording=False), None, "none runs"),
     ],
 )
-def test_a_feed_forward_that_acts_is_lowered_to_shadow_whatever_was_validated(campaign, to, why):
-    mode, reason = lowered_to(campaign)
+def test_a_feed_forward_that_acts_is_lowered_to_shadow_whatever_was_validated(situation, to, why):
+    mode, reason = lowered_to(situation)
     assert (mode.word if mode is not None else None) == to
     assert why in reason
 
@@ -189,42 +192,42 @@ class Place:
         entry = {"dive": name, "raising": {"from": mode, "go": go}}
         self.write(self.dives / name / "validation.json", json.dumps([entry]))
 
-    def campaign(self, shown=None):
-        return campaign_of(self.desk, shown or view())
+    def situation(self, shown=None):
+        return read_situation(self.desk, shown or view())
 
 
 def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeypatch):
-    assert place.campaign() == Campaign(heard=True, recording=True, linked=True, mode="shadow")
+    assert place.situation() == Situation(heard=True, recording=True, linked=True, mode="shadow")
     place.dive("2026-11-21T0800Z-first", M_u=0.01, D_u=0.9, M_q=0.9)
-    dived = place.campaign()
-    assert (dived.dive, dived.lacking, dived.told) == ("2026-11-21T0800Z-first", ("D_u",), 1)
+    dived = place.situation()
+    assert (dived.dive, dived.lacking, dived.determined) == ("2026-11-21T0800Z-first", ("D_u",), 1)
     place.identify("2026-11-21T0800Z-first")
-    assert (place.campaign().identified, place.campaign().uploaded) == (True, False)
+    assert (place.situation().identified, place.situation().uploaded) == (True, False)
     accepted = place.receipts / "2026-11-21T090000Z-accepted.param"
     place.write(accepted)
-    monkeypatch.setattr("tui.app.progress.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
-    assert (place.campaign().uploaded, place.campaign().since) == (True, False)
+    monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
+    assert (place.situation().uploaded, place.situation().after_upload) == (True, False)
     place.dive("2026-11-21T0910Z-shadow", M_u=0.01)
     place.validate("2026-11-21T0910Z-shadow", "shadow", True)
     place.dive("2026-11-21T0920Z-afloat", M_u=float("inf"))
-    flown = place.campaign()
-    assert (flown.dive, flown.since, flown.flown, flown.go) == (
+    flown = place.situation()
+    assert (flown.dive, flown.after_upload, flown.flown, flown.go) == (
         "2026-11-21T0910Z-shadow",
         True,
         "shadow",
         True,
     )
     place.identify("2026-11-21T0910Z-shadow", value=13.0)
-    assert place.campaign().uploaded is False
+    assert place.situation().uploaded is False
     # What the vehicle accepted since is what the crew wanted, whichever file it came from.
     place.write(accepted)
-    assert place.campaign().uploaded is True
+    assert place.situation().uploaded is True
 
 
 @pytest.fixture
 def in_shadow(place, monkeypatch):
     """A place with an upload, and a dive in shadow after it that is a GO, which the screens show."""
-    monkeypatch.setattr("tui.app.progress.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
+    monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     place.identify("2026-11-21T0800Z-first", 12.5004)
     place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
@@ -241,7 +244,7 @@ SHADOWED, FLOWN = "2026-11-21T0910Z-shadow", "2026-11-21T0920Z-both"
 
 def test_the_screen_that_says_go_names_the_key_and_the_key_goes_by_it_whatever_was_flown_since(in_shadow):
     in_shadow.dive(FLOWN, M_u=0.01)
-    assert (in_shadow.campaign().dive, in_shadow.campaign().flown) == (FLOWN, "")
+    assert (in_shadow.situation().dive, in_shadow.situation().flown) == (FLOWN, "")
     asked = (lambda app: isinstance(app.screen, AskScreen), Sees("Type BOTH"))
     keys = ("6", Sees("GO"), Sees("^u raises it to both."), "ctrl+u", *asked)
     played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1, Armed.DISARMED)))
@@ -254,7 +257,7 @@ def test_the_screen_that_says_go_names_the_key_and_the_key_goes_by_it_whatever_w
 
 def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_shadow):
     in_shadow.write(in_shadow.receipts / "2026-11-21T090000Z-accepted.param")
-    assert in_shadow.campaign().gate is None
+    assert in_shadow.situation().gate is None
     keys = ("6", Sees("GO"), Sees("^u does not raise it now: no dive in shadow since the upload"))
     played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
 
@@ -266,11 +269,11 @@ def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_doe
         {"dive": name, "raising": {"from": "shadow", "go": name == SHADOWED}} for name in (SHADOWED, other)
     ]
     in_shadow.write(in_shadow.desk.dive / "validation.json", json.dumps(both))
-    assert in_shadow.campaign().gate == (other, False)
+    assert in_shadow.situation().gate == (other, False)
     in_shadow.dive(FLOWN, M_u=0.01)
     with contextlib.closing(DiveFolder(in_shadow.dives / FLOWN).open_telemetry(2)):
-        assert in_shadow.campaign().dive == other
-    assert in_shadow.campaign().dive == FLOWN
+        assert in_shadow.situation().dive == other
+    assert in_shadow.situation().dive == FLOWN
 
 
 @pytest.mark.parametrize(
@@ -279,8 +282,8 @@ def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_doe
 def test_a_vehicle_that_fell_silent_while_armed_comes_before_all_else(place, armed, lost):
     silent = tuple(replace(link, age_s=9.0, lost=True) for link in picture().links)
     seen = replace(shown(3, armed), picture=replace(shown(3, armed).picture, links=silent))
-    assert place.campaign(seen).lost is lost
-    assert place.campaign(shown(3, armed)).lost is False
+    assert place.situation(seen).lost is lost
+    assert place.situation(shown(3, armed)).lost is False
 
 
 def test_a_verb_with_only_its_page_to_draw_is_not_waited_for(place):
@@ -291,13 +294,13 @@ def test_a_verb_with_only_its_page_to_draw_is_not_waited_for(place):
         ("diagnose", page, "diagnose"),  # which leaves its model after its page
     ):
         place.desk.jobs._states[verb] = JobState((verb, "first"), 0.0, reports)
-        assert place.campaign().working == working
+        assert place.situation().working == working
 
 
 def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_finds_nothing(
     place, monkeypatch
 ):
-    monkeypatch.setattr("tui.app.progress.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
+    monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda *_: {"FF0_M_U": Accepted(12.5)})
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     place.identify("2026-11-21T0800Z-first")
     place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
@@ -306,10 +309,10 @@ def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_fin
     place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
     write_parameters(dive / "diagnosed.param", {"FF0_M_U": 14.0}, ("diagnosed",), 1, 1)
     place.stamp(dive / "diagnosed.param")
-    found = place.campaign()
+    found = place.situation()
     assert (found.accepts, found.uploaded, found.verdict) == (True, False, "explained")
     place.write(dive / "diagnosis.json", '{"verdict": "no_gap"}')
-    again = place.campaign()
+    again = place.situation()
     assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")
 
 
@@ -317,20 +320,20 @@ def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_wha
     place, monkeypatch
 ):
     asked = []
-    monkeypatch.setattr("tui.app.progress.last_accepted", lambda _, system: asked.append(system) or {})
+    monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda _, system: asked.append(system) or {})
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     place.identify("2026-11-21T0800Z-first")
     preimage = place.receipts / "2026-11-21T090000Z-before.param"
     place.write(preimage)
     past = PastUpload(preimage, 2, Outcome.APPLIED, "2026-11-21T085000Z-before.param", {}, {}, None)
     monkeypatch.setattr(last_accepted, "kept_in", lambda _, system: [past] if system == 1 else [])
-    assert (place.campaign().taken_back, place.campaign().halfway) == (True, False)
+    assert (place.situation().taken_back, place.situation().halfway) == (True, False)
     begun = replace(past, outcome=Outcome.BEGUN, written={"FF0_M_U": 1.0})
     monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [begun])
-    assert (place.campaign().taken_back, place.campaign().halfway) == (False, True)
+    assert (place.situation().taken_back, place.situation().halfway) == (False, True)
     monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [past])
     place.identify("2026-11-21T0800Z-first", 13.0)
-    assert place.campaign().taken_back is False
+    assert place.situation().taken_back is False
     assert set(asked) == {1}
 
 

@@ -1,0 +1,160 @@
+"""The recordings in a dive's folder, with their start and length.
+
+These are asked for several times a second: of a recording only the first and the last stamp are read, and cached.
+"""
+
+import gzip
+import os
+import stat
+import zlib
+from collections import Counter
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+from bridge.clock import OLDEST_UNIX_S, date_in_name
+from bridge.errors import LogError
+from bridge.files import read_small
+from bridge.plain import from_json
+from bridge.wire.framing import MAGIC_1, MAGIC_2
+from bridge.wire.tlog import LATEST_US, STAMP, SUFFIXES, next_record
+from bridge.wire.whole import standing_for
+
+MINUTE_S: Final = 60.0
+GLANCE: Final = ".glance.json"
+"""File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
+MADE_ELSEWHERE: Final = (
+    ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".bag.active", ".mcap",
+    ".db3", ".mcap.zstd", ".db3.zstd",
+)  # fmt: skip
+"""Endings of other programs' recordings, as `identify.ingest.open` reads them."""
+_KEPT: Final = 4096
+
+
+def recordings(folder: Path) -> list[Path]:
+    """Recordings of a dive folder, sorted by name, whether they can be opened or not.
+
+    These are `telemetry*.tlog` and `.tlog.gz`, or without any, `telemetry.*` files of other programs. Empty if the
+    folder can't be read.
+    """
+    try:
+        names = [name for name in sorted(os.listdir(folder)) if name.startswith("telemetry")]
+    except OSError:
+        return []
+    heard = [name for name in names if name.endswith(SUFFIXES)]
+    imported = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(MADE_ELSEWHERE)]
+    return [folder / name for name in heard or imported]
+
+
+def order(folder: Path) -> tuple[float, str]:
+    """Sort key of dives, the oldest first: when it began, then name; a dive without a date comes first.
+
+    One without a message yet is as late as the minute in its name lets it be.
+    """
+    began_unix_s = began(folder)
+    if began_unix_s is None:
+        return 0.0, folder.name
+    by_name = began_unix_s == date_in_name(folder.name)
+    return began_unix_s + (MINUTE_S if by_name else 0.0), folder.name
+
+
+def began(folder: Path) -> float | None:
+    """Unix time at which a dive began; None if unknown.
+
+    From the first stamp of its recording, otherwise from GLANCE, otherwise from the folder's name.
+    """
+    try:
+        return _start_s(folder, folder.stat().st_mtime_ns)
+    except (OSError, LookupError):
+        return date_in_name(folder.name or folder.resolve().name)
+
+
+@lru_cache(_KEPT)
+def _start_s(folder: Path, _changed_ns: int) -> float:
+    """Start time of a dive from its recording or GLANCE, cached until a file is added to or removed from the folder.
+
+    Raises LookupError, which is not cached, if neither gives it yet.
+    """
+    files = recordings(folder)
+    first = next(iter(standing_for(sorted(files, key=number))), None)
+    stamp_s = first_stamp_s(first) if first is not None else None
+    return _by_glance(folder) if stamp_s is None else stamp_s
+
+
+def number(recording: Path) -> int:
+    """Number of a recording within its dive: 1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`."""
+    middle = recording.name.removeprefix("telemetry").partition("tlog")[0].strip(".")
+    return int(middle) if middle.isdecimal() else 1
+
+
+def first_stamp_s(file: Path) -> float | None:
+    """Stamp of the first frame of a recording, Unix s; None if it has no frame or no valid stamp, or can't be read."""
+    try:
+        if not file.name.endswith(SUFFIXES) or not stat.S_ISREG(file.stat().st_mode):
+            return None
+        with gzip.open(file) if file.name.endswith(".gz") else file.open("rb") as opened:
+            head = opened.read(STAMP.size + 1)
+    except (OSError, EOFError, zlib.error):
+        return None
+    if len(head) <= STAMP.size or head[-1] not in (MAGIC_1, MAGIC_2):
+        return None
+    (stamp_us,) = STAMP.unpack_from(head)
+    return stamp_us * 1e-6 if OLDEST_UNIX_S * 1e6 < stamp_us < LATEST_US else None
+
+
+def is_date(unix_s: float) -> bool:
+    """Whether a Unix time is plausible: not before 1970, and before the latest valid stamp."""
+    return 0.0 <= unix_s < LATEST_US * 1e-6
+
+
+def _by_glance(folder: Path) -> float:
+    """Start time of a dive from GLANCE, Unix s. Raises LookupError if it is missing, damaged or not plausible."""
+    try:
+        began_unix_s = float(from_json(read_small(folder / GLANCE))["glance"]["began_unix_s"])
+    except (OSError, ValueError, TypeError):
+        raise LookupError from None
+    if not is_date(began_unix_s):
+        raise LookupError
+    return began_unix_s
+
+
+TAIL_BYTES: Final = 4096
+"""Bytes read at the end of a recording: some fifty frames."""
+LONGEST_S: Final = 30 * 86_400.0
+"""A longer time between two stamps means that a stamp is damaged."""
+
+
+def length_s(folder: Path) -> float | None:
+    """Seconds from the first to the last frame of a dive folder's recordings; None without valid stamps."""
+    try:
+        files = standing_for(sorted(recordings(folder), key=number))
+    except LogError:
+        return None
+    first_s = next(filter(None, map(first_stamp_s, files)), None)
+    last_s = next(filter(None, map(_last_stamp_s, reversed(files))), None)
+    if first_s is None or last_s is None or not 0.0 <= last_s - first_s <= LONGEST_S:
+        return None
+    return last_s - first_s
+
+
+def _last_stamp_s(file: Path) -> float | None:
+    """Stamp of the last intact frame of a plain `.tlog`, Unix s; None if there is none near its end."""
+    try:
+        state = file.stat()
+        if not file.name.endswith(".tlog") or not stat.S_ISREG(state.st_mode):
+            return None
+        return _at_end_s(file, state.st_size, state.st_mtime_ns)
+    except OSError:
+        return None
+
+
+@lru_cache(_KEPT)
+def _at_end_s(file: Path, size_bytes: int, _changed_ns: int) -> float | None:
+    with file.open("rb") as opened:
+        opened.seek(max(size_bytes - TAIL_BYTES, 0))
+        data = opened.read(TAIL_BYTES)
+    position, last_us = 0, None
+    while (record := next_record(data, position, Counter())) is not None:
+        position, stamp_us, _ = record
+        last_us = last_us if stamp_us is None else stamp_us
+    return None if last_us is None else last_us * 1e-6

@@ -1,0 +1,226 @@
+"""Accepting a diagnosis: its model written as a parameter file, and the model accepted before, read for the next."""
+
+import math
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from bridge.errors import ConfigError
+from bridge.exit_codes import UsageError
+from bridge.vehicle.coefficients import (
+    BY_NAME,
+    DAMPINGS,
+    OF_HULL,
+    QUADRATICS,
+    effect_coefficients,
+)
+from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
+from bridge.version import installed
+from gcs_plugin.params import float32
+from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar
+from identify.batch.rows import clauses
+from identify.checks.contradictions import contradictions
+from identify.diagnose.accepted import none_accepted
+from identify.diagnose.result import Diagnosis
+from identify.diagnose.wording import sorted_by_likelihood
+from identify.dive import Dive
+from identify.glance.foretold import began
+from identify.identification import Outcome, worst
+from identify.run.diagnose import Before, published
+from tui import show
+from tui.accepted import accepted_in
+from tui.parameter_files import Leave, check_outcome
+
+if TYPE_CHECKING:
+    from identify.foretell import Foresight
+
+FORETELLING: Final = "foretelling the next dive"
+
+
+def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> tuple[str, ...]:
+    """Write the accepted model as a parameter file; return sentences on the effects that the feed-forward can't
+    compensate and on how to upload the file. Without an accepted effect no file is written.
+    """
+    if diagnosis.first:
+        return (
+            f"{path} was not written: the motion does not go the way the thrust pushes; mend how the sensors or the "
+            "thrusters are said to be mounted first.",
+        )
+    if not diagnosis.accepted.effects:
+        return (f"{path} was not written: {none_accepted(diagnosis.findings)}.",)
+    if not diagnosis.accepted.tells:
+        return (
+            *diagnosis.accepted.sentences,
+            f"{path} was not written: nothing is left of it that could be sent.",
+        )
+    fitted = diagnosis.accepted.values.keys()
+    of_recording = [
+        doubt
+        for doubt in contradictions(dive, file, diagnosis.configuration, fitted)
+        if not fitted.isdisjoint(doubt.about)
+    ]
+    doubts = [*diagnosis.accepted.doubts, *of_recording]
+    doubted = {
+        name: why for name, why in clauses(doubts, OF_HULL).items() if name in diagnosis.accepted.values
+    }
+    outcome = worst(doubt.outcome for doubt in doubts)
+    from identify.foretell import foretell, foretold_lines  # loads scipy.optimize
+
+    with show.progress(FORETELLING) as tell:
+        foresight = foretell(
+            diagnosis.accepted,
+            diagnosis.hull,
+            dive,
+            file,
+            diagnosis.configuration,
+            lambda share: tell(share, FORETELLING),
+        )
+    write_accepted(path, diagnosis, dive, file, doubted, outcome, foresight)
+    shape = file.vehicle.configurations[diagnosis.configuration]
+    how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"
+    if diagnosis.verdict in ("partly", "unknown"):
+        how += " with --despite-doubts, because something is left that no cause explains"
+    elif outcome is not Outcome.CONVERGED:
+        contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
+        why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
+        how += f" with --despite-doubts, because {why}"
+    return (
+        *diagnosis.accepted.sentences,
+        *doubt_lines(doubted, tuple(doubted)),
+        *foretold_lines(foresight),
+        how,
+    )
+
+
+def _sends(path: Path, diagnosis: Diagnosis, shape: Configuration) -> str:
+    """Describe the effect of uploading the file to the vehicle."""
+    likely, _ = sorted_by_likelihood(diagnosis.findings)
+    upload = f"seatrial params upload {path} sends"
+    by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
+    hull = coefficients_of_hull(shape)
+    if by_masses or any(name not in hull for name in diagnosis.accepted.values):
+        return f"{upload} it to the vehicle"
+    if not diagnosis.accepted.values:
+        return "nothing in it is for the vehicle; export and simulate --accepted take it"
+    return (
+        "the feed-forward can make up for none of its causes; "
+        f"{upload} only the masses and dampings that were fitted beside them"
+    )
+
+
+def write_accepted(
+    path: Path,
+    diagnosis: Diagnosis,
+    dive: Dive,
+    file: VehicleFile,
+    doubted: Mapping[str, str],
+    by_recording: Outcome,
+    foresight: "Foresight",
+) -> None:
+    """Write the result of accepting a diagnosis as a parameter file with its sidecar.
+
+    `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
+    a gap is left that no cause explains, the outcome is that data and model disagree. `foresight` is kept for
+    comparison with the next dive. Raises ParamRejected.
+    """
+    accepted, configuration = diagnosis.accepted, diagnosis.configuration
+    outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
+    veh_cfg = file.vehicle.veh_cfg(configuration)
+    shape = file.vehicle.configurations[configuration]
+    ids = {item.name: item.parameter_id(veh_cfg) for item in OF_HULL.values()}
+    ids |= {item.name: item.parameter_id(veh_cfg) for item in effect_coefficients(shape)}
+    values = {ids[name]: float32.rounded(item.value) for name, item in accepted.values.items()}
+    # Zero takes back an effect that was accepted earlier and is no longer, whichever tool sends the file.
+    values |= {i: 0.0 for item in effect_coefficients(shape) if (i := ids[item.name]) not in values}
+    if shape.damping == "quadratic":
+        # No linear damping is a part of this hull's model.
+        squared = [item.dof for item in QUADRATICS if item.name in accepted.values]
+        values |= {ids[DAMPINGS[dof].name]: 0.0 for dof in squared}
+    names = ", ".join(effect.label for effect in accepted.effects)
+    words = (
+        origin(file.vehicle.name, configuration, "diagnose", dive.name),
+        f"accepted: {names}",
+        f"outcome: {outcome.value}",
+        *doubt_lines(doubted, tuple(doubted)),
+    )
+    write_with_sidecar(
+        path,
+        values,
+        words,
+        Sidecar(
+            dive.sha256,
+            file.sha256,
+            configuration,
+            "diagnose",
+            installed(),
+            {
+                ids[name]: Interval(name, item.unit, item.low95, item.high95)
+                for name, item in accepted.values.items()
+                if math.isfinite(item.low95) and math.isfinite(item.high95)
+            },
+            file.vehicle.name,
+            dive.name,
+            outcome.value,
+            dived=began(dive),
+            dive_opening=dive.opening,
+            effects=accepted.effects,
+            doubted=dict(doubted),
+            foretold=foresight.rows,
+            credits=foresight.credits,
+        ),
+    )
+
+
+def coefficients_of_hull(shape: Configuration) -> Collection[str]:
+    """Names of the coefficients of the hull's own model; the others are effects."""
+    return BY_NAME if shape.damping == "linear" else OF_HULL
+
+
+def before_of(accepted: str, file: VehicleFile, configuration: str, leave: Leave) -> Before:
+    """The model that --accepted names: that of a vehicle file, or else of an identification or a diagnosis.
+
+    Raises UsageError as `accepted_before` and `published` do.
+    """
+    name, _, _ = accepted.rpartition(":")
+    if not any(part.endswith((".yaml", ".yml")) for part in (accepted, name)):
+        return accepted_before(Path(accepted), file, configuration, leave)
+    try:
+        given = load_vehicle(accepted)
+        shape = given.vehicle.configurations[
+            given.vehicle.configuration_named(given.configuration or configuration)
+        ]
+        return published(shape, file.vehicle.configurations[configuration].damping)
+    except ConfigError as error:
+        raise UsageError(f"--accepted {accepted}: {error}") from None
+
+
+def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Leave) -> Before:
+    """Read a file of `identify` or of `diagnose --accept`, without ageing.
+
+    A value that its identification doubts is not taken, unless `leave` lets it pass: its error would be reported as a
+    change of the vehicle. Raises UsageError for a file of another configuration, for a fit that did not converge though
+    none of its values is doubted, and for a file in which every value is doubted.
+    """
+    read = accepted_in(path, 0.0, Leave(doubts=True))
+    if not read.doubted:
+        check_outcome(path, read.outcome or Outcome.CONVERGED.value, leave, "compared")
+    # A diagnosis looks for changes of the hull's own model.
+    hull = coefficients_of_hull(file.vehicle.configurations[configuration])
+    priors = {name: prior for name, prior in read.priors.items() if name in hull}
+    if read.configuration != configuration:
+        raise UsageError(
+            f"--accepted {path}: is of configuration '{read.configuration}', the dive of '{configuration}'; give what "
+            "was accepted for that one"
+        )
+    lines = doubt_lines(read.doubted, priors)
+    if leave.doubts:
+        return Before(priors, read.effects, tuple(f"Of what was accepted, {line}." for line in lines))
+    taken = {name: prior for name, prior in priors.items() if name not in read.doubted}
+    if not taken:
+        raise UsageError(
+            f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
+            "that of another dive, or --despite-doubts"
+        )
+    notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
+    return Before(taken, read.effects, notes)
