@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bridge.arrays import Array as Array
+from bridge.arrays import Array
 from bridge.vehicle.config import Water
 from bridge.vehicle.mode import Mode
 

@@ -25,12 +25,14 @@ from bridge.ardusub.rates import Rates
 from bridge.ardusub.settings import Settings
 from bridge.ardusub.steering import TICK_S, Steering
 from bridge.ardusub.wiring import wiring
+from bridge.arrays import NAN3
+from bridge.attitude import quaternion_of_angles
 from bridge.errors import ConfigError
 from bridge.flight.flight import State
 from bridge.onboard.flights import Flights
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
-from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion
+from bridge.sensors.samples import DvlSample, ImuSample, PressureSample
 from bridge.vehicle.autopilot import Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
@@ -187,7 +189,7 @@ class Companion:
         if answer is not None:
             self._answered(answer, now_s)
         if not self._has_imu and self.heard.attitude_s > before_s:
-            rate, attitude = self.heard.rate, quaternion(*self.heard.attitude)
+            rate, attitude = self.heard.rate, quaternion_of_angles(*self.heard.attitude)
             self._samples.append(ImuSample(now_s, NAN3, rate, attitude))
         if not self._has_pressure and self.heard.pressure_s == now_s:
             self._samples.append(PressureSample(now_s, self.heard.pressure_pa, math.nan))
@@ -318,18 +320,6 @@ class Companion:
         if sum(now_s - seen_s <= TWO_PILOTS_S for seen_s in self._pilots.values()) > 1:
             return "two programs send sticks: end one"
         return self.heard.sticks_doubt(now_s) or self.handover.fault
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Attitude w x y z from body to north-east-down of angles in radians."""
-    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
 
 
 def companion_file(file: VehicleFile) -> VehicleFile:

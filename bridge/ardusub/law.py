@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 from bridge.ardusub.mixing import Mixer
+from bridge.arrays import Array
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.coefficients import QUADRATICS
@@ -37,7 +38,7 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation, known_at
 from bridge.vehicle.references import ZERO6, Reference, Six
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
-from bridge.vehicle.thrusters import Allocator, Array, thrust_curve
+from bridge.vehicle.thrusters import Allocator, thrust_curve
 
 REFERENCE_RAD_S: Final = 3.0
 """Pace of the reference: half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""

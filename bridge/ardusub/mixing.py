@@ -10,10 +10,11 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
-from bridge.vehicle.thrusters import NEUTRAL_US, Array, Curve, Pulses, allocation_matrix
+from bridge.vehicle.thrusters import NEUTRAL_US, Curve, Pulses, allocation_matrix
 
 SPAN_US: Final = 400.0
 _FORE: Final = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1))

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from bridge.attitude import down_in_body
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference, shorter_turn
 
@@ -53,8 +54,7 @@ def moved(pose: Pose, navigation: Navigation, dt_s: float) -> Pose:
 
 def tilt_rad(navigation: Navigation) -> float:
     """Angle between the vehicle's downward axis and the vertical; NaN without an attitude."""
-    _, x, y, _ = navigation.attitude
-    down = 1 - 2 * (x * x + y * y)
+    _, _, down = down_in_body(navigation.attitude)
     return math.acos(min(max(down, -1.0), 1.0)) if math.isfinite(down) else math.nan
 
 

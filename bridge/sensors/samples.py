@@ -10,9 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.arrays import NAN3 as NAN3
-from bridge.arrays import Array, Vector3
-from bridge.arrays import Quaternion as Quaternion
+from bridge.arrays import Array, Quaternion, Vector3
 
 
 @dataclass(frozen=True, slots=True)

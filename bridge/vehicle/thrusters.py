@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bridge.arrays import Array as Array
+from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import (
     ASTERN,
     DAMPINGS,
@@ -44,8 +44,6 @@ from identify.identifiability import is_too_heavy, is_too_light
 from identify.identification import Culprit, Doubt
 from identify.statistics import Z95
 from identify.words import capital, listed
-
-Array = NDArray[np.float64]
 
 MOST_CHANGE = 3.0
 """A logarithm that changes by more is unknown anyway."""

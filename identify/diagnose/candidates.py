@@ -20,11 +20,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 NEAR = 0.02
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
 from identify.diagnose.candidates import Cause
@@ -31,8 +31,6 @@ from identify.effects.effect import Act, Effect, Told
 from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.statistics import Z95
 from identify.words import listed
-
-Array = NDArray[np.float64]
 
 PASSES = 2
 """Fixed-point passes: an effect depends on velocity, and velocity on the effect."""

@@ -17,6 +17,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.gap import disturbance_of, drowned
@@ -38,7 +39,6 @@ from identify.estimators.likelihood_axis import DAMPING
 from identify.side_by_side import both
 from identify.statistics import Z95
 
-Array = NDArray[np.float64]
 Parts = NDArray[np.intp]
 
 PART_PIECES = 3

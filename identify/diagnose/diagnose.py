@@ -5,7 +5,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
@@ -95,7 +94,6 @@ from identify.effects.library import library
 from identify.estimators.likelihood_axis import MASS
 from identify.side_by_side import both
 
-Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 SEED = 0

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.simulation import EACH, RUN_AWAY, Simulation, smoothed_angle
 from identify.effects.course import Course, delayed
@@ -28,8 +29,6 @@ from identify.estimators.innovations import (
     read_of,
     smoothed_velocity,
 )
-
-Array = NDArray[np.float64]
 
 HORIZONS_S = (1.0, 5.0, 20.0)
 EVERY_S = 1.0

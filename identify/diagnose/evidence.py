@@ -11,9 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 FOLDS = 5
 

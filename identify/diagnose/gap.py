@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.drift import Drift
@@ -20,8 +21,6 @@ from identify.effects.course import Course, in_a_run
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.side_by_side import side_by_side
 from identify.statistics import left_of
-
-Array = NDArray[np.float64]
 
 PHASES: tuple[Phase, ...] = ("rest", "accelerating", "decelerating", "steady", "turning", "reversing")
 REST, ACCELERATING, DECELERATING, STEADY, TURNING, REVERSING = range(6)

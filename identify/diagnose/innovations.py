@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.evidence import Block
 from identify.effects.course import Course
 from identify.effects.effect import Act
@@ -21,8 +22,6 @@ from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.readings import HEAVE, PITCH, ROLL
 from identify.estimators.scoring import slopes
-
-Array = NDArray[np.float64]
 
 ORDER = 10
 LEAST_ROWS = 20 * ORDER

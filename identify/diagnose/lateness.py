@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import MOST_LATE, Nominal
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
-from identify.dive import Array, Dive, Signal
+from identify.dive import Dive, Signal
 from identify.estimators.misfit import doubts_of
 from identify.estimators.timing import likeliest_delay
 from identify.forces import wrench

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Configuration, VehicleFile
@@ -42,7 +42,6 @@ from identify.side_by_side import both, side_by_side
 USUAL_HZ = 25.0
 """Readings a second that thinning keeps, about."""
 
-Array = NDArray[np.float64]
 
 NEARLY = 0.05
 """Tolerance of the joint maximum likelihood, nats."""

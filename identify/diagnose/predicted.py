@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
@@ -22,8 +23,6 @@ from identify.forces import asked_thrusts, evenly_between, tells_thrusters, unro
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 LEVELLED_S = 0.5
 """Time over which the noise of roll and pitch is averaged: long against an attitude's interval, and too short for a

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
@@ -32,8 +33,6 @@ from identify.identifiability import MOST_ADDED
 from identify.ingest.commands import sampled_seldom
 from identify.statistics import Z95
 from identify.words import listed, significant
-
-Array = NDArray[np.float64]
 
 LEAST_S = LEAST_CHECK_S = 20.0
 LEAST_RUN_S = 8.0

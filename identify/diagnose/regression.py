@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.evidence import FOLDS, Block, Blocks
 from identify.diagnose.innovations import AxisInnovations, autoregressions_of, push_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
@@ -20,8 +21,6 @@ from identify.effects.effect import Act
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 PIECE_S, LEAST_PIECE_S = 20.0, 6.0
 """Length of a held-out piece: longer than the disturbance's memory, shorter than most legs; and its least length in a

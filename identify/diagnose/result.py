@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import AcceptedEffect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
@@ -15,8 +16,6 @@ from identify.diagnose.shrunk import AxisShrink, Shrink
 from identify.diagnose.unexplained import Parity, Timing, Variable
 from identify.effects.effect import Effect
 from identify.identification import Doubt
-
-Array = NDArray[np.float64]
 
 Verdict = Literal["no_gap", "explained", "partly", "ambiguous", "unknown"]
 Phase = Literal["rest", "accelerating", "decelerating", "steady", "turning", "reversing"]

@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.innovations import AxisInnovations
 from identify.diagnose.nominal import Nominal
@@ -31,7 +32,6 @@ from identify.effects.effect import Effect
 from identify.effects.environment import varying_current, waves
 from identify.estimators.innovations import INCREMENT, NO_STEP, VELOCITY
 
-Array = NDArray[np.float64]
 Runs = Sequence[tuple[float, float]]
 
 PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)

@@ -5,8 +5,8 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
@@ -16,8 +16,6 @@ from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.environment import STEADY_CURRENT
 from identify.side_by_side import both, side_by_side
-
-Array = NDArray[np.float64]
 
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""

@@ -7,17 +7,13 @@ its remainder would pass for a dead zone, or for a curve that falls short at its
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from bridge.arrays import Array
 from identify.diagnose.confidence import without_doubtful
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.search import AMBIGUOUS_NATS, LEAST_GAIN, Explanation, explain
 from identify.effects.actuators import shaft_lag
 from identify.effects.effect import QUICK_COMMANDS, Effect, before_the_shaft
 from identify.side_by_side import both
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

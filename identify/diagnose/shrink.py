@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.candidates import Cause
@@ -37,8 +38,6 @@ from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.side_by_side import side_by_side
 from identify.words import fixed, significant
-
-Array = NDArray[np.float64]
 
 HORIZON_S = 5.0
 FOLDS = 12

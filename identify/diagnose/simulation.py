@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal, coefficients, quadratic_of
 from identify.effects.course import Course, runs_at
@@ -20,8 +21,6 @@ from identify.effects.effect import Act
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
-
-Array = NDArray[np.float64]
 
 RUN_AWAY = np.array([10.0, 10.0, 10.0, 20.0, 20.0, 20.0])
 """Difference, m/s and rad/s, that ends a simulation: no thruster-driven vehicle moves so fast under water, and

@@ -13,15 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.nominal import NEARLY, Nominal
 from identify.diagnose.regression import LEVELLED
 from identify.estimators.likelihood_axis import SECOND_POLE, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import alone
 from identify.estimators.scoring import climb
-
-Array = NDArray[np.float64]
 
 SLOWER, FORGOTTEN = 1.5, 4.0
 """Correlation time, in those of the other axes, that a sea may have in one axis, and the lag at which it is

@@ -13,13 +13,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from identify.diagnose.result import Diagnosis, Value
 from identify.statistics import Z95, birge_mean, bulk_std
-
-Array = NDArray[np.float64]
 
 SCALED = (0, 1, 2, 5)
 """Surge, sway, heave and yaw: degrees of freedom whose masses and drags are known by thrust alone."""

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.diagnose.candidates import companions, possible_forms
 from identify.diagnose.evidence import Blocks, NormalEquations, equations_of, inverse
 from identify.diagnose.innovations import AxisInnovations
@@ -24,7 +25,6 @@ from identify.effects.course import Course, lagged
 from identify.effects.effect import Act
 from identify.side_by_side import side_by_side
 
-Array = NDArray[np.float64]
 Variable = Literal[
     "speed", "acceleration", "yaw_rate", "heading", "depth", "altitude", "time", "voltage", "thrust", "thrust_sign",
     "position",

@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of, margin_by_filters
@@ -49,7 +49,6 @@ LEAST_CLOSED = 1 / 3
 MOST_DISTURBED = 1 / 3
 """Share of the thrusters' variance up to which a model need not explain the disturbance."""
 
-Array = NDArray[np.float64]
 
 MOST = 2
 """Number of manoeuvres to ask for: a crew dives one and looks again."""

@@ -16,6 +16,7 @@ from functools import cached_property, lru_cache, partial, reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.candidates import Cause, Setting, other_forms, other_variants, settings_of
 from identify.diagnose.evidence import (
@@ -36,7 +37,6 @@ from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
-Array = NDArray[np.float64]
 Key = tuple[Effect, bytes]
 
 KEPT = 32

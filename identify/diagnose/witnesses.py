@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import thrust_by_shaft, thrust_curve
 from identify.dive import Dive, Signal
@@ -21,8 +22,6 @@ from identify.effects.effect import Act
 from identify.estimators.readings import steers_unheard, tumbles
 from identify.ingest.rotation import euler_angles
 from identify.statistics import bulk_std
-
-Array = NDArray[np.float64]
 
 EACH_S = 0.3
 WINDOW_S = 5.0

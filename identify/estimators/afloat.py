@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.dive import Signal
 from identify.forces import WrenchHistory
 
-Array = NDArray[np.float64]
 Span = tuple[float, float]
 
 NEAR_M = 0.5

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.dive import Array
+from bridge.arrays import Array
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 
 FEWEST_RUNS, FEWEST_OF_A_KIND = 5, 2

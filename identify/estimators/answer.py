@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.clock import date_in_name
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, Coefficient
 from bridge.vehicle.config import VehicleFile
@@ -53,8 +53,6 @@ from identify.identification import estimate as as_estimate
 from identify.ingest.open import utc
 from identify.priors import with_priors
 from identify.statistics import Z95
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

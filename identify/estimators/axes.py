@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Vehicle, VehicleFile
@@ -46,8 +47,6 @@ from identify.estimators.readings import (
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 GRID_S = 0.02
 LONGEST_STEP_S = 0.05

@@ -9,15 +9,13 @@ from enum import Enum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.dive import Dive
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.estimators.readings import ROLL, YAW
 from identify.ingest.rotation import attitude_at, euler_angles, to_body
-
-Array = NDArray[np.float64]
 
 SURGE, SWAY = 0, 1
 

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.estimators.innovations import (
     COLUMNS,
     INCREMENT,
@@ -24,7 +25,6 @@ from identify.estimators.innovations import (
     updated_covariance,
 )
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 STEP = 1e-6

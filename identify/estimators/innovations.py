@@ -23,7 +23,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
+
 Indices = NDArray[np.int64]
 Mean = tuple[float, float, float, float]
 Covariance = tuple[float, float, float, float, float, float, float, float, float, float]

@@ -20,12 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, TIME_CONSTANT
 from identify.estimators.likelihood_joint import JointLikelihood, alone
 from identify.estimators.scoring import Maximum, Problem, Score, climb, log_posterior
 from identify.statistics import Z95
-
-Array = NDArray[np.float64]
 
 LARGEST_SHIFT = 1.0
 """Largest shift of a noise level, in standard deviations: beyond it the approximation is meaningless."""

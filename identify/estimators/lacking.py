@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.forms import Forms, Kind
@@ -33,8 +34,6 @@ from identify.estimators.misfit import (
 from identify.estimators.readings import PITCH, ROLL
 from identify.estimators.swing import Peak, peak_of
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 STEP = 1e-4
 """Step of a logarithm for a derivative."""

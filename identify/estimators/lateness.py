@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 LATER_S = 0.03
 """Short compared with the motion of a vehicle, and about as long as a thruster's lag."""

@@ -12,7 +12,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
@@ -35,8 +34,6 @@ from identify.ingest.commands import holding_variance_s2
 from identify.progress import Progress
 from identify.statistics import Z95
 from identify.words import axes_named, listed
-
-Array = NDArray[np.float64]
 
 TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
 """A coefficient is noted if thrust that acts TELLING_LATE_S later would move it by more than TELLING_SHARE of its

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, Brackets, coupled
 from identify.estimators.information import STEP, gradient_and_information
@@ -19,8 +20,6 @@ from identify.estimators.innovations import (
 )
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import Maximum
-
-Array = NDArray[np.float64]
 
 MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
 PRIOR_STD = (1.5, 2.5, 3.0, 1.0)

@@ -8,8 +8,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
@@ -30,8 +30,6 @@ from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
 from identify.estimators.misfit import coefficients
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.side_by_side import shared, side_by_side
-
-Array = NDArray[np.float64]
 
 ROWS = len(OF_HULL)
 

@@ -20,12 +20,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.estimators.likelihood_axis import MASS, AxisLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.readings import PITCH, ROLL
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 ROUGHLY = 0.5
 """Convergence limit, in nats, of fits that another fit starts from."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import OF_HULL
 from identify.dive import STAMPED_S
 from identify.estimators.innovations import POSITION
@@ -20,8 +21,6 @@ from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.scoring import climb
 from identify.statistics import Z95
-
-Array = NDArray[np.float64]
 
 DOUBTFUL_SCORE = 5.0
 DEAF_NOISE = 1e6

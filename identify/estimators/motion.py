@@ -9,13 +9,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive, Signal
 from identify.side_by_side import side_by_side
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.motion import Motion, smoothed, smoothed_velocity
 from identify.ingest.rotation import euler_angles, to_body_turn
-
-Array = NDArray[np.float64]
 
 HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
 FEWEST, FEWEST_POSES = 5, 8

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
@@ -21,7 +21,6 @@ SHORTEST_DIVE_S = 20.0
 FASTEST = 100.0
 """m/s, and rad/s: no underwater vehicle moves so fast, and such readings drown all others."""
 
-Array = NDArray[np.float64]
 
 BRAKED_S = 10.0
 """Longest time constant of a vehicle, mass over damping. Without added mass it overestimates the speed."""

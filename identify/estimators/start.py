@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes
 from identify.estimators.intervals import HOPELESS, LOOSE, stretches
@@ -16,8 +17,6 @@ from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MA
 from identify.estimators.likelihood_fit import axis_fits, rough_fit
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.scoring import climb
-
-Array = NDArray[np.float64]
 
 NEAR = 1.0
 """Convergence limit of the joint climb of all axes, in nats."""

@@ -9,9 +9,8 @@ disturbance that is not of first order makes the slow rates louder.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 SHORTEST_S, FEWEST_SWINGS = 1.0, 12
 """Waves of shorter periods move no vehicle; of few swings in a dive, neighbours are other forces."""

@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, axes_with_delay, axis_with_delay, build_axes
@@ -28,8 +28,6 @@ from identify.identification import ThrustDelay
 from identify.ingest.rotation import attitude_at, to_body
 from identify.side_by_side import shared, side_by_side
 from identify.statistics import Z95
-
-Array = NDArray[np.float64]
 
 GRID_S = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 COARSELY, NEARLY = 1.0, 0.02

@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from identify.dive import Array, Signal
+from bridge.arrays import Array
+from identify.dive import Signal
 from identify.ingest.rotation import attitude_at
 
 LATE_S: Final = 0.085

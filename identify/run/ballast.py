@@ -4,9 +4,10 @@ from typing import Final
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
-from identify.dive import Array, Dive
+from identify.dive import Dive
 from identify.estimators.alike_runs import FEWEST_RUNS, split
 from identify.forces import wrench
 from identify.ingest.streams import some_of

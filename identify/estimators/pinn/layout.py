@@ -19,6 +19,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive
@@ -26,8 +27,6 @@ from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import INCREMENT, POSITION
 from identify.estimators.readings import HEAVE
 from identify.forces import wrench
-
-Array = NDArray[np.float64]
 
 MANY = 3
 """From this many readings of a channel in an interval on, their mean counts as the mean over the interval."""

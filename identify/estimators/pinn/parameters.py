@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from bridge.vehicle.config import Configuration
@@ -21,8 +20,6 @@ from identify.estimators.likelihood_axis import (
     rigid_mass,
 )
 from identify.estimators.pinn.layout import Coefficients
-
-Array = NDArray[np.float64]
 
 HALF_WIDTH = 1e-4
 """Half-width of the central difference in the logarithm of a time constant."""

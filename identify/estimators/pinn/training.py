@@ -13,9 +13,9 @@ from itertools import count
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
@@ -57,7 +57,6 @@ UPHILL, LEAST_SHARE = 5e-3, 0.01
 """Largest rise of the loss that is accepted in a pass, and the smallest share of a step that is tried against a
 larger rise."""
 
-Array = NDArray[np.float64]
 
 FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
 """Step between two instants of the network: fine enough to follow a light vehicle's roll within a second. In a dive
