@@ -19,7 +19,7 @@ from bridge.ardusub.mixing import Mixer
 from bridge.arrays import Array
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.autopilot import Actuation
-from bridge.vehicle.coefficients import QUADRATICS
+from bridge.vehicle.coefficients import QUADRATICS, YAW
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import (
@@ -55,7 +55,6 @@ PAUSE_S: Final = 0.5
 STABILIZE, ALT_HOLD, MANUAL = 0, 2, 19
 FLOWN_BY_STICKS: Final = (STABILIZE, ALT_HOLD, MANUAL)
 """Modes in which surge and sway go from the stick to the mixer; yaw does in MANUAL alone (measured, 4.5.7)."""
-YAW: Final = 5
 
 Provider = Callable[[int], Mapping[str, float]]
 

@@ -18,6 +18,7 @@ from bridge.ardusub.law import FULL_STICK, MANUAL
 from bridge.ardusub.mixing import Mixer
 from bridge.flight.flight import State
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
@@ -29,7 +30,6 @@ MODE_LEAD_S: Final = 2.8
 """An armed vehicle is put into MANUAL so long before the countdown ends: a heartbeat a second tells the mode."""
 MODE_BACK_S: Final = 3.0
 """The mode that was before is asked for so long: an autopilot may refuse it, and then MANUAL stays."""
-HEAVE: Final = 2
 _ENABLE: Final = float(dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
 
 

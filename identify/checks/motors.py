@@ -13,6 +13,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import YAW
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.mounting import LAGS_S, behind
@@ -22,10 +24,7 @@ from identify.identification import Doubt, Outcome, coefficients_of
 from identify.statistics import left_of
 from identify.words import fixed, listed
 
-Array = NDArray[np.float64]
 Order = NDArray[np.int64]
-
-YAW = 5
 
 FOLLOWS = 0.5
 """Least correlation of a motion that follows a thrust."""

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.estimators.axes import Axis
 from identify.estimators.innovations import POSITION
-
-Array = NDArray[np.float64]
 
 AGAINST = -0.5
 """Correlation of a speed with its own lagged thrust: near 1 with thruster signs as in the file."""

@@ -14,13 +14,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL
 from identify.diagnose.evidence import Block
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY, responses
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.readings import HEAVE, PITCH, ROLL
 from identify.estimators.scoring import slopes
 
 ORDER = 10

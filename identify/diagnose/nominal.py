@@ -12,7 +12,17 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
+from bridge.vehicle.coefficients import (
+    DAMPINGS,
+    HEAVE,
+    MASSES,
+    PITCH,
+    QUADRATICS,
+    ROLL,
+    SURGE,
+    SWAY,
+    YAW,
+)
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.controller import unrecorded
@@ -31,7 +41,6 @@ from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.scoring import climb
 from identify.estimators.start import StartFit, start_of
 from identify.estimators.timing import dated, dated_back
@@ -51,7 +60,6 @@ PASSES = 2
 SEA_S, SEA_SPREAD = 1.5, 0.1
 """Correlation time of a sea's disturbance, s, and the prior spread of its logarithm."""
 
-SURGE, SWAY = 0, 1
 
 SPREAD_BETWEEN_AXES = 0.2
 """Prior spread between surge and sway of the logarithm of an autopilot filter's error."""

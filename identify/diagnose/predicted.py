@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import FitError
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, lagged
@@ -18,7 +19,6 @@ from identify.estimators.lateness import FilteredForce
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.readings import HEAVE
 from identify.forces import asked_thrusts, evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on

@@ -16,12 +16,17 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import DOFS, MASSES
+from bridge.vehicle.coefficients import (
+    DOFS,
+    MASSES,
+    SURGE,
+    SWAY,
+)
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.checks.fit import loud, loud_note
 from identify.diagnose.evidence import FOLDS
 from identify.diagnose.gap import PUSHED, disturbance_of, drowned
-from identify.diagnose.nominal import SURGE, SWAY, Nominal, nominal_of
+from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
 from identify.effects.course import Course

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import YAW
 from identify.diagnose.evidence import FOLDS, Block, Blocks
 from identify.diagnose.innovations import AxisInnovations, autoregressions_of, push_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
@@ -49,7 +50,6 @@ def pieces_of(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> NDArray[n
 LEVELLED = (3, 4)
 """Roll and pitch."""
 
-YAW = 5
 
 DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
 """By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk

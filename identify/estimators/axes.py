@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from bridge.vehicle.coefficients import (
+    COEFFICIENTS,
+    DOFS,
+    HEAVE,
+    PITCH,
+    ROLL,
+    YAW,
+)
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import STAMPED_S, Dive, Signal
 from identify.estimators.afloat import under_water
@@ -31,10 +38,6 @@ from identify.estimators.lateness import (
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.readings import (
     FEWEST,
-    HEAVE,
-    PITCH,
-    ROLL,
-    YAW,
     Channel,
     at_origin,
     channels,

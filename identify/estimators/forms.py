@@ -11,13 +11,16 @@ from functools import cached_property
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import (
+    ROLL,
+    SURGE,
+    SWAY,
+    YAW,
+)
 from identify.dive import Dive
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.likelihood_axis import AxisLikelihood
-from identify.estimators.readings import ROLL, YAW
 from identify.ingest.rotation import attitude_at, euler_angles, to_body
-
-SURGE, SWAY = 0, 1
 
 SMALL_THRUST = 0.2
 """Share of the usual thrust below which a dead zone shows."""

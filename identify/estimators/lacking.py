@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import PITCH, ROLL
 from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.forms import Forms, Kind
@@ -31,7 +32,6 @@ from identify.estimators.misfit import (
     lacking_drag,
     with_forces,
 )
-from identify.estimators.readings import PITCH, ROLL
 from identify.estimators.swing import Peak, peak_of
 from identify.side_by_side import side_by_side
 

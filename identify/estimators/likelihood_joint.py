@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import PITCH, ROLL
 from identify.estimators.likelihood_axis import MASS, AxisLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.readings import PITCH, ROLL
 from identify.side_by_side import side_by_side
 
 ROUGHLY = 0.5

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
@@ -12,7 +13,6 @@ from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.motion import Motion, smoothed, smoothed_velocity
 from identify.ingest.rotation import euler_angles, to_body_turn
 
-HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
 FEWEST, FEWEST_POSES = 5, 8
 NOISE_SPREAD = 1.0
 LEAST_NOISE = 1e-6

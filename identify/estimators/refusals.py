@@ -8,10 +8,15 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.coefficients import (
+    DOFS,
+    HEAVE,
+    PITCH,
+    ROLL,
+    YAW,
+)
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.forces import WrenchHistory, wrench
 from identify.identification import Identification
 from identify.words import axes_named

@@ -12,6 +12,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import (
+    SURGE,
+    SWAY,
+    YAW,
+)
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, axes_with_delay, axis_with_delay, build_axes
@@ -20,7 +25,6 @@ from identify.estimators.likelihood_axis import MASS, MASS_RATIO, AxisLikelihood
 from identify.estimators.likelihood_fit import JointFit, rough_maximum
 from identify.estimators.likelihood_joint import JointLikelihood, alone
 from identify.estimators.misfit import DOUBTFUL_SCORE
-from identify.estimators.readings import YAW
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
 from identify.estimators.scoring import climb, log_posterior
 from identify.forces import WrenchHistory, wrench
@@ -70,7 +74,6 @@ LATE_ENOUGH_S = 0.03
 LIKELIER = 3.0
 """A lag must be this much more likely than a delay in yaw, in nats."""
 
-SURGE, SWAY = 0, 1
 
 DELAY_SPREAD_S = 0.1
 """Prior standard deviation of the thrust delay about its assumed value."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.alike_runs import FEWEST_RUNS, split
@@ -18,7 +19,6 @@ WINDOW_S, STEP_S = 2.0, 0.1
 """Long against the delays of thrust and readings, short against a run."""
 LEAST_SHARE: Final = 0.003
 """Of the dry weight, by which two kinds of runs differ: less is a trapped bubble, or the sea."""
-HEAVE: Final = 2
 
 
 def ballast_note(dive: Dive, file: VehicleFile, configuration_name: str) -> tuple[str, ...]:

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import INCREMENT, POSITION
-from identify.estimators.readings import HEAVE
 from identify.forces import wrench
 
 MANY = 3
