@@ -23,6 +23,8 @@ SIMULATED = (
 MISSIONS = (
     "bench/missions",
     "bench/trial.py",
+    "bridge/arrays.py",
+    "bridge/attitude.py",
     "bridge/clock.py",
     "bridge/errors.py",
     "bridge/files.py",
@@ -36,6 +38,7 @@ MISSIONS = (
     "bridge/wire/clock_line.py",
     "bridge/wire/framing.py",
     "bridge/wire/ftp.py",
+    "bridge/wire/readings.py",
     "bridge/wire/redaction.py",
     "bridge/wire/tlog.py",
     "configs/thrusters/*.csv",
