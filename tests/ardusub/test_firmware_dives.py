@@ -2,7 +2,6 @@
 
 import sys
 
-import numpy as np
 import pytest
 from fakes.firmware import binary
 
@@ -12,14 +11,12 @@ pytestmark = pytest.mark.soak
 
 
 def test_mass_and_drag_are_identified_within_5_percent_and_inside_their_intervals(tmp_path):
-    """Drags by their mean over the dives: of a single one the interval is wider than that."""
     figures = measured(binary(), tmp_path, "plain")
     sys.stderr.write(f"\n{figures}\n")
     holding = []
     for axis in figures.values():
-        for true, value, _, _ in axis["mass"]:
+        for true, value, _, _ in (*axis["mass"], *axis["drag"]):
             assert value == pytest.approx(true, rel=0.05)
-        assert np.mean([value / true for true, value, _, _ in axis["drag"]]) == pytest.approx(1.0, abs=0.05)
         holding += [low <= true <= high for true, _, low, high in (*axis["mass"], *axis["drag"])]
     # Of 40 intervals of 95 %, 34 hold at least, but for one time in 300.
     assert sum(holding) >= 34
@@ -31,11 +28,7 @@ def test_mass_and_drag_are_identified_within_5_percent_and_inside_their_interval
         ("half", "weak_thruster"),
         ("delay", "command_delay"),
         ("current", "steady_current"),
-        pytest.param(
-            "tether",
-            "tether",
-            marks=pytest.mark.xfail(reason="of four such dives one named nothing", strict=False),
-        ),
+        ("tether", "tether"),
         ("waves", "waves"),
     ],
 )
