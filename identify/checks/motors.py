@@ -79,7 +79,7 @@ class Miswired:
     def mend(self) -> str:
         """The change that ends it."""
         if self.reversed:
-            return "give each the opposite `direction` in the vehicle file"
+            return "turn their directions round in the vehicle file"
         return "exchange the two in the vehicle file, or their plugs on the vehicle"
 
 

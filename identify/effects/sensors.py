@@ -89,7 +89,7 @@ DVL_LEVER_ARM = Effect(
     tuple(Parameter(name, "m", 0.1, -3.0, 3.0) for name in "xyz"),
     _lever,
     Separation(manoeuvres=("a spin in place both ways",)),
-    caveat="Add the lever arm to `position_m` of the DVL's mounting in the vehicle file, and diagnose the dive again.",
+    caveat="Add the lever arm to position_m of the DVL's mounting in the vehicle file, and diagnose the dive again.",
 )
 
 

@@ -207,7 +207,7 @@ def test_reversed_motors_speak_against_every_mass_and_damping():
     assert doubt.outcome is Outcome.DISAGREES
     assert {"M_u", "D_u", "I_r", "D_r"} <= {*doubt.about}
     assert doubt.sentence.startswith("Thruster 2 pushes the other way than the vehicle file says (so wired, ")
-    assert doubt.sentence.endswith("give each the opposite `direction` in the vehicle file.")
+    assert doubt.sentence.endswith("turn their directions round in the vehicle file.")
     assert mounted_otherwise((0,), (), [doubt.sentence])[1:] == (doubt.sentence,)
 
 
