@@ -14,6 +14,7 @@ from bench import (
     ladder,
     paper_noise,
     paper_small,
+    paper_whole,
     prediction,
     reading,
     speed,
@@ -98,6 +99,9 @@ SECTIONS = {
     "flying": Measurement(lambda run: flying.page(run.kept, 1 if run.short else 3), flying.SOURCES),
     "ladder": Measurement(lambda run: ladder.page(run.kept, run.campaigns(1)), ladder.SOURCES),
     "paper small": Measurement(lambda run: paper_small.page(run.kept, run.seeds(1, 5)), paper_small.SOURCES),
+    "paper whole": Measurement(
+        lambda run: paper_whole.page(run.kept, _FIRST), paper_whole.SOURCES, asked=True
+    ),
     "coverage": Measurement(lambda run: coverage.section(run.seeds(4, 20), run.kept), coverage.SOURCES),
     "paper noise": Measurement(
         lambda run: paper_noise.page(run.docs / "paper_noise.html"), paper_noise.SOURCES

@@ -157,8 +157,8 @@ def lines_of(timed: Data) -> list[str]:
             f"{timed['loss settled']} on; the later one is taken as convergence. The goal of {DEFAULT_GOAL_S:g} s for",
             f"the default is {quick}; that of {RATIO_GOAL:g} times the paper's to convergence is not established:",
             f"by that count it is {ratio:.0f}, by the earlier one ({fewest} epochs)",
-            f"{epoch_s * fewest / timed['command']:.0f}. Both counts are the small",
-            "network's, carried over to the full one.",
+            f"{epoch_s * fewest / timed['command']:.0f}. Both counts are the small network's; the full one's own stand",
+            "under *The paper's network, whole*.",
         ),
         "",
     ]

@@ -1,0 +1,109 @@
+"""The source paper's network in its own size, all its epochs, beside the small one and the closed form of its loss.
+
+Not part of `make bench`: without a graphics card its 100 epochs take hours.
+"""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+
+from bench.baselines import closed_form
+from bench.campaigns import Dived, dived
+from bench.paper_small import loss_settled_at, relative_errors, settled_at
+from bench.remembered import Data, Remembered
+from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
+from bench.stamp import BASELINES, LEARNT, SIMULATED, stamp
+from bench.words import paragraph, table
+
+SOURCES = (
+    *SIMULATED,
+    *LEARNT,
+    *BASELINES,
+    "bench/campaigns.py",
+    "bench/paper_small.py",
+    "bench/paper_whole.py",
+)
+CONFIGURATION = "survey"
+HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch", "one epoch", "all epochs")
+
+
+def page(cache: Path, seed: int) -> str:
+    """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
+    kept = Remembered(cache / f"paper_whole-{stamp(*SOURCES)}.jsonl")
+    return "\n".join(_lines(kept.get(f"survey {seed}", lambda: _measured(seed, cache))))
+
+
+def _measured(seed: int, cache: Path) -> Data:
+    """Both networks and the closed form on one dive, one after the other."""
+    survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
+    begun = time.perf_counter()
+    closed = closed_form.estimate(survey.dive, survey.file, CONFIGURATION, _silent)
+    return {
+        "truth": {name: survey.truth[name] for name in closed.values() if name in survey.truth},
+        "closed": dict(closed.values()),
+        "closed seconds": time.perf_counter() - begun,
+        "small": _trained(survey, SMALL),
+        "whole": _trained(survey, PAPER),
+    }
+
+
+def _trained(survey: Dived, options: PaperOptions) -> Data:
+    if options.device.type == "cuda":  # one epoch first, so that no start of the card is counted
+        estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, replace(options, epochs=1))
+    network, curves = estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, options)
+    return {
+        "values": dict(network.values()),
+        "settled": settled_at(curves),
+        "loss settled": loss_settled_at(curves),
+        "epochs": options.epochs,
+        "seconds": network.wall_s,
+        "device": _name(options.device),
+    }
+
+
+def _name(device: torch.device) -> str:
+    return torch.cuda.get_device_name(device) if device.type == "cuda" else "processor"
+
+
+def _lines(measured: Data) -> list[str]:
+    whole, small = measured["whole"], measured["small"]
+    apart = max(abs(whole["values"][name] / small["values"][name] - 1.0) for name in measured["truth"])
+    rows = [
+        (
+            f"{title}, on the {data['device']}",
+            _errors(data["values"], measured["truth"]),
+            f"{data['settled']}",
+            f"{data['loss settled']}",
+            f"{data['seconds'] / data['epochs']:.2g} s",
+            f"{data['seconds']:.3g} s",
+        )
+        for title, data in (
+            (f"network {PAPER.depth} x {PAPER.hidden}", whole),
+            (f"network {SMALL.depth} x {SMALL.hidden}", small),
+        )
+    ]
+    closed = _errors(measured["closed"], measured["truth"])
+    rows.append(("closed form of the same loss", closed, "", "", "", f"{measured['closed seconds']:.2g} s"))
+    return [
+        "## The paper's network, whole",
+        "",
+        *paragraph(
+            f"Algorithm 1 with the paper's own network, LSTM of {PAPER.depth} x {PAPER.hidden} (38.3 million weights),",
+            f"for {PAPER.epochs} epochs on the paper's survey, as the simulated vehicle dives it. Errors against the",
+            "truth in per cent. Settled: every parameter within 1 % of where it ends, the loss within 5 %. The two",
+            f"networks end at most {100 * apart:.2g} % apart.",
+        ),
+        "",
+        *table(HEAD, rows),
+        "",
+    ]
+
+
+def _errors(values: dict[str, float], truth: dict[str, float]) -> str:
+    return ", ".join(f"{name} {error:+.2f}" for name, error in relative_errors(values, truth).items())
+
+
+def _silent(_share: float, _words: str) -> None:
+    """Ignore the progress."""
