@@ -59,7 +59,7 @@ from identify.diagnose.recording import (
 )
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Value
 from identify.diagnose.search import Explanation
-from identify.diagnose.shafts import Search, of_likelier_lag, of_shafts, shafts_note
+from identify.diagnose.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
 from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.simulation import (
@@ -92,6 +92,7 @@ from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library
 from identify.estimators.likelihood_axis import MASS
+from identify.ingest.commands import unknown_between
 from identify.side_by_side import both
 
 Progress = Callable[[float, str], None]
@@ -156,7 +157,11 @@ def diagnose(
     tried = library_with_changes(asked, holds)
 
     def searched() -> Search:
-        return of_likelier_lag(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
+        commands = dive.thruster_commands
+        uncertain = UNKNOWN_BETWEEN if commands is not None and unknown_between(dive, commands) else 0.0
+        return of_likelier_lag(
+            nominal, tried, uncertain, lambda share, words: progress(0.1 + 0.6 * share, words)
+        )
 
     def other_filters() -> Nominal | None:
         if check is None:

@@ -15,6 +15,10 @@ from identify.effects.actuators import shaft_lag
 from identify.effects.effect import QUICK_COMMANDS, Effect, before_the_shaft
 from identify.side_by_side import both
 
+UNKNOWN_BETWEEN = 0.1
+"""Share of a search's nats by which the form of a lag is uncertain where the commands between two messages are unknown:
+taken for straight lines, they leave more than the forms differ by."""
+
 
 @dataclass(frozen=True)
 class Search:
@@ -32,11 +36,15 @@ class Search:
 
 
 def of_likelier_lag(
-    nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
+    nominal: Nominal,
+    library: Sequence[Effect],
+    uncertain_share: float,
+    progress: Callable[[float, str], None],
 ) -> Search:
     """The causes beside a lag of the thrust, or beside one of the shafts' speed where that does better.
 
-    A lag of the shafts makes the thrust later, as many a cause does, so that both are searched where it does so.
+    A lag of the shafts makes the thrust later, as many a cause does, so that both are searched where it does so. It
+    must do better by `uncertain_share` of the nats that its causes gain.
     """
     by_shaft = of_shafts(nominal) if _can_tell(nominal, library) else nominal
     if by_shaft.log_posterior < nominal.log_posterior + LEAST_GAIN:
@@ -45,7 +53,8 @@ def of_likelier_lag(
         lambda: _searched(nominal, library, progress),
         lambda: _searched(by_shaft, (*library, shaft_lag(nominal.course.lag_s)), lambda _share, _words: None),
     )
-    return other if other.worth > plain.worth + AMBIGUOUS_NATS else plain
+    uncertain = uncertain_share * (other.worth - nominal.log_posterior)
+    return other if other.worth > plain.worth + max(AMBIGUOUS_NATS, uncertain) else plain
 
 
 def of_shafts(nominal: Nominal) -> Nominal:

@@ -150,7 +150,10 @@ def _in_other_units(value: Value) -> str:
 
 
 NAMED = 2
-"""Number of degrees of freedom named in the verdict, those that change most."""
+"""Number of degrees of freedom named in the verdict."""
+
+BARELY = 0.1
+"""Share of the largest change of a drift, both in floors, below which a change is not named."""
 
 TURNING = DOFS[3:]
 
@@ -214,18 +217,29 @@ def level(axes: Sequence[AxisShrink], *, before: bool = True) -> str:
 
 
 def changes(axes: Sequence[AxisShrink]) -> str:
-    """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 deg/s in yaw`, of the degrees of freedom that change most
-    in floors; "" if none changes."""
+    """`falls from 34 to 16 mm/s in surge and from 2.1 to 1.2 deg/s in yaw`: the translation and the rotation that
+    change most, or two of a kind where the other does not change by much in floors; "" if none changes."""
     moved = [axis for axis in axes if math.isfinite(axis.value) and axis.before != axis.after]
-    moved.sort(key=lambda axis: -abs(axis.before - axis.after) / axis.floor)
     if not moved:
         return ""
-    named = moved[:NAMED]
+    least = BARELY * max(_in_floors(axis) for axis in moved)
+    moved = sorted((axis for axis in moved if _in_floors(axis) >= least), key=_change, reverse=True)
+    of_each_kind = {axis.dof in TURNING: axis for axis in reversed(moved)}
+    named = list(of_each_kind.values()) if len(of_each_kind) == NAMED else moved[:NAMED]
+    named.sort(key=lambda axis: (-_in_floors(axis), axis.dof in TURNING))
     goes = "falls" if all(axis.after < axis.before for axis in named) else "goes"
     phrases = [
         f"from {rate(item.before, item.dof)} to {rate(item.after, item.dof)} in {item.dof}" for item in named
     ]
     return f"{goes} {listed(phrases)}"
+
+
+def _change(axis: AxisShrink) -> float:
+    return abs(axis.before - axis.after)
+
+
+def _in_floors(axis: AxisShrink) -> float:
+    return _change(axis) / axis.floor
 
 
 def disturbance_words(disturbance: Disturbance) -> str:

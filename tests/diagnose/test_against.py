@@ -75,7 +75,7 @@ def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
     assert one.differences == one.spare == ()
     assert verdict_sentence(one) == (
         "Your simulator must gain quadratic drag: all of the gap lies in surge, steady; with the vehicle's numbers its "
-        "5 s drift falls from 40 mm/s to 11 mm/s in surge and from 40 mm/s to 11 mm/s in sway."
+        "5 s drift falls from 40 mm/s to 11 mm/s in surge and from 2.3 deg/s to 0.63 deg/s in yaw."
     )
 
 
@@ -282,8 +282,8 @@ def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as
     assert verdict_sentence(one) == (
         "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its 5 s "
         "drift is 13 mm/s in surge (noise alone 10 mm/s) and 13 mm/s in sway (noise alone 10 mm/s); with the vehicle's "
-        "numbers its 5 s drift falls from 13 mm/s to 11 mm/s in surge and from 13 mm/s to 11 mm/s in sway: give longer "
-        "recordings of both, with the same manoeuvres."
+        "numbers its 5 s drift falls from 13 mm/s to 11 mm/s in surge and from 0.74 deg/s to 0.63 deg/s in yaw: give "
+        "longer recordings of both, with the same manoeuvres."
     )
 
 

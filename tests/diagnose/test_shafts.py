@@ -40,8 +40,19 @@ def test_the_lag_is_taken_for_that_of_the_shafts_where_the_motion_says_so(
     asked_n = np.where(np.abs(course.asked_n) < width_n, 0.0, course.asked_n)
     more_n = follow(asked_n, course.step_s, LAG_S) - course.thrust_n
     opposed = refitted(replace(nominal, course=course), [before_the_shaft(course, -more_n)])
-    search = of_likelier_lag(replace(opposed, acts=(), course=course), LIBRARY, quiet)
+    search = of_likelier_lag(replace(opposed, acts=(), course=course), LIBRARY, 0.0, quiet)
     assert search.nominal.course.by_shaft is by_shaft
     assert [cause.effect.name for cause in search.explanation.causes] == names
     for cause in search.explanation.causes:
         assert cause.values[0] == pytest.approx(WIDTH_N, rel=0.02)
+
+
+@pytest.mark.parametrize(("uncertain_share", "by_shaft"), [(0.5, True), (2.0, False)])
+def test_the_lag_of_the_shafts_must_do_better_by_the_share_of_its_gain_that_the_commands_leave_uncertain(
+    nominal, uncertain_share, by_shaft
+):
+    course = replace(nominal.course, lag_s=LAG_S)
+    more_n = shaft_lagged(course.asked_n, course.step_s, LAG_S) - course.thrust_n
+    opposed = refitted(replace(nominal, course=course), [before_the_shaft(course, -more_n)])
+    search = of_likelier_lag(replace(opposed, acts=(), course=course), LIBRARY, uncertain_share, quiet)
+    assert search.nominal.course.by_shaft is by_shaft

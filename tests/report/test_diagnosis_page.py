@@ -300,7 +300,7 @@ YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
 def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
     told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
     assert wording.verdict_sentence(told).endswith(
-        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 deg/s to 1.0 deg/s in yaw "
+        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge "
         f"on the check dive, which closes 86 % of what is beyond noise.{PLACE}"
     )
     _, surge, yaw, pooled = wording.shrink_lines(told)
@@ -312,6 +312,18 @@ def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of
     assert pooled == (
         "On the check dive, all together: the model with the causes closes 86 % (95 %: 79 % to 92 %) of the 5 s drift "
         "beyond noise."
+    )
+    sway, heave = (
+        replace(SURGE, dof="sway", after=0.02),
+        replace(SURGE, dof="heave", before=0.01, after=0.001, floor=0.001),
+    )
+    turned = replace(YAW, after=0.009)
+    assert wording.changes((sway, SURGE)).endswith("from 34 mm/s to 20 mm/s in sway")
+    assert wording.changes((sway, SURGE, heave, turned)).endswith(
+        "in surge and from 34 mm/s to 20 mm/s in sway"
+    )
+    assert wording.changes((sway, SURGE, replace(YAW, after=0.003))).endswith(
+        "from 1.1 deg/s to 0.17 deg/s in yaw"
     )
     worse, same = replace(YAW, after=0.03), replace(YAW, value=NAN)
     assert wording.changes((worse, SURGE)).startswith("goes ")
