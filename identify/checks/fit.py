@@ -33,7 +33,7 @@ def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Multi
     if not {SURGE, SWAY} <= set(events):
         return {}
     pairs = ((SURGE, SWAY), (SWAY, SURGE))
-    forces = [Force(dof, _thrust_over(events[other], events[dof])) for dof, other in pairs]
+    forces = [Force(dof, events[other].thrust_over(events[dof])) for dof, other in pairs]
     return dict(zip(pairs, with_forces(joint, theta, forces).tested(), strict=True))
 
 
@@ -60,14 +60,6 @@ def crossed_doubts(tests: Mapping[tuple[int, int], Multiplier]) -> tuple[Doubt, 
             Outcome.DISAGREES,
         ),
     )
-
-
-def _thrust_over(other: Axis, axis: Axis) -> Array:
-    """Mean force (n,) of the other axis over each step of `axis`."""
-    impulse = np.cumsum(other.force.mean(axis=1) * other.step_s)
-    gained = np.diff(np.interp(axis.time_s, other.time_s, impulse), prepend=0.0)
-    some = axis.step_s > 0
-    return np.asarray(np.where(some, gained / np.where(some, axis.step_s, 1.0), 0.0))
 
 
 LOUD = 0.2

@@ -12,11 +12,12 @@ from identify.words import axes_named
 LIKE: Mapping[Kind, str] = {
     Kind.WORLD: "which goes with the heading or the place, as a current's or a tether's does",
     Kind.THRUST: "which goes with the thrust, as where thrusters are weak near zero, astern or later in the dive",
+    Kind.ACROSS: "which goes with other axes' thrust, as where a thruster that drives both is weak or sits elsewhere",
     Kind.TURNING: "which goes with the turning, as where the DVL sits elsewhere than the vehicle file says",
     Kind.SWING: "which swings, as that of waves does",
 }
 
-OF_THE_VEHICLE = (Kind.THRUST, Kind.TURNING)
+OF_THE_VEHICLE = (Kind.THRUST, Kind.ACROSS, Kind.TURNING)
 """Kinds that the next dive has as well."""
 
 
@@ -31,14 +32,15 @@ def _doubt(lacks: Sequence[Lack], damping: Damping) -> Doubt:
     clearest, dofs = lacks[0], sorted(lack.dof for lack in lacks)
     period = f", every {clearest.period_s:.2g} s" if clearest.period_s else ""
     groups = {"linear": (MASSES, DAMPINGS), "quadratic": (MASSES, QUADRATICS)}
+    where = "there and in those axes" if clearest.kind is Kind.ACROSS else "there"
     return Doubt(
         tuple(
             group[dof].name for group in groups.get(damping, (MASSES, DAMPINGS, QUADRATICS)) for dof in dofs
         ),
         f"In {axes_named(dofs)} the recording holds a force that the model lacks, {LIKE[clearest.kind]}{period} "
         f"({clearest.score:.0f} standard errors)",
-        "masses and dampings there are off by what it does, and the intervals of all that it bears on are widened by "
-        "an estimate of that, and may still be too narrow; seatrial diagnose looks for its cause.",
+        f"masses and dampings {where} are off by what it does, and the intervals of all that it bears on are widened "
+        "by an estimate of that, and may still be too narrow; seatrial diagnose looks for its cause.",
         Outcome.DISAGREES,
         Culprit.MODEL if clearest.kind in OF_THE_VEHICLE else Culprit.RECORDING,
     )

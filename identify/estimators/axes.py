@@ -186,6 +186,13 @@ class Axis(Events):
         """A single bracket with slope zero, for linear damping."""
         return self._bracketed(1, 0.0)
 
+    def thrust_over(self, other: "Axis") -> Array:
+        """Mean force (n,) of this axis over each step of another."""
+        impulse = np.cumsum(self.force.mean(axis=1) * self.step_s)
+        gained = np.diff(np.interp(other.time_s, self.time_s, impulse), prepend=0.0)
+        some = other.step_s > 0
+        return np.asarray(np.where(some, gained / np.where(some, other.step_s, 1.0), 0.0))
+
     def _bracketed(self, count: int, slope_by_speed: float) -> Brackets:
         size = np.abs(self.speed)
         width = max(float(np.max(size)), SMALLEST_SPEED) / count

@@ -34,6 +34,7 @@ class Kind(Enum):
 
     WORLD = "world"
     THRUST = "thrust"
+    ACROSS = "across"
     TURNING = "turning"
     SWING = "swing"
 
@@ -50,6 +51,7 @@ class Forms:
         forms = {
             Kind.WORLD: self._world(problem.axis),
             Kind.THRUST: self._thrust(problem.axis),
+            Kind.ACROSS: self._across(problem.axis),
             Kind.TURNING: self._turning(problem.axis),
         }
         known = {kind: np.column_stack(columns) for kind, columns in forms.items() if columns}
@@ -78,6 +80,17 @@ class Forms:
         force = axis.force.mean(axis=1)
         small = SMALL_THRUST * float(np.sqrt(np.mean(force**2)))
         return [np.tanh(force / max(small, 1e-9)), np.abs(force), (axis.time_s - axis.time_s[0]) * force]
+
+    def _across(self, axis: Axis) -> list[Array]:
+        """The thrust of each other axis, but of sway in surge and of surge in sway, which `checks.fit.crossed` tests;
+        none where only its means are known."""
+        if axis.sampled_s or axis.smoothing_s:
+            return []
+        return [
+            other.thrust_over(axis)
+            for other in self.built.axes
+            if other.dof in self.built.pushed and {axis.dof, other.dof} not in ({axis.dof}, {SURGE, SWAY})
+        ]
 
     def _turning(self, axis: Axis) -> list[Array]:
         """Forces in proportion to the rates of turn and to their change."""

@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import chi2
 from soak import rest_in_soak
 
+from identify.challenge.case import dive_of, draw_case
 from identify.checks.lacking import lacking_doubts
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
@@ -25,7 +26,7 @@ from identify.estimators.swing import peak_of
 from identify.identification import Culprit, Outcome
 
 FILE = closed_loop.vehicle_file()
-SURGE, YAW = 0, 5
+SURGE, SWAY, YAW = 0, 1, 5
 TELLING = "holds a force that the model lacks"
 SECONDS, PERIOD_S = 200.0, 3.5
 
@@ -115,6 +116,21 @@ def test_a_dvl_that_reads_the_turning_as_speed_is_doubted():
     value = dive.velocity.value + 0.1 * rates[:, ::-1]
     turned = replace(dive, velocity=Signal(time_s, value), gyro=Signal(time_s, rates))
     assert [lack.kind for lack in lacks(turned) if lack.dof == SURGE] == [Kind.TURNING]
+
+
+@pytest.mark.parametrize(("names", "kinds"), [(["weak_thruster"], {Kind.ACROSS}), ([], set())])
+def test_a_weak_thruster_that_drives_several_axes_is_doubted_in_each(names, kinds):
+    case = draw_case(320_000, names=names)
+    dive = dive_of(case)
+    built = build_axes(dive, case.file, case.configuration)
+    fit = fit_axes(built, case.file.vehicle.configurations[case.configuration], network_tasks.quiet)
+    found = lacks_of(fit.joint, fit.theta, built, dive, (), doubts_of(fit.joint, fit.theta))
+    assert {lack.kind for lack in found} == kinds
+    assert {lack.dof for lack in found} == ({SURGE, SWAY, YAW} if names else set())
+    for doubt in lacking_doubts(found, "linear"):
+        assert "goes with other axes' thrust, as where a thruster that drives both is weak" in doubt.problem
+        assert "masses and dampings there and in those axes are off" in doubt.remedy
+        assert doubt.culprit is Culprit.MODEL
 
 
 @pytest.mark.parametrize("count", rest_in_soak([10, 30]))
