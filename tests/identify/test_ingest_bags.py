@@ -263,9 +263,12 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
     beside = file.parent / "deep_msgs" / "msg" / "Depth.msg"
     beside.parent.mkdir(parents=True)
     beside.write_text("float64 depth\n", encoding="utf-8")
-    recorded = read_bag([file])
-    assert topics(recorded)["/depth"].columns["depth"].tolist() == [1.0]
-    assert not any("Left out" in note for note in recorded.notes)
+    for place in (file.parent, file.parent.parent):
+        beside.parents[1].rename(place / "deep_msgs")
+        beside = place / "deep_msgs" / "msg" / "Depth.msg"
+        recorded = read_bag([file])
+        assert topics(recorded)["/depth"].columns["depth"].tolist() == [1.0]
+        assert not any("Left out" in note for note in recorded.notes)
     columns = tmp_path / "columns.yaml"
     columns.write_text(
         "time: {column: stamp}\ndepth: {columns: [/depth.depth], unit: m}\n"

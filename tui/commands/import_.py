@@ -148,7 +148,7 @@ def _copy(source: Path, out: Path) -> None:
             ending = next((ending for ending in MAPPED if file.name.lower().endswith(ending)), file.suffix)
             _copy_bytes(file, out / f"telemetry{f'.{number}' if number > 1 else ''}{ending}")
             for defined in files_beside(file) if ending_of(file) else ():
-                made = out / defined.relative_to(file.parent)
+                made = out / defined.relative_to(defined.parents[2])
                 made.parent.mkdir(parents=True, exist_ok=True)
                 _copy_bytes(defined, made)
 

@@ -58,8 +58,10 @@ def definition_file(kind: str) -> str:
 
 
 def files_beside(path: Path) -> list[Path]:
-    """The files that define types, as `our_msgs/msg/Dvl.msg`, in the folder of a file of a bag."""
-    return sorted(path.parent.glob(definition_file("*/msg/*")))
+    """The files that define types, as `our_msgs/msg/Dvl.msg`, beside a file of a bag, or beside its folder, as a bag of
+    ROS 2 is one. Those nearest come last."""
+    folders = (path.parent.parent, path.parent) if path.suffix != ".bag" else (path.parent,)
+    return [file for folder in folders for file in sorted(folder.glob(definition_file("*/msg/*")))]
 
 
 def _beside(path: Path) -> Types:
