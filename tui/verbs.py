@@ -699,7 +699,7 @@ def _challenge(options: Options) -> None:
 def _reproduce(options: Options) -> None:
     options.seed()
     options.out("folder in which this run makes one", "reproduction")
-    options.network("its own, for hours")
+    options.network("its own, for hours without a graphics card")
     options.figures()
     options.json()
 
