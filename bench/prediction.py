@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
@@ -15,6 +14,7 @@ from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, MISSIONS, SIMULATED, stamp
 from bench.words import in_a_word, paragraph, table
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import acceleration, restoring
@@ -22,8 +22,6 @@ from identify.dive import Dive
 from identify.estimators.table import METHODS as PRODUCT
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
-
-Array = NDArray[np.float64]
 
 STEP_S = 0.02
 WINDOW_S = 10.0

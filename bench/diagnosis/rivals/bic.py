@@ -7,15 +7,13 @@ logarithm of the number of readings for each of its parameters. No piece is held
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.diagnosis.rivals.said import Said
+from bridge.arrays import Array
 from identify.diagnose.candidates import settings_of
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import Regression, regression_of
 from identify.effects.effect import Effect
-
-Array = NDArray[np.float64]
 
 
 def named(nominal: Nominal, library: Sequence[Effect]) -> Said:

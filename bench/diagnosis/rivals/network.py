@@ -6,14 +6,12 @@ of a dive; the weights of the epoch that predicts the last quarter best are kept
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from bench.diagnosis.rivals.said import Said, missing, pushing
+from bridge.arrays import Array
 from identify.diagnose.nominal import Nominal
 from identify.effects.course import Course
-
-Array = NDArray[np.float64]
 
 HIDDEN = 32
 EPOCHS, RATE, DECAY = 300, 1e-2, 1e-3

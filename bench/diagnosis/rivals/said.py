@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.align import low_pass
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
@@ -14,8 +15,6 @@ from identify.diagnose.simulation import Simulation, simulation_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.estimators.likelihood_axis import DISTURBANCE
-
-Array = NDArray[np.float64]
 
 RATE_HZ = 5.0
 SMOOTH_HZ = 1.0

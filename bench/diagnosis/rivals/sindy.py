@@ -10,13 +10,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pysindy
-from numpy.typing import NDArray
 
 from bench.diagnosis.rivals.said import Said, missing, pushing
+from bridge.arrays import Array
 from identify.diagnose.nominal import Nominal
 from identify.effects.course import Course
-
-Array = NDArray[np.float64]
 
 SURGE, SWAY, HEAVE, YAW = 0, 1, 2, 5
 SOFT_N = 0.2
