@@ -10,18 +10,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 
 from bench.answers import NOT_HERE
 from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
-from bench.paper_small import LOSS_SETTLED, SETTLED, loss_settled_at, settled_at
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import (
     PAPER,
     SMALL,
     PaperOptions,
     Samples,
+    TrainingCurves,
     closed_form,
     estimate_with_curves,
     excited,
@@ -41,6 +42,7 @@ SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/campaigns.py", "bench/
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3
+SETTLED, LOSS_SETTLED = 0.01, 0.05
 
 
 def page(cache: Path, seed: int) -> str:
@@ -85,6 +87,18 @@ def measured(survey: Dived) -> Data:
         "epoch": epoch_s,
         "threads": torch.get_num_threads(),
     }
+
+
+def settled_at(curves: TrainingCurves) -> int:
+    """The first epoch from which every parameter stays within a share of its final value."""
+    far = np.abs(curves.values / curves.values[-1] - 1.0).max(axis=1) > SETTLED
+    return int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
+
+
+def loss_settled_at(curves: TrainingCurves) -> int:
+    """The first epoch from which the network's own loss stays within a share of its final value."""
+    far = np.abs(curves.data_loss[1:] / curves.data_loss[-1] - 1.0) > LOSS_SETTLED
+    return int(np.flatnonzero(far)[-1]) + 2 if far.any() else 1
 
 
 def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[AlignedDive, Samples]:

@@ -3,7 +3,7 @@
 An LSTM predicts the velocity, and the same optimiser trains physical parameters alongside, on mean |tau_pred - tau|^2
 + alpha mean |v_hat - v|^2, with tau_pred = M v_dot + C(v) v + D v + g. The first term depends on measured velocity and
 acceleration only and is linear in the parameters, so they tend to `closed_form`, a least-squares fit bounded below by
-zero, whatever the network does; noise in the acceleration pulls the masses towards zero (`paper_noise`).
+zero, whatever the network does; noise in the acceleration pulls the masses towards zero.
 """
 
 import math

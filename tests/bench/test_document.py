@@ -19,11 +19,11 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.paper_small import settled_at
 from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement, Run
+from bench.speed import settled_at
 from bench.stamp import files
 from bench.steady import steady_errors
 from bench.tracking import truly
