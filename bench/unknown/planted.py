@@ -44,12 +44,11 @@ SEAS_S = 200.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """A case with one drawn force, its sentence, its drift in floors, and the number of forces drawn in vain before."""
+    """A case with one drawn force, its sentence, and its drift in floors."""
 
     case: Case
     sentence: Sentence
     multiple: float
-    redrawn: int
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def unknown_of(seed: int) -> Unknown:
         sized = _sized(still, sentence, float(rng.uniform(*MULTIPLES)))
         if sized is not None:
             case, multiple = sized
-            return Unknown(case, sentence, multiple, redrawn)
+            return Unknown(case, sentence, multiple)
         redrawn += 1
 
 
