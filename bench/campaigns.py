@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.stamp import SIMULATED, stamp
+from bridge.arrays import Array
 from bridge.links.link import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import TICK_S, WARM_UP_S, SimulatedVehicle, arm_for_mission
@@ -26,8 +26,6 @@ from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
 from identify.dive import Dive
 from identify.ingest.open import read_dive
-
-Array = NDArray[np.float64]
 
 VEHICLE = "ruvifist"
 CONFIGURATIONS = ("survey", "hovering")

@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
@@ -15,6 +14,7 @@ from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, MISSIONS, SIMULATED, stamp
 from bench.words import in_a_word, paragraph, table
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import acceleration, restoring
@@ -22,8 +22,6 @@ from identify.dive import Dive
 from identify.estimators.table import METHODS as PRODUCT
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
-
-Array = NDArray[np.float64]
 
 STEP_S = 0.02
 WINDOW_S = 10.0
@@ -44,8 +42,8 @@ class Starts:
         return len(self.time_s)
 
 
-def starts(dive: Dive, file: VehicleFile, window_s: float = WINDOW_S) -> Starts:
-    """A start at a velocity reading every `window_s`, for windows that end within the dive.
+def starts(dive: Dive, file: VehicleFile) -> Starts:
+    """A start at a velocity reading every `WINDOW_S`, for windows that end within the dive.
 
     The velocity is a single DVL reading, carried to the origin by the rates; rates and attitude are interpolated to
     its time. Windows in which the vehicle stays at rest are left out.
@@ -57,9 +55,9 @@ def starts(dive: Dive, file: VehicleFile, window_s: float = WINDOW_S) -> Starts:
     speed = np.linalg.norm(velocity, axis=1)
     begin = max(float(s.time_s[0]) for s in (dive.velocity, dive.gyro, dive.attitude, dive.pwm))
     chosen = []
-    for wanted in np.arange(begin, float(time_s[-1]) - window_s, window_s):
+    for wanted in np.arange(begin, float(time_s[-1]) - WINDOW_S, WINDOW_S):
         first = int(np.searchsorted(time_s, wanted))
-        last = int(np.searchsorted(time_s, time_s[first] + window_s))
+        last = int(np.searchsorted(time_s, time_s[first] + WINDOW_S))
         if last < len(time_s) and speed[first:last].mean() > REST_M_S:
             chosen.append(first)
     time_s, velocity = time_s[chosen], velocity[chosen]
@@ -79,9 +77,8 @@ def run_forward(
     configuration: str,
     model: Mapping[str, float],
     trim: Array,
-    window_s: float = WINDOW_S,
 ) -> Array:
-    """NED displacement (n, 3) after `window_s`, by the commands that the dive recorded and nothing else.
+    """NED displacement (n, 3) after `WINDOW_S`, by the commands that the dive recorded and nothing else.
 
     `model` names all twelve coefficients; `trim` (6,) is a constant wrench in N and N m. NaN in windows in which the
     model runs away. Runge-Kutta of order 4.
@@ -97,7 +94,7 @@ def run_forward(
         nu_dot = acceleration(mass, damping, list(nu.T), list((tau + trim).T), g)
         return np.column_stack((earth(attitude, nu[:, :3]), turning(attitude, nu[:, 3:]), *nu_dot))
 
-    steps = round(window_s / STEP_S)
+    steps = round(WINDOW_S / STEP_S)
     for step in range(steps):
         now_s = begin.time_s + step * STEP_S
         before, middle, after = (history.at(now_s + share * STEP_S) for share in (0.0, 0.5, 1.0))
@@ -126,11 +123,11 @@ def turning(attitude: Array, rates: Array) -> Array:
     return np.column_stack((scalar, 0.5 * (w * rates + np.cross(axis, rates))))
 
 
-def moved(time_s: Array, position: Array, begin_s: Array, window_s: float = WINDOW_S) -> Array:
+def moved(time_s: Array, position: Array, begin_s: Array) -> Array:
     """True displacement (n, 3) in the windows, from true positions (m, 3) at the times (m,)."""
     ends = [
         np.column_stack([np.interp(at, time_s, position[:, k]) for k in range(3)])
-        for at in (begin_s, begin_s + window_s)
+        for at in (begin_s, begin_s + WINDOW_S)
     ]
     displacement: Array = ends[1] - ends[0]
     return displacement

@@ -12,9 +12,7 @@ from bench import (
     flying,
     gap_monitor,
     ladder,
-    paper_noise,
-    paper_small,
-    paper_whole,
+    paper_network,
     prediction,
     reading,
     speed,
@@ -98,14 +96,10 @@ SECTIONS = {
     ),
     "flying": Measurement(lambda run: flying.page(run.kept, 1 if run.short else 3), flying.SOURCES),
     "ladder": Measurement(lambda run: ladder.page(run.kept, run.campaigns(1)), ladder.SOURCES),
-    "paper small": Measurement(lambda run: paper_small.page(run.kept, run.seeds(1, 5)), paper_small.SOURCES),
-    "paper whole": Measurement(
-        lambda run: paper_whole.page(run.kept, _FIRST), paper_whole.SOURCES, asked=True
+    "paper network": Measurement(
+        lambda run: paper_network.page(run.kept, _FIRST), paper_network.SOURCES, asked=True
     ),
     "coverage": Measurement(lambda run: coverage.section(run.seeds(4, 20), run.kept), coverage.SOURCES),
-    "paper noise": Measurement(
-        lambda run: paper_noise.page(run.docs / "paper_noise.html"), paper_noise.SOURCES
-    ),
     "field": Measurement(lambda run: field.section(run.kept, run.short), FIELD),
     "unknown": Measurement(lambda run: unknown.section(run.kept, run.short), unknown.SOURCES),
     "diagnosis": Measurement(lambda run: diagnosis.section(run.kept, run.short), of_diagnosis.SECTION),

@@ -15,10 +15,11 @@ import torch
 from bench.answers import NOT_HERE
 from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
-from bench.paper_small import LOSS_SETTLED, SETTLED, loss_settled_at, settled_at
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import (
     PAPER,
+    SETTLED_LOSS,
+    SETTLED_VALUE,
     SMALL,
     PaperOptions,
     Samples,
@@ -79,8 +80,8 @@ def measured(survey: Dived) -> Data:
         "closed, filtered": filtered_s,
         "closed": solved_s,
         "small": small_s,
-        "settled": settled_at(curves),
-        "loss settled": loss_settled_at(curves),
+        "settled": curves.settled_at,
+        "loss settled": curves.loss_settled_at,
         "epochs": SMALL.epochs,
         "epoch": epoch_s,
         "threads": torch.get_num_threads(),
@@ -152,8 +153,9 @@ def lines_of(timed: Data) -> list[str]:
         "",
         *paragraph(
             "The paper does not say how many epochs it trained. The small network, on the same data with the same",
-            f"schedule over {timed['epochs']} epochs, has every parameter within {100 * SETTLED:g} % of where it ends",
-            f"from epoch {timed['settled']} on, and its own loss within {100 * LOSS_SETTLED:g} % from epoch",
+            f"schedule over {timed['epochs']} epochs, has every parameter within {100 * SETTLED_VALUE:g} % of where",
+            "it ends",
+            f"from epoch {timed['settled']} on, and its own loss within {100 * SETTLED_LOSS:g} % from epoch",
             f"{timed['loss settled']} on; the later one is taken as convergence. The goal of {DEFAULT_GOAL_S:g} s for",
             f"the default is {quick}; that of {RATIO_GOAL:g} times the paper's to convergence is not established:",
             f"by that count it is {ratio:.0f}, by the earlier one ({fewest} epochs)",

@@ -10,15 +10,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.campaigns import Dived
 from bench.words import in_a_word, paragraph, table
+from bridge.arrays import Array
 from bridge.simulator.dive import WARM_UP_S
 from bridge.vehicle.legs import Leg
 from identify.estimators.table import DEFAULT
 
-Array = NDArray[np.float64]
 Legs = Mapping[str, Sequence[float]]
 """Errors of legs in m/s or rad/s, by `axis speed`."""
 

@@ -8,7 +8,7 @@ import contextlib
 import fcntl
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -94,7 +94,7 @@ def is_being_written(recording: Path) -> bool:
 
 
 @contextlib.contextmanager
-def merge_lock(folder: Path, again: str, wait: Callable[[float], None] = time.sleep) -> Iterator[None]:
+def merge_lock(folder: Path, again: str) -> Iterator[None]:
     """Context with the exclusive right to merge the recordings of a dive.
 
     Raises LogError if the folder can't be read, or if another merge still runs after MERGE_S; `again` ends its
@@ -108,7 +108,7 @@ def merge_lock(folder: Path, again: str, wait: Callable[[float], None] = time.sl
         looks = round(MERGE_S / LOOK_EVERY_S)
         while not (held := try_lock(opened)) and looks > 0:
             looks -= 1
-            wait(LOOK_EVERY_S)
+            time.sleep(LOOK_EVERY_S)
         if not held:
             process = holder_of(folder)
             by = f"another merge or fetch{f' (process {process})' if process else ''}"

@@ -7,8 +7,8 @@ The products are those of C(nu) nu with a diagonal M; their coefficients are fre
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import VehicleFile
@@ -18,8 +18,6 @@ from identify.dive import Dive
 from identify.identification import Estimate, Identification, Outcome
 from identify.identification import estimate as one_estimate
 from identify.statistics import Z95
-
-Array = NDArray[np.float64]
 
 PRODUCTS = (
     ((2, 4), (1, 5)),

@@ -10,15 +10,12 @@ import time
 
 import numpy as np
 import pysindy
-from numpy.typing import NDArray
 
 from bench.baselines.regression import AxisAnswer, AxisTerms, axis_terms, identification
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import Progress
 from identify.identification import Identification
-
-Array = NDArray[np.float64]
 
 RATE_HZ = 20.0
 UNFILTERED_HZ = RATE_HZ / 2

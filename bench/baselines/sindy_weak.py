@@ -8,7 +8,6 @@ import warnings
 
 import numpy as np
 import pysindy
-from numpy.typing import NDArray
 
 from bench.baselines.regression import AxisTerms, axis_terms, identification
 from bench.baselines.sindy import RATE_HZ, UNFILTERED_HZ, fitted, optimizer
@@ -16,8 +15,6 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import Progress
 from identify.identification import Identification
-
-Array = NDArray[np.float64]
 
 BUMP_S = 2.0
 BUMPS_PER_S = 2.0

@@ -18,16 +18,14 @@ dive holds no information at all on a coefficient; below a relative error of 30 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.bound import kernel
 from bench.missions import Mission
 from bench.missions.sensors import EVENT_STEPS, STEP_S
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Signal
-
-Array = NDArray[np.float64]
 
 LOG_PRIOR_STD = 3.0
 TRIM_PRIOR_SHARE = 0.1

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 NU, PUSH, ROLL, PITCH, YAW, DEPTH, TURNED, STATES = 0, 6, 12, 13, 14, 15, 16, 17
 LOG_MASS, LOG_DAMPING, TRIM, LOG_SPREAD, LOG_TIME, LOG_NOISE, PARAMETERS = 0, 6, 12, 18, 24, 30, 48

@@ -4,38 +4,25 @@ import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench.diagnosis import beside, goals, speed, tables
-from bench.diagnosis.plan import BENCH, FULL, SHORT, Planned, planned
-from bench.diagnosis.rivals import trials as rivals
+from bench.diagnosis import goals, speed, tables
+from bench.diagnosis.plan import BENCH, FULL, SHORT, planned
 from bench.diagnosis.trials import Trial, measured
 from bench.remembered import Remembered
 from bench.words import paragraph
 from identify.challenge.score import score
 
 POINTS = 8
-EVERY = {"none": 15, "one": 8, "two": 6}
-"""The rivals are run on every n-th dive of a kind."""
 
 
 def section(cache: Path, short: bool) -> str:
     """The section, from the results in `cache`; runs the dives that are missing there."""
     plan = planned(SHORT if short else FULL)
     trials = measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis")
-    rival_trials = rivals.measured(shared(plan), Remembered(cache / "diagnosis-rivals.jsonl"))
     timed = speed.measured(Remembered(cache / "diagnosis-speed.jsonl"), short)
-    return page(trials, rival_trials, speed.lines(timed))
+    return page(trials, speed.lines(timed))
 
 
-def shared(plan: Sequence[Planned]) -> list[Planned]:
-    """The dives that the rivals are run on, too."""
-    return [
-        dive
-        for group, every in EVERY.items()
-        for dive in [planned for planned in plan if planned.group == group][::every]
-    ]
-
-
-def page(trials: Sequence[Trial], others: Sequence[rivals.RivalTrial], fast: Sequence[str]) -> str:
+def page(trials: Sequence[Trial], fast: Sequence[str]) -> str:
     """The section from its trials and the lines on its speed."""
     groups = {
         group: [trial for trial in trials if trial.group == group] for group in ("one", "novel", "left out")
@@ -74,8 +61,6 @@ def page(trials: Sequence[Trial], others: Sequence[rivals.RivalTrial], fast: Seq
         "Stated probabilities:",
         "",
         *tables.calibration(trials),
-        "",
-        *beside.lines(beside.beside(trials, others)),
         "",
         *fast,
         "",

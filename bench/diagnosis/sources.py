@@ -1,16 +1,15 @@
 """The code that the figures of the diagnosis depend on (`bench.stamp`)."""
 
-from bench.stamp import ROOT, files, reached
+from bench.stamp import reached
 
 ANSWERS = (
     "bench/diagnosis/plan.py",
     *reached("bench/diagnosis/trials.py"),
     "configs/thrusters/*.csv",
 )
-RIVALS = (*ANSWERS, *reached(*(str(file.relative_to(ROOT)) for file in files("bench/diagnosis/rivals"))))
 SPEED = (*ANSWERS, *reached("bench/field/draw.py"), "bench/diagnosis/speed.py", "tui/commands/diagnose.py")
-_PAGE = tuple(f"bench/diagnosis/{name}.py" for name in ("beside", "goals", "page", "tables"))
-SECTION = (*SPEED, *_PAGE, "bench/diagnosis/rivals")
+_PAGE = tuple(f"bench/diagnosis/{name}.py" for name in ("goals", "page", "tables"))
+SECTION = (*SPEED, *_PAGE)
 CARRIED = ("identify/effects/", "bridge/vehicle/")
 DECIDED = tuple(
     source

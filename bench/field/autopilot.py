@@ -9,16 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from bench.field.mission import TICK_S, Pilot
 from bench.field.vehicle import FieldVehicle
+from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.dive import pulse
 from identify.challenge.site import coloured
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

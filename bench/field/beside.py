@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.baselines.regression import PRODUCTS
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.dynamics import restoring
 from identify.align import AlignedDive, aligned
@@ -23,8 +24,6 @@ from identify.dive import Dive
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at
-
-Array = NDArray[np.float64]
 
 NAMES = (
     "`seatrial diagnose`, with its causes",

@@ -10,15 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from bench.field.beside import NAMES, Foretold, drifts_of, foretold_by
 from bench.field.draw import draw
 from bench.field.export import COMPANION, Rates
 from bench.remembered import Data
+from bridge.arrays import Array
 from bridge.errors import FitError
-
-Array = NDArray[np.float64]
 
 SYMBOLS = "uvwpqr"
 

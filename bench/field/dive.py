@@ -7,10 +7,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bench.field.autopilot import NEUTRAL, Autopilot, Memory, pulses, wrench
+from bridge.arrays import Array
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
 from identify.challenge.world import STATES, WORK, Body, rates
-
-Array = NDArray[np.float64]
 
 STEP_S = 0.005
 EACH = 10

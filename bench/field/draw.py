@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from bench.field.autopilot import Autopilot, VelocityFilter, draw_autopilot, draw_filter
 from bench.field.export import COMPANION, Rates, down, packed, tlog_of, told
@@ -16,13 +15,11 @@ from bench.field.plants import PLANTS
 from bench.field.simulate import Flown, Sea, Sensors, draw_sea, draw_sensors, fly
 from bench.field.site import Planted, site_of
 from bench.field.vehicle import FieldVehicle, draw_vehicle
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.challenge.nearest import nominal_columns
-
-Array = NDArray[np.float64]
-
 
 TILT = 0.01
 """A smaller tilt, rad, can't be seen reliably."""

@@ -6,18 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field.autopilot import NEUTRAL, Autopilot, VelocityFilter, estimated, reckoned
 from bench.field.dive import EACH, STEP_S
 from bench.field.mission import TICK_S
 from bench.field.simulate import Flown, Sensors
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2, Water
 from bridge.wire.framing import Encoder
 from identify.challenge.dive import pulse
-
-Array = NDArray[np.float64]
 
 UNIX_US = 1_760_000_000_000_000
 BOOT_S = 47

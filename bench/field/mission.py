@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.field.vehicle import FieldVehicle
+from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.challenge.site import coloured
-
-Array = NDArray[np.float64]
 
 TICK_S = 0.05
 REST_S = 5.0

@@ -8,15 +8,12 @@ values.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.field.mission import Pilot
 from bench.field.site import FieldSite, Planted
 from bench.field.vehicle import LAG_S, FieldVehicle
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-
-Array = NDArray[np.float64]
-
 
 USUAL_M_S = 0.15
 SURGE, SWAY, HEAVE = range(3)

@@ -15,7 +15,6 @@ HULL = "quadratic_drag"
 """Every small ROV has it, so naming it is neither right nor wrong."""
 
 NAMING = ("explained", "partly")
-PLACES = ("thruster",)
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.field import dive as kernel
 from bench.field.autopilot import NEUTRAL, Autopilot, fresh
 from bench.field.mission import Pilot, Sticks
 from bench.field.site import FieldSite
 from bench.field.vehicle import LAG_S, FieldVehicle
+from bridge.arrays import Array
 from identify.challenge.site import coloured
 from identify.challenge.world import STATES
-
-Array = NDArray[np.float64]
 
 STICK_US = 200
 """A full stick, as ArduSub has it at its default gain of a half."""

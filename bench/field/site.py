@@ -4,16 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.field.dive import EACH, STEP_S
 from bench.field.mission import Pilot
 from bench.field.vehicle import LAG_S, FieldVehicle
+from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.challenge.hull import Hull, Propellers, bare_hull
 from identify.challenge.world import Body, body
-
-Array = NDArray[np.float64]
 
 FLOOR_M = 60.0
 

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.challenge.vehicles import plain_configuration
-
-Array = NDArray[np.float64]
 
 CURVE, VOLTAGE_V, LAG_S = "t200.csv", 16.0, 0.03
 LIMIT_N = 35.0

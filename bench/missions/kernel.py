@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 STATES = 14
 """North, east, down; attitude w x y z; nu (6); the integral of yaw rate."""

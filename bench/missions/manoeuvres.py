@@ -5,11 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.missions.vehicles import DrawnVehicle
-
-Array = NDArray[np.float64]
+from bridge.arrays import Array
 
 SHORTEST_S, LONGEST_S = 60.0, 300.0
 REST_S = 2.0

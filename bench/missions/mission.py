@@ -14,18 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.missions import kernel
 from bench.missions.manoeuvres import LONGEST_S, MANOEUVRES, REST_S, SHORTEST_S, paces, sampled
 from bench.missions.sensors import STEP_S, SensorSuite, draw_sensors
 from bench.missions.vehicles import DrawnVehicle, draw_vehicle
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from bridge.vehicle.config import (
     GRAVITY_M_S2,
     Configuration,
@@ -19,8 +19,6 @@ from bridge.vehicle.config import (
     load_vehicle,
 )
 from bridge.vehicle.thrusters import Allocator, thrust_curve
-
-Array = NDArray[np.float64]
 
 TEMPLATES = (
     "ruvifist:survey",

@@ -3,7 +3,7 @@
 An LSTM predicts the velocity, and the same optimiser trains physical parameters alongside, on mean |tau_pred - tau|^2
 + alpha mean |v_hat - v|^2, with tau_pred = M v_dot + C(v) v + D v + g. The first term depends on measured velocity and
 acceleration only and is linear in the parameters, so they tend to `closed_form`, a least-squares fit bounded below by
-zero, whatever the network does; noise in the acceleration pulls the masses towards zero (`paper_noise`).
+zero, whatever the network does; noise in the acceleration pulls the masses towards zero.
 """
 
 import math
@@ -171,6 +171,7 @@ FEWEST_WINDOWS = 50
 WIDE = 256
 AT_ZERO = 1e-3
 SETTLED = 5e-3
+SETTLED_VALUE, SETTLED_LOSS = 0.01, 0.05
 NO_INTERVAL = "The paper's method states no interval: std and limits are left empty."
 
 
@@ -226,6 +227,18 @@ class TrainingCurves:
     physics_loss: Array
     data_loss: Array
     learning_rate: Array
+
+    @property
+    def settled_at(self) -> int:
+        """The first epoch from which every parameter stays within SETTLED_VALUE of where it ends."""
+        far = np.abs(self.values / self.values[-1] - 1.0).max(axis=1) > SETTLED_VALUE
+        return int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
+
+    @property
+    def loss_settled_at(self) -> int:
+        """The first epoch from which the network's own loss stays within SETTLED_LOSS of where it ends."""
+        far = np.abs(self.data_loss[1:] / self.data_loss[-1] - 1.0) > SETTLED_LOSS
+        return int(np.flatnonzero(far)[-1]) + 2 if far.any() else 1
 
 
 def estimate(

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import Array
 from identify.challenge.site import (
     ACCELERATION,
     ATTITUDE,
@@ -31,7 +31,6 @@ from identify.challenge.site import (
     DrawnForce,
 )
 
-Array = NDArray[np.float64]
 Sort = Literal["velocity", "acceleration", "thrust", "pulse", "attitude", "depth"]
 Memory = Literal["none", "lag", "delay", "leaky integral", "hysteresis"]
 Timing = Literal["steady", "from a time on", "for a while", "bursts", "slow drift"]

@@ -8,10 +8,10 @@ over the drift by noise alone of the same dive without it. Drift and floor are m
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.diagnosis.trials import recorded_dive
 from bench.unknown.grammar import Sentence, drawn, force_of
+from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case
 from identify.challenge.nearest import EACH_S, course_of, missing_wrench, nominal_columns
@@ -27,8 +27,6 @@ from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.environment import varying_current, waves
 from identify.effects.library import library
-
-Array = NDArray[np.float64]
 
 MULTIPLES = (1.5, 6.0)
 NEAR, ROUNDS = 0.1, 7
@@ -46,12 +44,11 @@ SEAS_S = 200.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """A case with one drawn force, its sentence, its drift in floors, and the number of forces drawn in vain before."""
+    """A case with one drawn force, its sentence, and its drift in floors."""
 
     case: Case
     sentence: Sentence
     multiple: float
-    redrawn: int
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ def unknown_of(seed: int) -> Unknown:
         sized = _sized(still, sentence, float(rng.uniform(*MULTIPLES)))
         if sized is not None:
             case, multiple = sized
-            return Unknown(case, sentence, multiple, redrawn)
+            return Unknown(case, sentence, multiple)
         redrawn += 1
 
 

@@ -108,7 +108,6 @@ def why_not(name: str, value: float) -> str:
 
 
 NOTHING_SAID: Final = Conditions()
-NAMES: Final = tuple(field.name for field in fields(Conditions))
 
 
 TITLES: Mapping[str, str] = {

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.arrays import Array
 from bridge.errors import LogError
@@ -33,7 +32,6 @@ COMPARED: Final = 20
 """Number of common frames compared on each side of a step, at most; the clock offset is their median."""
 JITTER_S: Final = 2e-3
 """Least standard error of the median offset of ten seconds."""
-_SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 
 
 @dataclass(frozen=True)

@@ -113,19 +113,18 @@ def run_on_cluster(
     jobs: Iterable[Job],
     address: str,
     workers_within_s: float = WORKERS_WITHIN_S,
-    answer_within_s: float = ANSWER_WITHIN_S,
 ) -> Generator[Result, None, None]:
     """Yield the result of each job as it arrives, in no order.
 
     Closing the generator, or Ctrl-C, cancels the unfinished jobs. A recording travels to its worker as bytes, so a
     worker needs seatrial but no access to our disk. Raises LinkTimeout if no scheduler answers within
-    `answer_within_s`, or if the scheduler has no worker for longer than `workers_within_s`; LinkLost if the scheduler
+    ANSWER_WITHIN_S, or if the scheduler has no worker for longer than `workers_within_s`; LinkLost if the scheduler
     goes away.
     """
     waiting = iter(jobs)
     done: SimpleQueue[Future[Result]] = SimpleQueue()
     under_way: dict[Future[Result], Job] = {}
-    with _client(address, answer_within_s) as client:
+    with _client(address) as client:
         manned_s = time.monotonic()
         room = 0
         try:
@@ -154,16 +153,16 @@ def run_on_cluster(
 
 
 @contextmanager
-def _client(address: str, answer_within_s: float) -> Iterator[Client]:
+def _client(address: str) -> Iterator[Client]:
     """A client of the scheduler at `address`. Its own log is silenced: its errors are reported here instead."""
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     settings = {
         "distributed.admin.large-graph-warning-threshold": LARGEST_PARCEL,
-        "distributed.comm.timeouts.connect": f"{answer_within_s:g}s",
+        "distributed.comm.timeouts.connect": f"{ANSWER_WITHIN_S:g}s",
     }
     with dask.config.set(settings):
         try:
-            client = Client(address, timeout=answer_within_s, set_as_default=False)
+            client = Client(address, timeout=ANSWER_WITHIN_S, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise LinkTimeout(
                 f"{address}: no Dask scheduler answers there ({_first_line(error)}); start one with 'dask scheduler', "
@@ -172,7 +171,7 @@ def _client(address: str, answer_within_s: float) -> Iterator[Client]:
         try:
             yield client
         finally:
-            client.close(timeout=answer_within_s)
+            client.close(timeout=ANSWER_WITHIN_S)
 
 
 def _threads(client: Client, address: str) -> int:

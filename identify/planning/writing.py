@@ -176,5 +176,5 @@ def _up(metres: float) -> str:
     return f"{math.ceil(10 * metres - 1e-9) / 10:.1f}"
 
 
-def _broken(sentence: str, width: int = 110) -> list[str]:
-    return textwrap.wrap(sentence, width)
+def _broken(sentence: str) -> list[str]:
+    return textwrap.wrap(sentence, 110)

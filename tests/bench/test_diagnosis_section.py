@@ -1,13 +1,9 @@
-"""The proof of the diagnosis: dives, tables, goals, and rivals."""
+"""The proof of the diagnosis: dives, tables and goals."""
 
 import math
-from importlib.util import find_spec
 from typing import Any
 
-import numpy as np
-import pytest
-
-from bench.diagnosis import beside, page, speed, tables
+from bench.diagnosis import page, speed, tables
 from bench.diagnosis.plan import (
     FULL,
     SHORT,
@@ -16,16 +12,10 @@ from bench.diagnosis.plan import (
     planned,
     power_planned,
 )
-from bench.diagnosis.rivals import bic, network
-from bench.diagnosis.rivals.said import Said, closed, missing, pushing
-from bench.diagnosis.rivals.trials import RivalTrial
 from bench.diagnosis.trials import Trial, effects_for
-from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.plants import ABSORBED, PLANTS
 from identify.challenge.plants_novel import NOVEL
 from identify.challenge.score import Answer, Named, Rate
-from identify.diagnose.nominal import Nominal, nominal_of
-from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 
 NAN = math.nan
 
@@ -87,36 +77,6 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     assert len(tables.by_size(small[:5], 8)) == 1
 
 
-def test_rivals_are_judged_on_the_same_dives_and_in_the_same_floors() -> None:
-    own = [
-        told("one", 1, "waves", said=("waves",), drifts=(5.0, 1.2)),
-        told("two", 2, "waves", "tether", said=("waves", "tether"), drifts=(3.0, 1.0)),
-        told("none", 3),
-    ]
-    others = [
-        RivalTrial(
-            "BIC, one cause", one.truth, _says("waves"), 1.0, one.before, tuple(0.03 for _ in one.before)
-        )
-        for one in own
-    ]
-    found = beside.beside(own, others)
-    ours, rival = (
-        next(one for one in found if one.method == method) for method in (beside.OURS, "BIC, one cause")
-    )
-    assert (ours.before, ours.after) == pytest.approx((5.0, 1.2))
-    assert rival.after == pytest.approx(3.0)
-    text = "\n".join(beside.lines(found))
-    assert "on 3 of these dives" in text
-    mine = next(row for row in text.splitlines() if row.startswith(f"| {beside.OURS}"))
-    assert mine.endswith("| 0.0 % (0.0 to 79.3), 0 of 1 | 97 % | 98 % | 3.0 |")
-    theirs = next(row for row in text.splitlines() if row.startswith("| BIC"))
-    assert theirs.endswith("| 100.0 % (20.7 to 100.0), 1 of 1 | 33 % | 25 % | 1.0 |")
-
-
-def _says(*names: str) -> Answer:
-    return Answer("explained", tuple(Named(name, (), NAN, {}) for name in names), {}, NAN, NAN)
-
-
 def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     trials = [
         told("none", 1), told("one", 2, "waves", said=("waves",), drifts=(5.0, 1.2)),
@@ -125,7 +85,7 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     ]  # fmt: skip
     refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
     timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
-    text = page.page([*trials, refused], [], timed)
+    text = page.page([*trials, refused], timed)
     assert "5 simulated dives" in text
     assert "Refused: one 5 (too short)." in text
     said = " ".join(text.split())
@@ -134,66 +94,4 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
         in said
     )
     assert "**missed** by the median, that of 15 s is **missed** by the slowest" in said
-    assert "two hidden: both" in text
     assert "| `waves` | 1 of 2 |" in text
-
-
-@pytest.fixture(scope="module")
-def pair() -> tuple[Nominal, Nominal]:
-    case = draw_case(390_800, names=["quadratic_drag"], size=1.0, seconds=120.0)
-    dive, check = (nominal_of(one, case.file, case.configuration) for one in (dive_of(case), check_of(case)))
-    return dive, check
-
-
-def test_bic_names_the_one_effect_that_saves_most(pair: tuple[Nominal, Nominal]) -> None:
-    said = bic.named(pair[0], (COUPLED_DAMPING, QUADRATIC_DRAG))
-    assert said.names == (("quadratic_drag", 0),)
-
-
-def test_bic_names_none_where_none_pays_for_its_parameters(pair: tuple[Nominal, Nominal]) -> None:
-    bare = bic.named(pair[0], (QUADRATIC_DRAG,)).now
-    assert bic.named(bare, (QUADRATIC_DRAG,)).names == ()
-
-
-if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
-
-    def test_the_sparse_regression_keeps_the_terms_that_push_and_names_them() -> None:
-        from bench.diagnosis.rivals import sindy
-
-        rng = np.random.default_rng(1)
-        columns = rng.standard_normal((2000, 6))
-        sizes = sindy.sparse(
-            columns, 2.0 * columns[:, 3] + 0.1 * columns[:, 1] + 0.5 * rng.standard_normal(2000)
-        )
-        assert np.flatnonzero(sizes).tolist() == [3]
-        assert sizes[3] == pytest.approx(2.0, rel=0.15)
-        case = draw_case(300_114, names=["steady_current"])
-        said = sindy.named(nominal_of(dive_of(case), case.file, case.configuration))
-        assert said.names[0] == ("steady_current", 0)
-
-
-@pytest.mark.soak
-def test_the_network_shrinks_the_gap_of_a_dive_that_is_long_enough_and_names_nothing() -> None:
-    case = draw_case(390_801, names=["quadratic_drag"], size=1.0, seconds=240.0)
-    nominal = nominal_of(dive_of(case), case.file, case.configuration)
-    said = network.named(nominal)
-    assert said.names == ()
-    before, after = closed(said, nominal, nominal)
-    assert np.nansum(after**2) < 0.8 * np.nansum(before**2)
-
-
-def test_a_model_of_nothing_leaves_the_drift_as_it_is_and_the_right_cause_closes_it(
-    pair: tuple[Nominal, Nominal],
-) -> None:
-    nothing = Said((), (pushing("nothing", lambda course: np.zeros_like(course.nu)),), pair[0])
-    before, after = closed(nothing, *pair)
-    assert after == pytest.approx(before, rel=0.02, nan_ok=True)
-    before, after = closed(bic.named(pair[0], (QUADRATIC_DRAG,)), *pair)
-    assert after[5] < 0.5 * before[5]
-
-
-def test_the_missing_force_of_a_drag_goes_against_its_speed(pair: tuple[Nominal, Nominal]) -> None:
-    gap, nu = missing(pair[0]), pair[0].motion.nu
-    speed = nu[gap.at, 5]
-    curved = speed * np.abs(speed) - speed * (np.abs(speed) @ speed**2) / (speed @ speed)
-    assert np.corrcoef(gap.wrench[:, 5], curved)[0, 1] < -0.3

@@ -19,7 +19,6 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.paper_small import settled_at
 from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
@@ -255,8 +254,8 @@ def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered(
 def test_a_parameter_settles_where_it_last_left_its_end() -> None:
     values = np.array([[10.0, 1.0], [98.0, 1.0], [101.5, 1.0], [100.5, 1.0], [100.0, 1.0]])
     empty = np.zeros(5)
-    assert settled_at(TrainingCurves(("M_u", "D_u"), values, empty, empty, empty)) == 3
-    assert settled_at(TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty)) == 0
+    assert TrainingCurves(("M_u", "D_u"), values, empty, empty, empty).settled_at == 3
+    assert TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty).settled_at == 0
 
 
 def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way() -> None:

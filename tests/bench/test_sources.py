@@ -69,16 +69,8 @@ def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_cov
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize(
-    ("work", "kept"),
-    [
-        ("import bench.diagnosis.trials", "ANSWERS"),
-        ("from bench.diagnosis.rivals.trials import available\navailable()", "RIVALS"),
-    ],
-)
-def test_a_diagnosis_and_its_rivals_load_nothing_outside_their_sources(work: str, kept: str) -> None:
-    from bench.diagnosis import sources
+def test_a_diagnosis_loads_nothing_outside_its_sources() -> None:
+    from bench.diagnosis.sources import ANSWERS
 
-    keeping = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py")}
-    keeping.add(ROOT / "bench" / "diagnosis" / "sources.py")
-    assert _read(work) - keeping - set(files(*getattr(sources, kept))) == set()
+    keeping = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py", "diagnosis/sources.py")}
+    assert _read("import bench.diagnosis.trials") - keeping - set(files(*ANSWERS)) == set()

@@ -2,13 +2,11 @@
 
 import json
 import os
-import socket
 import threading
 from pathlib import Path
 
 import pytest
 import yaml
-from fakes.recordings import raws
 from fakes.telling import HUB, LINK, telling
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -199,19 +197,6 @@ def test_parameters_and_mode_go_by_way_of_the_recording_which_keeps_what_was_ask
     assert {float(value) for value in dive.ff_mode.value[:, 0]} == {0.0, 3.0}
 
 
-def test_where_all_places_are_taken_every_order_is_refused_in_words(at_sea, capsys):
-    parameters, folder, _ = at_sea
-    address = ("127.0.0.1", int(held_hub().split(":")[2]))
-    clients = [socket.create_connection(address) for _ in range(32)]
-    for line in (["params", "show"], ["ff", "shadow", "--yes"]):
-        write_holding(telling(hub=held_hub(), folder=str(folder.path)))
-        assert cli.main(line) == exit_codes.LINK
-        assert "32 programs are connected to the recording of" in " ".join(capsys.readouterr().err.split())
-    assert parameters.mode == 0
-    for client in clients:
-        client.close()
-
-
 def held_hub():
     return json.loads(state_file().read_text(encoding="utf-8"))["hub"]
 
@@ -311,20 +296,6 @@ def test_a_recording_tells_of_itself_while_it_runs_and_no_longer(monkeypatch, tm
     assert (told.pid, told.frames, told.bytes, told.lost) == (os.getpid(), 1, len(beat()), 0)
     assert Path(told.folder).parent == tmp_path
     assert now() is None
-
-
-def test_a_client_of_its_hub_hears_the_vehicle_and_is_heard_by_it(monkeypatch, tmp_path, ends):
-    order = Encoder(255, 190).encode(dialect.MAVLink_param_request_list_message(1, 1))
-    with Recording(monkeypatch, tmp_path) as recording:
-        client = open_link(until(now).hub)
-        client.write(order)
-        assert recording.far.read(5.0) == order
-        recording.far.write(beat())
-        assert client.read(5.0) == beat()
-        client.close()
-        ends.set()
-    (folder,) = tmp_path.iterdir()
-    assert raws(folder / "telemetry.tlog") == [order, beat()]
 
 
 def test_where_the_ground_alone_spoke_nothing_was_recorded(monkeypatch, tmp_path, ends, capsys):

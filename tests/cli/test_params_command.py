@@ -36,12 +36,6 @@ def test_show_names_the_patterns_that_match_nothing(capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_diff_says_what_would_change_and_writes_nothing(vehicle, file, capsys):
-    assert run("diff", file) == exit_codes.NO
-    assert "2 changed" in capsys.readouterr().out
-    assert vehicle.server.value("FF1_M_U") == 0.0
-
-
 def test_upload_is_active_read_back_and_has_a_receipt(vehicle, file, tmp_path, capsys):
     assert run("upload", file, "--yes", "--json", "-") == exit_codes.DONE
     receipt = json.loads(capsys.readouterr().out)
@@ -110,13 +104,6 @@ def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     assert not lines[1].equal
     assert lines[2] == reports.Written("FF1_M_U", "applied", "0 read back equal")
     assert {"STAGE", "UNDO"} <= {report.stage for report in writing}
-
-
-def test_an_armed_vehicle_gets_no_upload(vehicle, file, capsys):
-    vehicle.armed = True
-    assert run("upload", file, "--yes") == exit_codes.NO
-    assert "is armed; nothing was sent" in capsys.readouterr().err
-    assert vehicle.server.value("FF1_M_U") == 0.0
 
 
 def test_without_a_terminal_nobody_is_asked(vehicle, file, monkeypatch, capsys):

@@ -88,14 +88,6 @@ def test_record_tells_of_the_conditions_before_and_takes_them_only_where_it_is_t
     assert list_folders(tmp_path)[-1].about().conditions == kept
 
 
-def test_record_of_a_silent_link_says_so_and_answers_with_the_code_of_a_link(far_end, tmp_path, capsys):
-    far_end.write(b"")
-    code = cli.main(["record", "--link", "udpin:x", "--out", str(tmp_path), "--seconds", "0.3"])
-    assert code == exit_codes.LINK
-    assert "nothing arrived on udpin:x, so no dive folder is kept" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_record_tells_what_the_vehicle_says_without_what_steers_a_terminal(far_end, tmp_path, capsys):
     encoder = Encoder(7, 1)
     for message in status_texts("depth \x1b[2Jhold " + "is lost " * 12, 4, 1) + status_texts("x" * 50, 4, 2):

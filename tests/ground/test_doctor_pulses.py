@@ -12,7 +12,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
-from gcs_plugin.doctor.pulses import confirm, duration_s, pulses, run_pulses
+from gcs_plugin.doctor.pulses import duration_s, pulses, run_pulses
 from gcs_plugin.doctor.wet_record import find_pulses, record_of
 
 FILE = load_vehicle("ruvifist")
@@ -103,13 +103,6 @@ def test_each_thruster_gets_its_one_pulse_on_time(vehicle):
     result = find_pulses(record_of(frames, 8).pwm)
     assert [p.thruster for p in result] == list(range(8))
     assert all(0.9 < p.end_s - p.start_s < 1.1 for p in result)
-
-
-@pytest.mark.parametrize("typed", [None, "", "yes", "RUVIFIST"])
-def test_nothing_turns_without_the_vehicles_own_name(typed):
-    confirm("ruvifist", "ruvifist")
-    with pytest.raises(ConfigError, match="--confirm ruvifist"):
-        confirm("ruvifist", typed)
 
 
 @pytest.mark.parametrize(

@@ -232,18 +232,6 @@ def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path)
     assert 0.5 < Reel([last.path]).length_s <= 3.0
 
 
-def test_another_vehicles_dive_is_refused(tmp_path) -> None:
-    dive, folder, _ = a_dive_under_water(tmp_path)
-    other = Dive(tmp_path / "other ring")
-    other.boots = 7
-    other.switch_on()
-    other.dive(3.0)
-    with pytest.raises(LogError, match="holds nothing of this dive"):
-        made_whole(other, folder)
-    assert folder.telemetry() == folder.heard()
-    assert dive.boots == 1
-
-
 def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path) -> None:
     folder = dive_of(tmp_path, [(1, Encoder(255, 190).encode(ground_heartbeat()))])
     with pytest.raises(LogError, match="must run with --ring"):

@@ -96,25 +96,6 @@ def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(t
     assert f"{made.lost} single frames, nobody has" in fetched_words(made)[0]
 
 
-def test_a_ring_that_lost_its_middle_is_told_by_a_fetch_and_what_it_has_goes_in(tmp_path) -> None:
-    dive = Dive(tmp_path / "ring")
-    for number, so_long in enumerate((10.0, 30.0, 10.0)):
-        dive.cut(number == 1)
-        dive.dive(so_long)
-    folder = dive_of(tmp_path, dive.heard)
-    segments = [segment for segment, _ in segments_in(dive.folder)]
-    for segment in segments[len(segments) // 3 : len(segments) // 2]:
-        (dive.folder / segment.name).unlink()
-    left = dive.kept()
-    done = fetcher_of(dive).whole(folder)
-    whole = raws(folder.path / WHOLE)
-    first, last = left.index(whole[0]), left.index(whole[-1])
-    assert set(left[first : last + 1]) <= set(whole)
-    (hole,) = done.holes
-    assert 3.0 < hole.length_s < 20.0
-    assert f"{hole.length_s:.0f} s of it, from 0:" in done.words
-
-
 @pytest.mark.parametrize("order", ["ab", "ba"])
 def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
     tmp_path, frames, order

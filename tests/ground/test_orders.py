@@ -11,7 +11,7 @@ import pytest
 from fakes.telling import telling
 
 from bridge.clock import SimulatedClock, utc_text
-from bridge.errors import LinkError, LogError
+from bridge.errors import LinkError
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.orders import Order
 from gcs_plugin.recording.state import held, hung, release, state_file, write_holding
@@ -64,13 +64,6 @@ def test_an_end_is_waited_for_and_the_folder_told():
 def test_where_none_runs_it_is_said_what_to_do(ask):
     with pytest.raises(LinkError, match="no recording runs; start `seatrial record`"):
         ask(SimulatedClock(), lambda _: None)
-
-
-def test_a_key_that_is_held_down_makes_no_string_of_dives():
-    recording = Recording(began_s=LONG_S - 3.0)
-    with pytest.raises(LinkError, match="this dive has only just begun"):
-        orders.next_dive(recording.clock, recording.wait)
-    assert recording.heard == []
 
 
 @pytest.mark.parametrize("set_by_s", [-86_400.0, 86_400.0])
@@ -204,11 +197,3 @@ def test_only_who_told_it_takes_it_back():
     release()
     assert held(NOW_S) is None
     assert not state_file().exists()
-
-
-def test_a_place_that_can_not_be_written_is_said(monkeypatch, tmp_path):
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
-    with pytest.raises(LogError, match="nobody learns of the recording"):
-        write_holding(holding())
-    assert held(NOW_S) is None

@@ -128,14 +128,6 @@ def test_the_pre_image_brings_everything_back(client, vehicle, tmp_path):
     assert read_parameters(tmp_path / "between.param")["FF0_M_U"] == 96.5
 
 
-@pytest.mark.parametrize("targets", [{"FF0_M_U": float("nan")}, {"FF0_M_U": 96.5, "FF0_D_U": -1.0}])
-def test_one_value_unfit_to_send_sends_nothing(client, vehicle, tmp_path, targets):
-    with pytest.raises(ParamRejected, match="nothing was sent"):
-        upload(client, tmp_path, targets)
-    assert vehicle.sets == []
-    assert not (tmp_path / "before.param").exists()
-
-
 def test_an_armed_vehicle_takes_no_set_that_is_to_fly_at_once_for_none_has_been_shadowed(
     client, vehicle, tmp_path
 ):

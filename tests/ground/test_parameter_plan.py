@@ -417,18 +417,6 @@ def test_a_mode_that_leaves_more_to_the_feed_forward_is_not_raised_by_a_file_by_
     assert reason("FF_MODE", then, present={"FF_MODE": now}) == (words if (now, then) in RAISED else "")
 
 
-def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():
-    plan = make_plan({"FF1_M_U": 60.0, "FF1_D_U": 42.0}, PRESENT_MODEL)
-    judged = plan.judged({"FF1_M_U": "too light"})
-    assert judged.changes == {"FF1_D_U": 42.0}
-    with pytest.raises(
-        ParamRejected, match=r"FF1_M_U: too light; nothing was sent.*--accept-implausible FF1_M_U"
-    ):
-        judged.check()
-    assert judged.with_implausible().changes == plan.changes
-    assert judged.named(Verdict.IMPLAUSIBLE) == {"FF1_M_U": 60.0}
-
-
 def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
     write_sidecar(file, dataclasses.replace(SIDECAR, doubted={"D_u": "the dive is too short"}))
     wanted = wanted_by(file, "despite-doubts", despite_doubts=False)

@@ -8,7 +8,6 @@ from fakes.recordings import raws
 from fakes.vehicle import FakeLink
 
 from bridge.clock import SimulatedClock
-from bridge.errors import LogError
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.recording.recorder import Recorder
 
@@ -180,11 +179,6 @@ class Lake:
 @pytest.fixture
 def lake(tmp_path):
     return Lake(tmp_path / "dives")
-
-
-def test_a_recording_never_overwrites_another(lake):
-    with pytest.raises(LogError, match="exists already"):
-        lake.folder.open_telemetry(1)
 
 
 def test_a_folder_that_is_deleted_ends_with_an_error_and_goes_on_made_anew(lake):

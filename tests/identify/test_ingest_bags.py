@@ -343,17 +343,6 @@ def test_a_cut_database_gives_all_rows_that_it_still_holds(tmp_path: Path) -> No
     assert rows_in(data, 16, 4) == []
 
 
-@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
-def test_a_cut_db3_gives_as_much_as_is_there(tmp_path: Path, share: float) -> None:
-    count = 6000
-    file = write_bag(tmp_path, "db3", swim(ROS2, count))
-    data = file.read_bytes()
-    file.write_bytes(data[: int(share * len(data))])
-    rates = topics(read_bag([file]))["/imu"].columns["angular_velocity.z"]
-    assert abs(len(rates) / count - share) < 0.05
-    assert rates.tolist() == (np.arange(len(rates)) / 8).tolist()
-
-
 def test_of_a_chunk_that_is_cut_the_beginning_is_read(tmp_path: Path) -> None:
     file = write_bag(tmp_path, "bag", swim(ROS1, 1), chunk_bytes=1 << 20)
     data = file.read_bytes()

@@ -100,19 +100,6 @@ def test_a_dive_folder_joins_its_recordings(tmp_path: Path) -> None:
     assert dive.name == "2026-11-20T0912Z-hovering"
 
 
-def test_mavlink_1_frames_are_read(tmp_path: Path) -> None:
-    old = mav.MAVLink(None, srcSystem=1, srcComponent=1)
-    records = b""
-    for k in range(30):
-        for message in (attitude(k / 10, 0.5), servos(k * 100_000, [1500, 1700])):
-            records += struct.pack(">Q", round((BOOT_UNIX_S + k / 10) * 1e6)) + message.pack(
-                old, force_mavlink1=True
-            )
-    dive = read_dive(write(tmp_path / "a.tlog", records))
-    assert dive.pwm.value[7] == pytest.approx([1500, 1700])
-    assert dive.attitude.value[0] == pytest.approx([np.cos(0.25), 0, 0, np.sin(0.25)])
-
-
 def test_a_dive_made_elsewhere_is_read_whole() -> None:
     dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     assert dive.counts["records"] == 102337

@@ -112,6 +112,13 @@ def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path: Path)
         ("velocity: {columns: [u, v, w], unit: m/h}", "unit 'm/h' is none of m/s"),
         ("velocity: {columns: [u, v], unit: m/s}", "needs 3 columns, 2 are given"),
         ("gyro: {columns: [p, q, r], unit: rad/s, offset: [1]}", "offset needs one number for each"),
+        ("velocity: {columns: [null, null, null], unit: m/s}", "every column is unknown"),
+        ("euler: {columns: [r, p, null], unit: deg}", "euler: can't be known in part"),
+        ("tau_cmd: {columns: [X, null, null, null, null, N], unit: N}", "tau_cmd: can't be known in part"),
+        (
+            "velocity_is_filtered: true\nvelocity: {columns: [u, null, w], unit: m/s}",
+            "velocity: can't be known in part",
+        ),
     ],
 )
 def test_a_wrong_column_map_is_refused_with_its_key(tmp_path: Path, columns: str, said: str) -> None:
@@ -124,12 +131,6 @@ def test_a_wrong_column_map_is_refused_with_its_key(tmp_path: Path, columns: str
 def test_an_unknown_map_names_those_that_are_bundled() -> None:
     with pytest.raises(ConfigError, match=r"no such column map.*bolt"):
         column_map(Path("boltt"))
-
-
-def test_a_table_needs_a_map(tmp_path: Path) -> None:
-    data, _ = table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n")
-    with pytest.raises(LogError, match="--columns"):
-        read_dive(data)
 
 
 def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) -> None:

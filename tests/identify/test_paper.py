@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import torch
 
-from bench.paper_noise import noise_table, survey_surge
 from bench.reproduce.paper import (
     PAPER,
     PaperNetwork,
@@ -169,11 +168,3 @@ def test_windows_do_not_cross_a_gap() -> None:
     ends = window_ends(replace(grid, valid=valid), 20)
     assert ends[ends < 100].max() == 99
     assert ends[ends > 100].min() == 103 + 19
-
-
-@pytest.mark.parametrize("noise", [0.01, 0.04])
-def test_the_bias_is_that_of_errors_in_variables(noise: float) -> None:
-    _, nu_dot, _ = survey_surge()
-    expected = -100 * noise**2 / (noise**2 + nu_dot.var())
-    table = noise_table(np.random.default_rng(3), (noise,), (5.0,))
-    assert table.error_percent[0, 0] == pytest.approx(expected, abs=1.5)

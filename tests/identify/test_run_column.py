@@ -129,12 +129,6 @@ def test_the_runs_of_a_table_are_identified_together(folder):
     assert mass["low95"] < closed_loop.MASS < mass["high95"]
 
 
-def test_without_together_they_are_refused_with_what_to_give(folder, capsys):
-    words = ("identify", table(folder, (1, 2)), "--vehicle", "vehicle.yaml", "--columns", "columns.yaml")
-    assert cli.main([*map(str, words)]) == exit_codes.BAD_INPUT
-    assert "identify --together" in " ".join(capsys.readouterr().err.split())
-
-
 def test_a_map_is_proposed_with_the_column_that_changes_where_the_clock_starts_anew(folder, capsys):
     path = table(folder, (1, 2, 3))
     assert cli.main(["import", str(path), "--map", "made.yaml"]) == exit_codes.DONE

@@ -61,16 +61,6 @@ def test_a_folder_of_runs_is_identified_as_one_dive(folder, capsys):
     assert "5 runs are one dive of 74 s: run0, run1, run2, run3 and run4." in printed
 
 
-def test_runs_named_in_any_order_give_the_same_answer(folder):
-    runs = sorted((folder / "runs").iterdir())
-    answers = []
-    for number, order in enumerate((runs, runs[::-1])):
-        out = folder / f"{number}.json"
-        assert seatrial("identify", folder, *order, "--together", "--json", out) == exit_codes.DONE
-        answers.append(json.loads(out.read_text(encoding="utf-8"))["parameters"])
-    assert answers[0] == answers[1]
-
-
 def test_a_run_without_a_push_is_named_in_what_is_written(folder):
     table(folder / "runs" / "adrift.csv", 9, thrust=0.0)
     out = folder / "hull.json"
@@ -94,23 +84,11 @@ def test_a_folder_of_runs_without_together_is_refused_with_what_to_give(folder, 
     assert "runs: holds 5 recordings; name one of them, or give --together" in said(capsys)
 
 
-def test_a_run_given_twice_is_refused(folder, capsys):
-    run = folder / "runs" / "run0.csv"
-    assert seatrial("identify", folder, run, run, "--together") == exit_codes.BAD_INPUT
-    assert "hold the same recording, and would count twice" in said(capsys)
-
-
 @pytest.mark.parametrize("method", ["pinn", "likelihood+pinn"])
 def test_another_method_than_the_likelihood_is_refused(folder, method, capsys):
     words = (folder / "runs", "--together", "--method", method)
     assert seatrial("identify", folder, *words) == exit_codes.BAD_INPUT
     assert "several runs together are identified by likelihood alone" in said(capsys)
-
-
-def test_an_empty_folder_of_runs_is_refused(folder, capsys):
-    (folder / "nothing").mkdir()
-    assert seatrial("identify", folder, folder / "nothing", "--together") == exit_codes.BAD_INPUT
-    assert "holds no recording" in said(capsys)
 
 
 def test_several_recordings_are_one_diagnosis(folder, capsys):

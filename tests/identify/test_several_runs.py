@@ -146,18 +146,6 @@ def test_a_dive_cut_into_runs_tells_the_same_a_little_less_surely():
         assert 1.0 < runs[name].std / whole[name].std < 1.2
 
 
-def test_five_runs_of_fifteen_seconds_tell_what_none_of_them_can():
-    runs = [run(seed) for seed in range(5)]
-    with pytest.raises(FitError, match="lasts 15 s"):
-        identified(runs[0])
-    both = identified(together(read(*runs)).dive)
-    assert both["M_u"].identifiable
-    assert both["D_u"].identifiable
-    assert both["M_u"].low95 < closed_loop.MASS < both["M_u"].high95
-    assert both["D_u"].low95 < closed_loop.DAMPING < both["D_u"].high95
-    assert both["M_u"].std < 0.02 * closed_loop.MASS
-
-
 def heavier(dive, times):
     """The run of a vehicle that needs so many times the thrust for the same motion."""
     return replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, times * dive.tau_cmd.value))
@@ -213,17 +201,6 @@ def test_a_part_of_a_dive_keeps_the_runs_that_it_holds():
     part = dive.between(dive.runs[1].start_s + 1.0, np.inf)
     assert [held.name for held in part.runs] == ["run 1", "run 2"]
     assert part.duration_s == pytest.approx(28.8)
-
-
-def test_a_run_in_which_nothing_was_pushed_is_left_out_and_named():
-    still = run(9)
-    still = replace(still, tau_cmd=Signal(still.tau_cmd.time_s, np.zeros((len(still.tau_cmd), 6))))
-    dive = together(read(run(0), still, run(1))).dive
-    assert [part.name for part in dive.runs] == ["run 0", "run 1"]
-    ((name, reason),) = dive.left_out
-    assert name == "run 9"
-    assert reason.startswith("no thruster pushed in all the dive")
-    assert any(note.startswith("The run run 9 was left out: no thruster pushed") for note in dive.notes)
 
 
 def test_without_any_run_that_pushed_there_is_no_dive():

@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from fakes.planted import diagnosed
 
-from bridge.errors import ConfigError, LogError
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
 from identify.checks.impossible import without_repeated
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
-from identify.ingest.column_map import column_map
 from identify.ingest.open import read_dive
 from identify.run.identify import identify
 
@@ -38,32 +36,6 @@ def test_an_axis_without_a_column_is_unknown_and_one_that_stays_still_is_zero(
     (tmp_path / "columns.yaml").write_text(MAP % (unknown, '"-"'))
     dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
     np.testing.assert_array_equal(dive.velocity.value, [[0.5, np.nan, 0.0], [0.6, np.nan, 0.0]])
-
-
-@pytest.mark.parametrize(
-    ("columns", "said"),
-    [
-        ("velocity: {columns: [null, null, null], unit: m/s}", "every column is unknown"),
-        ("euler: {columns: [r, p, null], unit: deg}", "euler: can't be known in part"),
-        ("tau_cmd: {columns: [X, null, null, null, null, N], unit: N}", "tau_cmd: can't be known in part"),
-        (
-            "velocity_is_filtered: true\n" + (MAP % ("null", "w")).partition("\n")[2],
-            "velocity: can't be known in part",
-        ),
-    ],
-)
-def test_what_makes_no_sense_in_part_is_refused(tmp_path: Path, columns: str, said: str) -> None:
-    path = tmp_path / "columns.yaml"
-    path.write_text(f"time: {{column: t}}\n{columns}\n")
-    with pytest.raises(ConfigError, match=said):
-        column_map(path)
-
-
-def test_a_column_that_the_table_lacks_is_still_named(tmp_path: Path) -> None:
-    (tmp_path / "dive.csv").write_text("t,U\n0,0.5\n")
-    (tmp_path / "columns.yaml").write_text(MAP % ("null", "null"))
-    with pytest.raises(LogError, match="has no column 'u'; it has t, U"):
-        read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
 
 
 def test_readings_of_one_axis_that_repeat_or_stand_still_are_left_out_all_the_same() -> None:

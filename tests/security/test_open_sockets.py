@@ -15,14 +15,13 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
 from bridge.clock import SimulatedClock, SystemClock
-from bridge.links.addresses import listening, of_link, of_served
+from bridge.links.addresses import listening, of_link
 from bridge.links.link import memory_pair
 from bridge.links.open import open_link
 from bridge.links.secured import Opener, on_words
 from bridge.onboard.program import sockets
 from bridge.vehicle.config import Device, load_vehicle
 from bridge.wire.framing import Encoder
-from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.state import Holding, write_holding
 from tui import cli
 from tui.commands import tui as app
@@ -55,14 +54,6 @@ def test_a_link_that_names_no_network_is_open_to_this_computer_alone(spec):
     before = own_sockets()
     with closing(open_link(spec)):
         opened = own_sockets() - before
-    assert [host for _, host, _ in opened] == ["127.0.0.1"]
-
-
-def test_the_hub_is_open_to_this_computer_alone():
-    before = own_sockets()
-    with closing(Hub(SimulatedClock())) as hub:
-        opened = own_sockets() - before
-        assert of_served(hub.address).startswith("open: 127.0.0.1 port ")
     assert [host for _, host, _ in opened] == ["127.0.0.1"]
 
 

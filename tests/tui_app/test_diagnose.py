@@ -156,29 +156,6 @@ def test_no_line_is_wider_than_there_is_room(part, cells):
     assert all(width(line) <= cells for shown in answers for line in part(shown, cells))
 
 
-def test_the_map_has_a_row_a_degree_of_freedom_its_cells_the_darker_the_more_is_missing():
-    head, *rows = plain(diagnose.where(diagnosed(), 80))
-    assert head.endswith("missing")
-    assert [row.split()[0] for row in rows] == ["surge", "sway", "heave", "roll", "pitch", "yaw"]
-    assert " ".join(rows[1].split()) == "sway · · · ▓▓▓▓ ▒▒▒▒ · 2.43 N"
-    assert " ".join(rows[4].split()) == "pitch · · · · · · -- N m"
-    assert " ".join(rows[5].split()) == "yaw · · · ▒▒▒▒ ████ · 0.35 N m"
-
-
-def test_causes_are_ranked_with_evidence_probability_and_what_they_are_mistaken_for():
-    lines = plain(diagnose.which(diagnosed(), 80))
-    assert lines[1].startswith("1 quadratic drag")
-    assert lines[1].endswith("98 %  ████████████████   483 nats")
-    assert lines[2] == "  N_rr 9.84 N m s²/rad² (95 %: 9.05 to 10.62)"
-    assert any("can't tell it from command delay" in line for line in lines)
-    assert lines[-3] == "tried as well, and not accepted"
-    assert lines[-2].startswith("  waves: too little here: 30 are asked for ")
-    assert lines[-1].startswith("  weak thruster 5")  # a DVL bias that gains 0.03 nats is left out
-    bars = [line.count("█") for line in lines if "nats" in line]
-    assert bars[0] == diagnose.BAR_CELLS
-    assert bars == sorted(bars, reverse=True)
-
-
 def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
     first, second = diagnosis()["effects"]
     lines = plain(diagnose.which(diagnosed(effects=[first, second | {"probability": 0.42}]), 80))
@@ -188,19 +165,6 @@ def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
     assert possible[1].startswith("2 thruster lag or command del")
     assert possible[1].endswith("42 %  █████████▍          37 nats")
     assert not any("thruster lag" in line for line in accepted)
-
-
-def test_the_drift_falls_in_numbers_and_bars_by_degree_of_freedom_and_how_much_closes_is_said():
-    lines = plain(diagnose.how_far(diagnosed(), 80))
-    assert lines[0] == "drift of the model over 5 s, without → with the causes"
-    assert lines[1] == "this dive, which was fitted"
-    assert lines[2].split()[:7] == ["surge", "36", "→", "10", "mm/s", "noise", "10"]
-    assert lines[3].split()[:7] == ["yaw", "3.2", "→", "0.92", "deg/s", "noise", "0.90"]
-    assert lines[4].split("  ")[-1].strip() == "closes 98 % (93 to 100 %) of what is beyond noise"
-    assert lines[7].startswith("check dive 2026-11-20T1015Z-validation ")
-    assert lines[7].endswith(" closes 97 % of what is beyond noise")
-    stays, goes = (lines[2].count(mark) for mark in "█░")
-    assert stays + goes == pytest.approx(3.57 * stays / 1.02, rel=0.15)
 
 
 @pytest.mark.parametrize("part", [part for part in PARTS if part is not diagnose.where])

@@ -277,15 +277,6 @@ def test_the_row_at_the_mark_is_always_shown_and_a_click_finds_it():
     assert entry_at(5, 3, 0, 8) is None
 
 
-def test_the_details_tell_axes_notes_and_what_was_made_of_it():
-    lines = details_of(HOVERING)
-    assert lines[2] == "surge M_u 0.7 % D_u 0.7 % 806 s 46.0 N 0.80 m/s"
-    assert lines[6] == "pitch I_q no D_q no 806 s 9.2 N m 9.2 deg/s"
-    assert "noted: new propellers at the quay" in lines
-    assert "noted at 2026-11-21T03:58:12Z tether caught on the ladder" in lines
-    assert "identified by likelihood: converged" in lines
-
-
 @pytest.mark.parametrize(
     ("data", "changes", "sentence"),
     [

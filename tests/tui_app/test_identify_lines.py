@@ -45,14 +45,6 @@ def beside_dive(tmp_path):
     return made
 
 
-def test_a_bar_for_each_method_tells_how_far_it_is_and_what_it_does():
-    lines = plain(progress(at_work(*passes(), began_s=10.0), 24.0, 80))
-    assert lines[0].startswith("IDENTIFYING 2026-11-21T0352Z-hovering ─")
-    assert lines[0].endswith("00:00:14")
-    assert lines[1] == "likelihood  █████████░░░░░░░░░░░░░░░  39 %  fitting all axes together"
-    assert lines[2] == "pinn        ███████░░░░░░░░░░░░░░░░░  27 %  pass 3"
-
-
 @pytest.mark.parametrize(
     ("what", "title"),
     [
@@ -88,17 +80,6 @@ def test_once_all_have_answered_there_is_one_bar_for_the_page_that_is_written():
     assert plain(progress(at_work(*reports), 1.0, 80)) == [bar]
 
 
-def test_a_curve_has_the_value_now_and_the_ends_of_its_widest_interval():
-    first, *others = passes_of(passes())
-    assert (first.name, len(others)) == ("M_u", 11)
-    assert first.value.tolist() == pytest.approx([117.285, 113.09625, 112.0490625])
-    lines = plain(converging(first, "kg", 40, 5))
-    assert lines[0] == "M_u      112.0 ± 3.7 kg           pass 3"
-    assert lines[1].startswith(" 128.5┤")
-    assert lines[4].startswith(" 106.1┤")
-    assert len(lines) == 5
-
-
 def test_a_value_that_stands_still_is_a_level_line_in_the_middle_and_what_is_to_come_is_blank():
     still = Passes("D_u", np.full(2, 50.0), np.zeros(2))
     lines = plain(converging(still, "", 7 + 8, 4))
@@ -127,17 +108,6 @@ def test_a_file_that_is_no_identification_is_none(text, tmp_path):
     if text is not None:
         (tmp_path / "identified.json").write_text(text, encoding="utf-8")
     assert load_identified(tmp_path, tmp_path) is None
-
-
-def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(beside_dive):
-    lines = plain(result(beside_dive(), 80))
-    assert lines[1] == "Converged: 11 of 12 coefficients identified by likelihood; by pinn: converged."
-    assert "Likelihood and pinn agree in all 11 parameters that both identify." in lines
-    rows = {line.split()[0]: line.split()[1:] for line in lines if line.strip()}
-    assert rows["M_u"] == ["111.7", "kg", "91.6", "…", "135", "108.3", "…", "115.1"]
-    assert rows["I_q"] == ["--", "no,", "see", "1"]
-    assert f"1: {REASON}"[:60] in "\n".join(lines)
-    assert "The DVL had no bottom lock in 1 % of its samples." in lines
 
 
 def test_reasons_and_notes_stand_beside_the_values_where_there_is_room_and_go_on_below(beside_dive):

@@ -74,7 +74,7 @@ def test_an_identification_and_a_run(size, tmp_path, monkeypatch):
     looks("identify-runs", made(FixedViews(), desk=at), size, "3", "i")
 
 
-@SIZES
+@pytest.mark.parametrize("size", rest_in_soak((WIDE, NARROW)))
 def test_diagnose_and_validate(size, tmp_path):
     looks("diagnose", made(FixedViews(), desk=desk_with(tmp_path / "diagnosed")), size, "4")
     looks("validate", made(FixedViews(), desk=validated_desk(tmp_path / "validated")), size, "6")

@@ -21,12 +21,6 @@ def starts(name, mark):
     return lambda app: line_of(app, name).startswith(mark)
 
 
-def test_each_line_tells_old_and_new_value_per_cent_unit_and_interval():
-    row = ("▶■", "FF1_M_U", "96.5", "→", "111.52", "+16", "%", "kg", "2.1", "+7.2")
-    unit = Sees("+10 % N m/(rad/s) ")
-    on_screen(FakeVehicle(), has("FF1_M_U", *row), unit, has("FF1_D_U", "same"), Sees("7 of 7 chosen"))
-
-
 def test_where_every_change_rounds_to_nothing_no_line_is_chosen_beforehand():
     tiny = [{**FIRST, "name": f"FF1_{n}", "present": 100.0, "target": 100.01} for n in range(3)]
     on_screen(
@@ -34,10 +28,6 @@ def test_where_every_change_rounds_to_nothing_no_line_is_chosen_beforehand():
     )
     mixed = [*tiny, {**FIRST, "name": "FF1_9"}]
     on_screen(FakeVehicle(plan(parameters=mixed)), Sees("4 of 4 chosen"))
-
-
-def test_the_interval_is_said_to_be_the_one_given_the_thrust():
-    on_screen(FakeVehicle(), Sees("95 % between 109.42 and 113.62 given the thrust"))
 
 
 def test_upload_says_so_where_nothing_was_identified(tmp_path):

@@ -93,10 +93,6 @@ def test_a_vehicle_that_was_disarmed_before_it_fell_silent_is_no_alarm(armed, ag
     assert silent_after(shown) is silent
 
 
-def test_the_armed_state_stands_first():
-    assert first(view())[0] == (" ■ ARMED ", "armed")
-
-
 FULL = "telemetry.tlog: can't be written (No space left on device); free disk space"
 TWINS = (
     "two vehicles beat as system 1, component 1: one of them stands on deck and answers to it; switch one off"
@@ -195,11 +191,6 @@ def test_the_off_switch_that_is_done_is_never_told_by_the_words_of_one_that_is_n
 @pytest.mark.parametrize("shown", [view(), forced(NOT_OFF, 14, armed=Armed.UNKNOWN)])
 def test_nothing_is_wider_than_the_terminal(cells, shown):
     assert all(len(joined(line)) <= cells for line in header(replace(shown, trouble="x" * 200), TABS, cells))
-
-
-def test_utc_stands_in_the_first_line_where_it_fits_and_else_in_the_second():
-    assert joined(first(view(), 160)).endswith("08:52:31 UTC ")
-    assert joined(header(view(), TABS, 80)[1]).endswith("08:52:31 UTC ")
 
 
 def test_a_click_finds_its_tab():

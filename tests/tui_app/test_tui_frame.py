@@ -21,7 +21,6 @@ from tui.app.screens.overlays import HelpScreen
 from tui.app.screens.table import OPENING, SCREENS
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
-from tui.app.view import Forcing
 
 SOON_S = 60.0
 
@@ -58,22 +57,6 @@ def test_one_key_forces_the_feed_forward_off_over_whatever_lies_on_the_screen(ke
 
     played(desk(), *keys, is_typed_on, views=views)
     assert views.forced == 1
-
-
-def test_its_state_stands_in_the_top_line_until_it_is_acknowledged():
-    views = FixedViews(replace(view(), forcing=Forcing("sent 4 times, no answer for 2.0 s", 4, False)))
-
-    def now(shown):
-        return lambda _: setattr(views, "shown", shown)
-
-    played(
-        desk(),
-        lambda app: "FF shadow; OFF not confirmed" in top(app) and "REC 00:12:31" in top(app),
-        *(now(replace(view(), forcing=Forcing("off", 5, True))), lambda app: "FF OFF, off" in top(app)),
-        now(replace(view(), picture=replace(view().picture, ff_mode=0))),
-        lambda app: top(app).endswith("FF off"),
-        views=views,
-    )
 
 
 def test_help_shows_the_live_keys_and_the_top_line_stays_live_over_it():

@@ -119,33 +119,12 @@ def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     assert lines[3].startswith("◐ ?   yaw mass")
 
 
-def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
-    lines = validate.error_lines(runs(validation()), DIVE, 80)[6:]
-    head, acceleration = plain(lines)[:2]
-    assert head.split() == ["surge,", "mm/s", "shadow", "ff", "both"]
-    assert acceleration.split() == ["Acceleration", "92.8", "9.3", "1.9"]
-    assert roles(lines[1]) == ["quiet", "plain", "plain", "strong"]
-    assert roles(lines[0])[1] == "strong"  # the dive that is looked at
-
-
 def test_a_yaw_rate_is_told_in_degrees():
     lines = plain(validate.error_lines(runs(validation()), DIVE, 80))
     head = next(n for n, line in enumerate(lines) if line.startswith("yaw"))
     assert lines[head].split()[:2] == ["yaw,", "deg/s"]
     assert lines[head + 1].split()[1] == "5.32"
     assert lines[head + 6].split()[:3] == ["steady", "|PID|,", "N"]
-
-
-def test_every_axis_stands_first_over_the_whole_mission_and_while_it_was_not_asked_to_move():
-    lines = plain(validate.error_lines(runs(validation()), DIVE, 80))
-    assert [line.split() for line in lines[:6]] == [
-        ["rms:", "whole", "/", "unasked", "shadow", "ff", "both"],
-        ["surge,", "mm/s", "46.6", "/", "--", "4.7", "/", "--", "0.9", "/", "--"],
-        ["sway,", "mm/s", "34.5", "/", "3.7", "3.5", "/", "0.4", "0.7", "/", "0.1"],
-        ["heave,", "mm/s", "1.7", "/", "1.7", "0.2", "/", "0.2", "0.0", "/", "0.0"],
-        ["yaw,", "deg/s", "2.64", "/", "0.72", "0.26", "/", "0.07", "0.05", "/", "0.01"],
-        [],
-    ]
 
 
 @pytest.mark.parametrize("change", [{"axis": "x"}, {"axis": []}, {"rms": "much"}], ids=str)

@@ -27,7 +27,6 @@ FEWEST, LEAST_SHARE = 20, 0.3
 """Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
 LOGS = (".bin",)
 MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
-"""System ids from this number on are ground stations."""
 AGAIN = "merge again"
 
 

@@ -21,9 +21,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import load_settings
-from gcs_plugin.watch.picture import (
-    Picture,
-)
+from gcs_plugin.watch.picture import Picture
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
 from tui.watch_text import POOR, header, line, plain, screen, tables
@@ -32,7 +30,6 @@ POLL_S = 0.1
 EVERY_S = 1.0
 ONCE_S = 3.0
 """How long --once looks."""
-
 
 CLOCK_TIME = slice(11, None)
 """Of a time's text: the time of day."""

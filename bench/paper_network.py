@@ -11,7 +11,6 @@ import torch
 
 from bench.baselines import closed_form
 from bench.campaigns import Dived, dived
-from bench.paper_small import loss_settled_at, relative_errors, settled_at
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
 from bench.stamp import BASELINES, LEARNT, SIMULATED, stamp
@@ -22,8 +21,7 @@ SOURCES = (
     *LEARNT,
     *BASELINES,
     "bench/campaigns.py",
-    "bench/paper_small.py",
-    "bench/paper_whole.py",
+    "bench/paper_network.py",
 )
 CONFIGURATION = "survey"
 HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch", "one epoch", "all epochs")
@@ -31,7 +29,7 @@ HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch"
 
 def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
-    kept = Remembered(cache / f"paper_whole-{stamp(*SOURCES)}.jsonl")
+    kept = Remembered(cache / f"paper_network-{stamp(*SOURCES)}.jsonl")
     return "\n".join(_lines(kept.get(f"survey {seed}", lambda: _measured(seed, cache))))
 
 
@@ -55,8 +53,8 @@ def _trained(survey: Dived, options: PaperOptions) -> Data:
     network, curves = estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, options)
     return {
         "values": dict(network.values()),
-        "settled": settled_at(curves),
-        "loss settled": loss_settled_at(curves),
+        "settled": curves.settled_at,
+        "loss settled": curves.loss_settled_at,
         "epochs": options.epochs,
         "seconds": network.wall_s,
         "device": _name(options.device),
@@ -102,7 +100,7 @@ def _lines(measured: Data) -> list[str]:
 
 
 def _errors(values: dict[str, float], truth: dict[str, float]) -> str:
-    return ", ".join(f"{name} {error:+.2f}" for name, error in relative_errors(values, truth).items())
+    return ", ".join(f"{name} {100.0 * (values[name] / true - 1.0):+.2f}" for name, true in truth.items())
 
 
 def _silent(_share: float, _words: str) -> None:
