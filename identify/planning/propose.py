@@ -46,7 +46,8 @@ NOTHING = 10.0
 """Relative standard deviation from which a coefficient counts as unknown."""
 
 FITS = 1.02
-TRIES = 6
+TRIES, NEAR = 10, 1.1
+"""Trials of a family at most, and how near to the greatest strength is near enough."""
 LAP_SHARE = 0.8
 
 ENDLESS = 1_000_000
@@ -223,7 +224,10 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
 
 
 def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -> _Candidate | None:
-    """The family at the greatest strength that the limits allow; None if they allow none."""
+    """The family at nearly the greatest strength that the limits allow; None if they allow none.
+
+    Far too strong a wave tumbles the hull: by its speeds in proportion the next would be far too weak.
+    """
     knowledge = tank.knowledge
     drift_m = _drift(family.drives, family.period_s, knowledge)
     block_m = _drift(family.drives, family.cycles * family.period_s, knowledge)
@@ -231,18 +235,27 @@ def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -
     room_m = limits.space_m - max(block_m, min(reserve_m, RESERVE_SHARE * limits.space_m))
     if room_m <= 0:
         return None
-    scale = 1.0
+    scale, too_strong, best = 1.0, math.inf, None
     for _ in range(TRIES):
         manoeuvre = family.at(scale, family.cycles)
         trial = tank.dive(manoeuvre.legs())
         over = max(trial.over(limits) / FITS, trial.across_m / room_m, trial.depth_m / limits.heave_m)
+        by_ratio = scale * 0.99 / over
         if over <= 1:
-            spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
-            most = max(family.cycles, int(min(spare**2, ENDLESS)))
-            information = of_motion(TICK_S, trial.nu, knowledge, dofs)
-            return _Candidate(family, scale, information, manoeuvre.duration_s, most)
-        scale *= 0.99 / over
-    return None
+            best = scale, manoeuvre, trial
+            scale = min(by_ratio, (scale + too_strong) / 2, 1.0)
+        else:
+            too_strong = scale
+            scale = by_ratio if best is None else (best[0] + scale) / 2
+        if best is not None and scale < NEAR * best[0]:
+            break
+    if best is None:
+        return None
+    scale, manoeuvre, trial = best
+    spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
+    most = max(family.cycles, int(min(spare**2, ENDLESS)))
+    information = of_motion(TICK_S, trial.nu, knowledge, dofs)
+    return _Candidate(family, scale, information, manoeuvre.duration_s, most)
 
 
 def _parts(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> list[Part]:
