@@ -116,10 +116,13 @@ def propose(
     seconds: float,
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Progress = lambda *_: None,
+    know: Sequence[str] = (),
 ) -> Proposal:
-    """Choose the manoeuvres for `seconds` in total, rests included.
+    """Choose the manoeuvres for `seconds` in total, rests included, that narrow the coefficients `know`, or all of the
+    axes.
 
-    Raises FitError if the thrusters drive none of the axes, or if no manoeuvre fits into the limits or the time.
+    Raises FitError if the thrusters drive none of the axes, or not that of a coefficient of `know`, or if no manoeuvre
+    fits into the limits or the time.
     """
     file, knowledge = tank.file, tank.knowledge
     able = drivable(tank, dofs)
@@ -128,6 +131,11 @@ def propose(
             f"{file.path}: the thrusters of '{tank.configuration_name}' push along none of "
             f"{', '.join(DOFS[dof] for dof in dofs)}; name other axes, or mend the vehicle file"
         )
+    telling = [group[dof].name for dof in able for group in (MASSES, DAMPINGS)]
+    if untold := [name for name in know if name not in telling]:
+        raise FitError(
+            f"{file.path}: no plan tells {', '.join(untold)}; along the axes planned it tells {', '.join(telling)}"
+        )
     families = _families(tank, able, limits)
     candidates = []
     for i, family in enumerate(families):
@@ -135,7 +143,7 @@ def propose(
         candidate = _within(family, tank, limits, able)
         if candidate is not None:
             candidates.append(candidate)
-    chosen = _choose(candidates, knowledge, able, seconds)
+    chosen = _choose(candidates, knowledge, know or telling, seconds)
     if not chosen:
         shortest = min((c.duration_s + 2 * REST_S for c in candidates), default=np.nan)
         why = (
@@ -281,11 +289,11 @@ def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> Par
 
 
 def _choose(
-    candidates: Sequence[_Candidate], knowledge: Knowledge, dofs: tuple[int, ...], seconds: float
+    candidates: Sequence[_Candidate], knowledge: Knowledge, know: Sequence[str], seconds: float
 ) -> list[tuple[_Candidate, int]]:
     """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the remaining time."""
     precision = knowledge.precision + np.eye(len(NAMES)) / WIDEST**2
-    wanted = [NAMES.index(group[dof].name) for dof in dofs for group in (MASSES, DAMPINGS)]
+    wanted = [NAMES.index(name) for name in know]
     cycles = [0] * len(candidates)
     left_s = seconds - REST_S
 

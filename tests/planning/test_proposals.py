@@ -139,6 +139,15 @@ def test_what_is_known_least_is_aimed_at() -> None:
     assert {dof for part in result.parts for dof in part.manoeuvre.dofs} == {YAW}
 
 
+def test_what_is_asked_for_alone_is_aimed_at() -> None:
+    result = propose(TANK, Limits(), 90.0, [SURGE, YAW], know=["I_r"])
+    assert {dof for part in result.parts for dof in part.manoeuvre.dofs} == {YAW}
+    with pytest.raises(
+        FitError, match=r"no plan tells M_w; along the axes planned it tells M_u, D_u, I_r, D_r"
+    ):
+        propose(TANK, Limits(), 90.0, [SURGE, YAW], know=["M_w", "I_r"])
+
+
 def test_too_little_time_is_said_with_what_it_would_take() -> None:
     with pytest.raises(
         FitError, match=r"takes 42 s with its rests, and there are 20 s; give --minutes 0\.7 or"
