@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FRAME
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, direction_name, function_name
 from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
@@ -27,8 +27,6 @@ from bridge.ardusub.law import (
     STABILIZE,
 )
 from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS, Mixer
-from bridge.ardusub.settings import direction_name
-from bridge.ardusub.wiring import FIRST_MOTOR, OUTPUTS
 from bridge.errors import ConfigError
 from bridge.onboard.store import hull_mark
 from bridge.vehicle import feedforward, shadow
@@ -66,11 +64,11 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
     """Why an applet may not run on an autopilot with these parameters, with the way out; "" if it may."""
     if ENABLE not in values:
         return f"its firmware has no {ENABLE}, so it can't run scripts: only the companion is left"
-    functions = {n: int(values.get(f"SERVO{n}_FUNCTION", 0)) for n in range(1, OUTPUTS + 1)}
+    functions = {n: int(values.get(function_name(n), 0)) for n in range(1, OUTPUTS + 1)}
     if of_script := [n for n, function in functions.items() if function in _SCRIPTS]:
         return (
-            f"SERVO{of_script[0]}_FUNCTION is {functions[of_script[0]]}, an output of scripts: where a script stops it "
-            "keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
+            f"{function_name(of_script[0])} is {functions[of_script[0]]}, an output of scripts: where a script stops "
+            "it keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
         )
     frame = values.get(FRAME, -1.0)
     if frame not in MOTOR_FACTORS or len(MOTOR_FACTORS[int(frame)]) != thrusters:
@@ -79,8 +77,8 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
         for output in (motor, FIRST_OUTPUT + motor - 1):
             if functions[output] != FIRST_MOTOR + motor - 1:
                 return (
-                    f"SERVO{output}_FUNCTION is {functions[output]}, not {FIRST_MOTOR + motor - 1}: wire the thrusters "
-                    f"to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 to "
+                    f"{function_name(output)} is {functions[output]}, not {FIRST_MOTOR + motor - 1}: wire the "
+                    f"thrusters to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 to "
                     f"{thrusters} the functions {FIRST_MOTOR} to {FIRST_MOTOR + thrusters - 1}, and leave the lower "
                     "without a thruster; else a script that stops would not leave the mixer in charge"
                 )

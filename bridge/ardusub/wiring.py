@@ -8,16 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from bridge.ardusub.frames import FRAME, FRAMES
-from bridge.ardusub.settings import direction_name, function_name
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, direction_name, function_name
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
 
 FILES: Final[Mapping[str, str]] = {"vectored": "bluerov2", "vectored_6dof": "bluerov2_heavy"}
 """The vehicle file of a frame."""
-FIRST_MOTOR: Final = 33
 MOTORS: Final = 8
-OUTPUTS: Final = 16
 
 
 @dataclass(frozen=True)
