@@ -78,8 +78,8 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
             if functions[output] != FIRST_MOTOR + motor - 1:
                 return (
                     f"{function_name(output)} is {functions[output]}, not {FIRST_MOTOR + motor - 1}: wire the "
-                    f"thrusters to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 to "
-                    f"{thrusters} the functions {FIRST_MOTOR} to {FIRST_MOTOR + thrusters - 1}, and leave the lower "
+                    f"thrusters to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 "
+                    f"to {thrusters} the functions {FIRST_MOTOR} to {FIRST_MOTOR + thrusters - 1}, and leave the lower "
                     "without a thruster; else a script that stops would not leave the mixer in charge"
                 )
     return ""
