@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, direction_name, function_name
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, function_name
 from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
@@ -26,7 +26,8 @@ from bridge.ardusub.law import (
     REFERENCE_RAD_S,
     STABILIZE,
 )
-from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS, Mixer
+from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS
+from bridge.ardusub.wiring import mixer_of
 from bridge.errors import ConfigError
 from bridge.onboard.store import hull_mark
 from bridge.vehicle import feedforward, shadow
@@ -88,18 +89,14 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
 def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -> Applet:
     """The script for a vehicle behind an autopilot with the parameters `values`.
 
-    Raises ConfigError if the vehicle file's thrusters push otherwise than the autopilot's frame takes them to.
+    Raises ConfigError for a wiring that can't be read, or thrusters that push otherwise than the frame takes them to.
     """
     vehicle = file.vehicle
     shape, folder = vehicle.configurations[configuration], file.path.parent
     curve = thrust_curve(vehicle.thrust_curve, folder)
     if not isinstance(curve, TableCurve | QuadraticCurve):
         raise ConfigError("thrust_curve: an applet knows tables and quadratic curves alone")
-    directions = tuple(
-        -1.0 if values.get(direction_name(number), 1.0) < 0 else 1.0
-        for number in range(1, len(shape.thrusters) + 1)
-    )
-    mixer = Mixer(int(values[FRAME]), directions, shape, curve)
+    mixer = mixer_of(values, shape, curve)
     reach = Allocator(shape, curve).reach()[list(feedforward.FEEDFORWARD_DOFS)]
     gains, veh_cfg = load_gains(shape.gains, GAINS), vehicle.veh_cfg(configuration)
     rows = [row for row in vehicle_table(vehicle) if row.veh_cfg == veh_cfg]
