@@ -91,9 +91,9 @@ def planned(configuration: str) -> FlightPlan:
     return plan_of(load_vehicle(f"{VEHICLE}:{configuration}"), Limits())
 
 
-def plan_of(file: VehicleFile, limits: Limits) -> FlightPlan:
-    """The plan of a vehicle file within limits."""
-    proposal = plan(before_dives(file), limits, PLAN_S).proposal
+def plan_of(file: VehicleFile, limits: Limits, know: Sequence[str] = ()) -> FlightPlan:
+    """The plan of a vehicle file within limits, for the coefficients `know` or for all."""
+    proposal = plan(before_dives(file), limits, PLAN_S, know=know).proposal
     return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
 
 

@@ -445,6 +445,9 @@ def _plan(options: Options) -> None:
     options.positive("--speed", "M_S", "highest speed, m/s; up and down half of it", 0.5)
     options.value("--axes", "AXIS", "surge sway heave yaw (all)", nargs="+", choices=AXES, default=list(AXES))
     options.value(
+        "--know", "NAME", "which parameters it is to tell (default: all of the axes)", nargs="+", default=[]
+    )
+    options.value(
         "--out",
         "FILE",
         "the mission, for simulate and for the crew; an older plan is replaced",

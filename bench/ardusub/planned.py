@@ -4,11 +4,10 @@ well. How well both know the drags then is told too.
 Beside the flight identifications take the time that this computer's processors spend on them.
 """
 
-import math
 import shutil
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,10 +25,11 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from gcs_plugin.dives.folder import ABOUT
 from gcs_plugin.flying.plan import FlightPlan
-from gcs_plugin.flying.run import Outcome, Wanted, Widths
+from gcs_plugin.flying.run import Outcome, Wanted
 from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.limits import Limits
+from identify.planning.propose import DOFS_PLANNED
 from tui.flying import widths_of
 
 BATTERY: Final = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "SIM_BATT_VOLTAGE": 16}
@@ -59,10 +59,10 @@ def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
     configuration = next(iter(file.vehicle.configurations))
     hand = fly(path, folder / "laps", by_sticks, truth, depth_m=LIMITS.deepest_m)
     by_hand = widths_of(hand.recording, str(vehicle), configuration)
-    flown_plan = plan_of(file, WITHIN)
-    widest = as_well(by_hand, [mass.name for mass in MASSES if mass.name in flown_plan.tells])
+    masses = [MASSES[dof].name for dof in DOFS_PLANNED]
+    flown_plan, widest = plan_of(file, WITHIN, masses), as_well(by_hand, masses)
     flights: dict[str, list[dict[str, Any]]] = {WIDEST: [], EACH: []}
-    for way, wanted in ((WIDEST, widest), (EACH, AsEach(widest.names, widest.share, by_hand))):
+    for way, wanted in ((WIDEST, widest), (EACH, replace(widest, each=by_hand))):
         for seed in range(1, FLIGHTS + 1):
             root = folder / f"{way}-{seed}"
             outcome, took_s = flown(path, root, vehicle, truth, flown_plan, wanted, seed)
@@ -80,16 +80,6 @@ def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
         "hand": {name: by_hand[name] for name in flown_plan.tells},
         "flights": flights,
     }
-
-
-@dataclass(frozen=True)
-class AsEach(Wanted):
-    """Each coefficient to be known to a width of its own."""
-
-    of: Widths
-
-    def missing(self, widths: Widths) -> tuple[str, ...]:
-        return tuple(name for name in self.names if not widths.get(name, math.inf) <= self.of[name])
 
 
 def masses_of(

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FRAME
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, function_name
 from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
@@ -26,9 +26,8 @@ from bridge.ardusub.law import (
     REFERENCE_RAD_S,
     STABILIZE,
 )
-from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS, Mixer
-from bridge.ardusub.settings import direction_name
-from bridge.ardusub.wiring import FIRST_MOTOR, OUTPUTS
+from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS
+from bridge.ardusub.wiring import mixer_of
 from bridge.errors import ConfigError
 from bridge.onboard.store import hull_mark
 from bridge.vehicle import feedforward, shadow
@@ -66,11 +65,11 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
     """Why an applet may not run on an autopilot with these parameters, with the way out; "" if it may."""
     if ENABLE not in values:
         return f"its firmware has no {ENABLE}, so it can't run scripts: only the companion is left"
-    functions = {n: int(values.get(f"SERVO{n}_FUNCTION", 0)) for n in range(1, OUTPUTS + 1)}
+    functions = {n: int(values.get(function_name(n), 0)) for n in range(1, OUTPUTS + 1)}
     if of_script := [n for n, function in functions.items() if function in _SCRIPTS]:
         return (
-            f"SERVO{of_script[0]}_FUNCTION is {functions[of_script[0]]}, an output of scripts: where a script stops it "
-            "keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
+            f"{function_name(of_script[0])} is {functions[of_script[0]]}, an output of scripts: where a script stops "
+            "it keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
         )
     frame = values.get(FRAME, -1.0)
     if frame not in MOTOR_FACTORS or len(MOTOR_FACTORS[int(frame)]) != thrusters:
@@ -79,9 +78,9 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
         for output in (motor, FIRST_OUTPUT + motor - 1):
             if functions[output] != FIRST_MOTOR + motor - 1:
                 return (
-                    f"SERVO{output}_FUNCTION is {functions[output]}, not {FIRST_MOTOR + motor - 1}: wire the thrusters "
-                    f"to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 to "
-                    f"{thrusters} the functions {FIRST_MOTOR} to {FIRST_MOTOR + thrusters - 1}, and leave the lower "
+                    f"{function_name(output)} is {functions[output]}, not {FIRST_MOTOR + motor - 1}: wire the "
+                    f"thrusters to outputs {FIRST_OUTPUT} to {FIRST_OUTPUT + thrusters - 1}, give these and outputs 1 "
+                    f"to {thrusters} the functions {FIRST_MOTOR} to {FIRST_MOTOR + thrusters - 1}, and leave the lower "
                     "without a thruster; else a script that stops would not leave the mixer in charge"
                 )
     return ""
@@ -90,18 +89,14 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
 def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -> Applet:
     """The script for a vehicle behind an autopilot with the parameters `values`.
 
-    Raises ConfigError if the vehicle file's thrusters push otherwise than the autopilot's frame takes them to.
+    Raises ConfigError for a wiring that can't be read, or thrusters that push otherwise than the frame takes them to.
     """
     vehicle = file.vehicle
     shape, folder = vehicle.configurations[configuration], file.path.parent
     curve = thrust_curve(vehicle.thrust_curve, folder)
     if not isinstance(curve, TableCurve | QuadraticCurve):
         raise ConfigError("thrust_curve: an applet knows tables and quadratic curves alone")
-    directions = tuple(
-        -1.0 if values.get(direction_name(number), 1.0) < 0 else 1.0
-        for number in range(1, len(shape.thrusters) + 1)
-    )
-    mixer = Mixer(int(values[FRAME]), directions, shape, curve)
+    mixer = mixer_of(values, shape, curve)
     reach = Allocator(shape, curve).reach()[list(feedforward.FEEDFORWARD_DOFS)]
     gains, veh_cfg = load_gains(shape.gains, GAINS), vehicle.veh_cfg(configuration)
     rows = [row for row in vehicle_table(vehicle) if row.veh_cfg == veh_cfg]

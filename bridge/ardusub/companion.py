@@ -16,15 +16,13 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.dvl import VisionDeltas
-from bridge.ardusub.frames import FRAME, FRAMES
 from bridge.ardusub.handover import Handover, Holder
 from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
 from bridge.ardusub.law import MANUAL, StickLaw
-from bridge.ardusub.mixing import Mixer
 from bridge.ardusub.rates import Rates
 from bridge.ardusub.settings import Settings
 from bridge.ardusub.steering import TICK_S, Steering
-from bridge.ardusub.wiring import wiring
+from bridge.ardusub.wiring import mixer_of
 from bridge.arrays import NAN3
 from bridge.attitude import quaternion_of_angles
 from bridge.errors import ConfigError
@@ -262,19 +260,11 @@ class Companion:
         """Make the law once the autopilot's frame is known."""
         if self.settings.obstacle:
             return
-        vehicle, values = self._file.vehicle, self.settings.values
-        shape, folder = vehicle.configurations[self._configuration], self._file.path.parent
-        number, count = int(values[FRAME]), len(shape.thrusters)
+        vehicle, folder = self._file.vehicle, self._file.path.parent
+        shape = vehicle.configurations[self._configuration]
+        read = {name: value for name, value in self.settings.values.items() if math.isfinite(value)}
         try:
-            read = {name: value for name, value in values.items() if math.isfinite(value)}
-            wired = wiring(read, {FRAMES[number]: count})
-            mixer = Mixer(
-                number,
-                [-1.0 if motor in wired.reversed else 1.0 for motor in range(1, count + 1)],
-                shape,
-                thrust_curve(vehicle.thrust_curve, folder),
-                wired.motors,
-            )
+            mixer = mixer_of(read, shape, thrust_curve(vehicle.thrust_curve, folder))
         except ConfigError as error:
             self._thrusters_fault = str(error)
             return

@@ -1,4 +1,5 @@
-"""ArduSub's frames, as FRAME_CONFIG numbers them (ArduSub 4.5, libraries/AP_Motors/AP_Motors6DOF.h)."""
+"""ArduSub's frames, as FRAME_CONFIG numbers them, and the parameters of its outputs and motors, both numbered from 1
+(ArduSub 4.5, libraries/AP_Motors/AP_Motors6DOF.h, libraries/SRV_Channel)."""
 
 import math
 from typing import Final
@@ -11,6 +12,19 @@ FRAMES: Final = (
 """Names of the frames by FRAME_CONFIG."""
 FRAME_MOTORS: Final = (6, 6, 8, 8, 3, 4, 5, 0)
 """Number of motors of each of FRAMES; 0 for any."""
+FIRST_MOTOR: Final = 33
+"""The function of an output that drives motor 1."""
+OUTPUTS: Final = 16
+
+
+def function_name(output: int) -> str:
+    """Name of the parameter of what an output drives."""
+    return f"SERVO{output}_FUNCTION"
+
+
+def direction_name(motor: int) -> str:
+    """Name of the parameter that turns a motor round."""
+    return f"MOT_{motor}_DIRECTION"
 
 
 def motors_of(frame_config: float) -> int:

@@ -21,7 +21,6 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.ardusub.settings import PILOT
 from bridge.files import read_small, to_disk, whole
 
-NAME: Final = PILOT
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3
 """Between the last write and the read that proves it: an echo on its way must not pass for the answer."""
@@ -68,9 +67,9 @@ class Handover:
     def obstacle(self) -> str:
         """Why the sticks can't be taken now, "" if they can."""
         if self.fault or math.isnan(self.value):
-            return self.fault or f"{NAME} is not read yet"
+            return self.fault or f"{PILOT} is not read yet"
         foreign = self.holder is Holder.FREE and self.value != self._ground
-        return f"{NAME} is {self.value:g}, the pilot's system {self._ground}" if foreign else ""
+        return f"{PILOT} is {self.value:g}, the pilot's system {self._ground}" if foreign else ""
 
     @property
     def is_back(self) -> bool:
@@ -95,15 +94,15 @@ class Handover:
 
     def on_value(self, name: str, value: float, now_s: float) -> None:
         """A PARAM_VALUE of the autopilot's own component arrived."""
-        if name != NAME:
+        if name != PILOT:
             return
         asked = self._read_s > self._wrote_s
         self.value = value
         if self.holder is Holder.HELD and value != self._system:
             self._barred, self.holder = True, Holder.FREE
-            self.fault = f"{NAME} became {value:g}: another program took the sticks"
+            self.fault = f"{PILOT} became {value:g}: another program took the sticks"
             self.said.append(
-                f"sticks lost: {NAME} set to {value:g} by another program: end it, then FF_MODE 0 and on again"
+                f"sticks lost: {PILOT} set to {value:g} by another program: end it, then FF_MODE 0 and on again"
             )
         elif self.holder is Holder.TAKING and value == self._system and asked:
             self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
@@ -111,19 +110,19 @@ class Handover:
         elif self.holder is Holder.LEAVING and value == self._before and asked:
             self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
             self._forget()
-            self.said.append(f"sticks given back: {NAME} {value:g}")
+            self.said.append(f"sticks given back: {PILOT} {value:g}")
 
     def _take(self, now_s: float) -> None:
         if self.obstacle:
             self.fault = self.obstacle
-            self.said.append(f"sticks not taken: {NAME} is {self.value:g}")
+            self.said.append(f"sticks not taken: {PILOT} is {self.value:g}")
             self._barred = True
             return
         self._before = self.value
         try:
             self._remember()
         except OSError as error:
-            self.fault = f"the value of {NAME} can't be kept: {error}"
+            self.fault = f"the value of {PILOT} can't be kept: {error}"
             self.said.append("sticks not taken: disk can't be written")
             self._barred = True
             return
@@ -133,7 +132,7 @@ class Handover:
         """At the start alone: later, a 1 is another program's word."""
         self.starting = False
         if self.value == self._system:
-            self.said.append(f"{NAME} was left at {self._system}: putting it back")
+            self.said.append(f"{PILOT} was left at {self._system}: putting it back")
             self._begin(Holder.LEAVING, now_s)
         else:
             self._forget()
@@ -146,15 +145,15 @@ class Handover:
         if self.holder in (Holder.FREE, Holder.HELD):
             return self._read(now_s, CHECK_EVERY_S)
         if now_s >= self._deadline_s and self.holder is Holder.TAKING:
-            self.fault, self._barred = f"the autopilot does not answer for {NAME}", True
-            self.said.append(f"sticks not taken: no answer for {NAME}")
+            self.fault, self._barred = f"the autopilot does not answer for {PILOT}", True
+            self.said.append(f"sticks not taken: no answer for {PILOT}")
             self._begin(Holder.LEAVING, now_s)
         if now_s < self._due_s:
             return []
         if self._read_s >= self._wrote_s:
             value = float(self._system) if self.holder is Holder.TAKING else self._before
             self._wrote_s, self._due_s = now_s, now_s + QUIET_S
-            name = NAME.encode()
+            name = PILOT.encode()
             return [
                 dialect.MAVLink_param_set_message(*self._target, name, value, dialect.MAV_PARAM_TYPE_INT16)
             ]
@@ -168,7 +167,7 @@ class Handover:
         return [self._question()]
 
     def _question(self) -> Any:
-        return dialect.MAVLink_param_request_read_message(*self._target, NAME.encode(), -1)
+        return dialect.MAVLink_param_request_read_message(*self._target, PILOT.encode(), -1)
 
     def _remembered(self) -> float:
         """The value before that a companion which died has left, else the ground's."""

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.ardusub.frames import FRAME
+from bridge.ardusub.frames import FRAME, direction_name, function_name
 from bridge.ardusub.mixing import MOTOR_FACTORS
 
 AGAIN_S: Final = 0.6
@@ -25,16 +25,6 @@ DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 """Settings with which ArduSub takes VISION_POSITION_DELTA for velocity (measured, 4.5.7)."""
 RECORDED: Final = ("INS_GYRO_FILTER", "INS_ACCEL_FILTER")
 """Read for the recording alone: how late the autopilot's rates of turn and accelerations are."""
-
-
-def function_name(output: int) -> str:
-    """Name of the parameter of the motor that an output drives."""
-    return f"SERVO{output}_FUNCTION"
-
-
-def direction_name(number: int) -> str:
-    """Name of the parameter that reverses an output; thrusters are numbered from 1."""
-    return f"MOT_{number}_DIRECTION"
 
 
 class Questions:

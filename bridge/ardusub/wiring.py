@@ -8,16 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from bridge.ardusub.frames import FRAME, FRAMES
-from bridge.ardusub.settings import direction_name, function_name
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, direction_name, function_name
+from bridge.ardusub.mixing import Mixer
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
+from bridge.vehicle.thrusters import Curve
 
 FILES: Final[Mapping[str, str]] = {"vectored": "bluerov2", "vectored_6dof": "bluerov2_heavy"}
 """The vehicle file of a frame."""
-FIRST_MOTOR: Final = 33
 MOTORS: Final = 8
-OUTPUTS: Final = 16
 
 
 @dataclass(frozen=True)
@@ -92,3 +91,14 @@ def wiring(values: Mapping[str, float], thrusters: Mapping[str, int]) -> Wiring:
     motors = tuple(motor for _, motor in order)
     turned = tuple(motor for motor in range(1, count + 1) if values.get(direction_name(motor), 1.0) < 0)
     return Wiring(frame, motors, turned)
+
+
+def mixer_of(values: Mapping[str, float], shape: Configuration, curve: Curve) -> Mixer:
+    """The mixer of an autopilot with these parameters, its FRAME_CONFIG among them, for a vehicle file's thrusters.
+
+    Raises ConfigError for a wiring that can't be read, or thrusters that push otherwise than the frame takes them to.
+    """
+    number, count = int(values[FRAME]), len(shape.thrusters)
+    wired = wiring(values, {FRAMES[number]: count})
+    directions = [-1.0 if motor in wired.reversed else 1.0 for motor in range(1, count + 1)]
+    return Mixer(number, directions, shape, curve, wired.motors)

@@ -14,7 +14,7 @@ from bridge.vehicle.legs import DEPTH_M, Leg
 
 REST: Final = "rest"
 FIRST_S, PIECE_S = 8.0, 16.0
-"""Lengths of the pieces that a wave is cut into: a short one first, for masses are soon known."""
+"""Lengths of the pieces that a wave is cut into: two short ones first, for masses are soon known."""
 _DRIVEN: Final = {
     0: ("surge_m_s", "push_surge_n"),
     1: ("sway_m_s", "push_sway_n"),
@@ -108,7 +108,7 @@ def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) 
 
 
 def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
-    """Cut a square wave into waves of some PIECE_S each, after one of FIRST_S; any other manoeuvre stays whole."""
+    """Cut a square wave into waves of some PIECE_S each, after two of FIRST_S; any other manoeuvre stays whole."""
     if len(legs) != 3:
         return [tuple(legs)]
     first, halves, last = legs
@@ -117,7 +117,8 @@ def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
         return [tuple(legs)]
     cycles, cycle_s = (halves.alternate + 1) // 2, 2 * halves.duration_s
     begin = min(cycles, max(1, round(FIRST_S / cycle_s)))
-    left = cycles - begin
+    again = min(cycles - begin, begin)
+    left = cycles - begin - again
     goes = min(left, max(1, round(left * cycle_s / PIECE_S)))
-    sizes = [begin, *(left // goes + (go < left % goes) for go in range(goes))]
+    sizes = [begin, *filter(None, [again]), *(left // goes + (go < left % goes) for go in range(goes))]
     return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]

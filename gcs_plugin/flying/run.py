@@ -33,14 +33,21 @@ class Identifying(Protocol):
 
 @dataclass(frozen=True)
 class Wanted:
-    """The coefficients to be known, each to `share` of its value (half of the 95 % interval, given the thrust)."""
+    """The coefficients to be known, each to `share` of its value (half of the 95 % interval, given the thrust), or to
+    that of `each`."""
 
     names: tuple[str, ...]
     share: float
+    each: Widths = field(default_factory=dict)
 
-    def missing(self, widths: Widths) -> tuple[str, ...]:
-        """Those that are not known to the width asked for."""
-        return tuple(name for name in self.names if not widths.get(name, math.inf) <= self.share)
+    def width(self, name: str) -> float:
+        """The width to which a coefficient is to be known."""
+        return self.each.get(name, self.share)
+
+    def missing(self, widths: Widths) -> dict[str, float]:
+        """Those that are not known to the width asked for: how many times as wide each is, inf where unknown."""
+        times = {name: widths.get(name, math.inf) / self.width(name) for name in self.names}
+        return {name: wide for name, wide in times.items() if not wide <= 1.0}
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,6 @@ class PlanFlight:
         self._follow, self._progress = follow, Progress(0.0, "", {})
         self._left = list(plan.pieces)
         self._flown: Piece | None = None
-        self._told_of: set[str] = set()
         self._unasked = self._finishing = self._keyed = self._disarming = self._landed = False
         self._begun_s = self._took_off_s = crew.clock.boot_s()
         self._was: tuple[State, str] = (State.IDLE, "")
@@ -171,12 +177,13 @@ class PlanFlight:
                 self._finish("all that was asked for is known; it goes back")
 
     def _next(self) -> None:
-        """Fly the next piece that tells a missing coefficient, or go back where none is left."""
+        """Fly the first piece that tells the widest of the missing coefficients, or go back where none is left."""
         self._piece_over()
         self._ask()
-        missing = set(self._wanted.missing(self.outcome.widths))
-        piece = next((piece for piece in self._left if missing & set(piece.tells)), None)
-        if piece is not None:
+        missing = self._wanted.missing(self.outcome.widths)
+        telling = [piece for piece in self._left if missing.keys() & {*piece.tells}]
+        if telling:
+            piece = max(telling, key=lambda piece: max(missing.get(name, 0.0) for name in piece.tells))
             self._left.remove(piece)
             self._flown = piece
             self._tell(f"flies {piece.name}")
@@ -187,7 +194,6 @@ class PlanFlight:
     def _piece_over(self) -> None:
         """Count the piece that was flown, and identify at once, while the vehicle goes back to its station."""
         if self._flown is not None:
-            self._told_of |= set(self._flown.tells)
             self.outcome.pieces += 1
             self.outcome.flown_s += self._flown.duration_s
             self._flown, self._unasked = None, True
@@ -195,7 +201,7 @@ class PlanFlight:
 
     def _ask(self) -> None:
         """Identify the recording so far, where that is worth it."""
-        if self._unasked and not self._identifying.busy and set(self._wanted.names) <= self._told_of:
+        if self._unasked and not self._identifying.busy:
             self._identifying.ask()
             self._unasked = False
 
@@ -250,7 +256,7 @@ TURNS: Final = {State.COUNTDOWN, State.RETURNING, State.HOLDING}
 def told(widths: Widths, wanted: Wanted) -> str:
     """The live intervals in a line, each with its mark where it is known as asked."""
     shown = (
-        f"{name} ± {100 * widths[name]:.2g} %{'' if widths[name] <= wanted.share else ' (not yet)'}"
+        f"{name} ± {100 * widths[name]:.2g} %{'' if widths[name] <= wanted.width(name) else ' (not yet)'}"
         if math.isfinite(widths.get(name, math.inf))
         else f"{name} unknown"
         for name in wanted.names

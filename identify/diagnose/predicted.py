@@ -13,7 +13,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.effects.course import Course, lagged
+from identify.effects.course import Course, lagged, world_axes
 from identify.estimators.axes import Axis
 from identify.estimators.lateness import FilteredForce
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -126,7 +126,7 @@ def course_of(
         euler,
         reading_ahead(depth, time_s, at.nu[:, HEAVE], dive.breaks_s),
         reading_ahead(altitude, time_s, -at.nu[:, HEAVE], dive.breaks_s),
-        _position(Motion(time_s, at.nu), euler, dive.breaks_s),
+        position(Motion(time_s, at.nu), euler, dive.breaks_s),
         _mean_ahead(asked, time_s),
         np.full((len(time_s), count), np.nan)
         if by_wrench or dive.rpm is None
@@ -226,10 +226,12 @@ def _since(start_s: Array, time_s: Array, rate: Array) -> Array:
     return np.asarray((total - begun) * (start_s < time_s)[:, None])
 
 
-def _position(motion: Motion, euler: Array, breaks_s: Array) -> Array:
-    """North and east (n, 2) by dead reckoning from the beginning of each run."""
-    u, v = motion.nu[:, 0], motion.nu[:, 1]
-    cos, sin = np.cos(euler[:, 2]), np.sin(euler[:, 2])
-    way = np.column_stack([motion.integral(u * cos - v * sin), motion.integral(u * sin + v * cos)])
+def position(motion: Motion, euler: Array, breaks_s: Array) -> Array:
+    """North and east (n, 2) by dead reckoning from the beginning of each run.
+
+    Heave takes a tilted hull along: one that pitches as it is driven up and down went 0.1 m so.
+    """
+    level = world_axes(euler)[:2]
+    way = np.column_stack([motion.integral((axis * motion.nu[:, :3]).sum(axis=1)) for axis in level])
     runs = np.split(way, np.searchsorted(motion.time_s, breaks_s))
     return np.vstack([run - run[:1] for run in runs])

@@ -147,17 +147,23 @@ class Course:
 
     @cached_property
     def world(self) -> tuple[Array, Array, Array]:
-        """The unit vectors north, east and down in body axes, each (n, 3) (Fossen 2011, eq. 2.18)."""
-        (sin_r, sin_p, sin_h), (cos_r, cos_p, cos_h) = np.sin(self.euler).T, np.cos(self.euler).T
-        north = [cos_p * cos_h, sin_r * sin_p * cos_h - cos_r * sin_h, cos_r * sin_p * cos_h + sin_r * sin_h]
-        east = [cos_p * sin_h, sin_r * sin_p * sin_h + cos_r * cos_h, cos_r * sin_p * sin_h - sin_r * cos_h]
-        down = [-sin_p, sin_r * cos_p, cos_r * cos_p]
-        return np.stack(north).T, np.stack(east).T, np.stack(down).T
+        """The unit vectors north, east and down in body axes, each (n, 3)."""
+        return world_axes(self.euler)
 
     def in_body(self, north: float | Array, east: float | Array) -> Array:
         """Convert a level earth-fixed vector to body axes, (n, 3); north, east: scalars, or (n,)."""
         to_north, to_east, _ = self.world
         return np.asarray(np.multiply(to_north.T, north).T + np.multiply(to_east.T, east).T)
+
+
+def world_axes(euler: Array) -> tuple[Array, Array, Array]:
+    """The unit vectors north, east and down in body axes, each (n, 3), at roll, pitch and heading (n, 3) (Fossen 2011,
+    eq. 2.18)."""
+    (sin_r, sin_p, sin_h), (cos_r, cos_p, cos_h) = np.sin(euler).T, np.cos(euler).T
+    north = [cos_p * cos_h, sin_r * sin_p * cos_h - cos_r * sin_h, cos_r * sin_p * cos_h + sin_r * sin_h]
+    east = [cos_p * sin_h, sin_r * sin_p * sin_h + cos_r * cos_h, cos_r * sin_p * sin_h - sin_r * cos_h]
+    down = [-sin_p, sin_r * cos_p, cos_r * cos_p]
+    return np.stack(north).T, np.stack(east).T, np.stack(down).T
 
 
 def runs_at(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> tuple[slice, ...]:

@@ -46,7 +46,8 @@ NOTHING = 10.0
 """Relative standard deviation from which a coefficient counts as unknown."""
 
 FITS = 1.02
-TRIES = 6
+TRIES, NEAR = 10, 1.1
+"""Trials of a family at most, and how near to the greatest strength is near enough."""
 LAP_SHARE = 0.8
 
 ENDLESS = 1_000_000
@@ -115,10 +116,13 @@ def propose(
     seconds: float,
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Progress = lambda *_: None,
+    know: Sequence[str] = (),
 ) -> Proposal:
-    """Choose the manoeuvres for `seconds` in total, rests included.
+    """Choose the manoeuvres for `seconds` in total, rests included, that narrow the coefficients `know`, or all of the
+    axes.
 
-    Raises FitError if the thrusters drive none of the axes, or if no manoeuvre fits into the limits or the time.
+    Raises FitError if the thrusters drive none of the axes, or not that of a coefficient of `know`, or if no manoeuvre
+    fits into the limits or the time.
     """
     file, knowledge = tank.file, tank.knowledge
     able = drivable(tank, dofs)
@@ -127,6 +131,11 @@ def propose(
             f"{file.path}: the thrusters of '{tank.configuration_name}' push along none of "
             f"{', '.join(DOFS[dof] for dof in dofs)}; name other axes, or mend the vehicle file"
         )
+    telling = [group[dof].name for dof in able for group in (MASSES, DAMPINGS)]
+    if untold := [name for name in know if name not in telling]:
+        raise FitError(
+            f"{file.path}: no plan tells {', '.join(untold)}; along the axes planned it tells {', '.join(telling)}"
+        )
     families = _families(tank, able, limits)
     candidates = []
     for i, family in enumerate(families):
@@ -134,7 +143,7 @@ def propose(
         candidate = _within(family, tank, limits, able)
         if candidate is not None:
             candidates.append(candidate)
-    chosen = _choose(candidates, knowledge, able, seconds)
+    chosen = _choose(candidates, knowledge, know or telling, seconds)
     if not chosen:
         shortest = min((c.duration_s + 2 * REST_S for c in candidates), default=np.nan)
         why = (
@@ -223,7 +232,10 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
 
 
 def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -> _Candidate | None:
-    """The family at the greatest strength that the limits allow; None if they allow none."""
+    """The family at nearly the greatest strength that the limits allow; None if they allow none.
+
+    Far too strong a wave tumbles the hull: by its speeds in proportion the next would be far too weak.
+    """
     knowledge = tank.knowledge
     drift_m = _drift(family.drives, family.period_s, knowledge)
     block_m = _drift(family.drives, family.cycles * family.period_s, knowledge)
@@ -231,18 +243,27 @@ def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -
     room_m = limits.space_m - max(block_m, min(reserve_m, RESERVE_SHARE * limits.space_m))
     if room_m <= 0:
         return None
-    scale = 1.0
+    scale, too_strong, best = 1.0, math.inf, None
     for _ in range(TRIES):
         manoeuvre = family.at(scale, family.cycles)
         trial = tank.dive(manoeuvre.legs())
         over = max(trial.over(limits) / FITS, trial.across_m / room_m, trial.depth_m / limits.heave_m)
+        by_ratio = scale * 0.99 / over
         if over <= 1:
-            spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
-            most = max(family.cycles, int(min(spare**2, ENDLESS)))
-            information = of_motion(TICK_S, trial.nu, knowledge, dofs)
-            return _Candidate(family, scale, information, manoeuvre.duration_s, most)
-        scale *= 0.99 / over
-    return None
+            best = scale, manoeuvre, trial
+            scale = min(by_ratio, (scale + too_strong) / 2, 1.0)
+        else:
+            too_strong = scale
+            scale = by_ratio if best is None else (best[0] + scale) / 2
+        if best is not None and scale < NEAR * best[0]:
+            break
+    if best is None:
+        return None
+    scale, manoeuvre, trial = best
+    spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
+    most = max(family.cycles, int(min(spare**2, ENDLESS)))
+    information = of_motion(TICK_S, trial.nu, knowledge, dofs)
+    return _Candidate(family, scale, information, manoeuvre.duration_s, most)
 
 
 def _parts(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> list[Part]:
@@ -268,11 +289,11 @@ def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> Par
 
 
 def _choose(
-    candidates: Sequence[_Candidate], knowledge: Knowledge, dofs: tuple[int, ...], seconds: float
+    candidates: Sequence[_Candidate], knowledge: Knowledge, know: Sequence[str], seconds: float
 ) -> list[tuple[_Candidate, int]]:
     """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the remaining time."""
     precision = knowledge.precision + np.eye(len(NAMES)) / WIDEST**2
-    wanted = [NAMES.index(group[dof].name) for dof in dofs for group in (MASSES, DAMPINGS)]
+    wanted = [NAMES.index(name) for name in know]
     cycles = [0] * len(candidates)
     left_s = seconds - REST_S
 

@@ -8,9 +8,9 @@ from typing import Any, Final, Literal
 import numpy as np
 import yaml
 
-from bridge.ardusub.frames import FRAME
-from bridge.ardusub.settings import FAILSAFE, PILOT_FAILSAFE, WARNS_ALONE, direction_name
-from bridge.ardusub.wiring import FILES, FIRST_MOTOR, Wiring, wiring
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, direction_name, function_name
+from bridge.ardusub.settings import FAILSAFE, PILOT_FAILSAFE, WARNS_ALONE
+from bridge.ardusub.wiring import FILES, Wiring, wiring
 from bridge.errors import LogError, SeatrialError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
@@ -205,6 +205,6 @@ def _sentence(wrong: Miswired, wired: Wiring) -> str:
     outputs = " and ".join(str(place) for place in wrong.swapped)
     return (
         f"Motors {first} and {second} are swapped ({wrong.agreement}): swap their plugs on outputs {outputs}, or "
-        f"SERVO{wrong.swapped[0]}_FUNCTION {FIRST_MOTOR + second - 1} and SERVO{wrong.swapped[1]}_FUNCTION "
+        f"{function_name(wrong.swapped[0])} {FIRST_MOTOR + second - 1} and {function_name(wrong.swapped[1])} "
         f"{FIRST_MOTOR + first - 1}."
     )

@@ -41,9 +41,11 @@ def plan(
     seconds: float,
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Steps = ignore_step,
+    know: Sequence[str] = (),
 ) -> Planned:
-    """Propose the manoeuvres for `seconds` in total. Raises FitError if none fits."""
-    return Planned(tank, limits, propose(tank, limits, seconds, dofs, _steps(progress)))
+    """Propose the manoeuvres for `seconds` in total, for the coefficients `know` or for all. Raises FitError if none
+    fits."""
+    return Planned(tank, limits, propose(tank, limits, seconds, dofs, _steps(progress), know))
 
 
 def before_dives(file: VehicleFile) -> Tank:

@@ -10,6 +10,7 @@ from fakes.firmware import RealTime
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Pilot, arm, ready
 
+from bench.ardusub.firmware import SETTINGS
 from bridge.ardusub.applet import applet
 from bridge.ardusub.dvl import VisionDeltas
 from bridge.ardusub.law import StickLaw
@@ -118,7 +119,7 @@ def launched(folder, script=None, speedup=PACE, **settings):
 
 
 def made():
-    return applet(FILE, "standard", {"FRAME_CONFIG": 1.0, "SCR_ENABLE": 1.0}).text
+    return applet(FILE, "standard", {**SETTINGS, "SCR_ENABLE": 1.0}).text
 
 
 def afloat(firmware, flight_mode, mode=None):

@@ -17,7 +17,7 @@ from identify.diagnose.evidence import (
 )
 from identify.diagnose.innovations import autoregression_of, mean_before, value_before
 from identify.diagnose.nominal import thinned
-from identify.diagnose.predicted import Predicted, euler_ahead, predicted, reading_ahead
+from identify.diagnose.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
 from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Dive, Signal
@@ -184,6 +184,15 @@ def test_the_noise_of_frequent_tilts_is_averaged_and_the_predicted_turn_is_not()
     apart = euler_ahead(attitude, Predicted(time_s, nu, np.zeros_like(nu)), np.array([30.0]))[:, 1]
     np.testing.assert_allclose(apart[time_s < 29.9], (off + 0.3 * np.sin(time_s))[time_s < 29.9], atol=1e-9)
     assert np.abs(apart - off - 0.3 * np.sin(time_s)).max() > 1e-4
+
+
+def test_a_place_is_reckoned_with_the_tilt_at_which_the_hull_heaves():
+    """Pitched nose up, it sinks along its own axis, and so goes ahead; in each run anew."""
+    time_s = np.arange(0.0, 4.0, 0.02)
+    motion = Motion(time_s, np.tile([0.3, 0.0, 0.2, 0.0, 0.0, 0.0], (len(time_s), 1)))
+    gone = position(motion, np.tile([0.0, 0.1, 2.0], (len(time_s), 1)), np.array([1.99]))
+    ahead = (0.3 * np.cos(0.1) + 0.2 * np.sin(0.1)) * np.where(time_s < 1.99, time_s, time_s - 2.0)
+    np.testing.assert_allclose(gone, np.outer(ahead, [np.cos(2.0), np.sin(2.0)]), atol=1e-9)
 
 
 def test_a_depth_between_two_readings_is_the_first_and_the_predicted_way_down_since():

@@ -54,9 +54,9 @@ LIMIT_FILE = (
 )
 
 
-def test_a_wave_is_cut_into_waves_of_the_same_kind_and_length_in_all_a_short_one_first():
+def test_a_wave_is_cut_into_waves_of_the_same_kind_and_length_in_all_two_short_ones_first():
     pieces = cut(QUICK)
-    assert [piece[1].alternate for piece in pieces] == [3, 5, 5]
+    assert [piece[1].alternate for piece in pieces] == [3, 3, 7]
     assert all(piece[0] == QUICK[0] == piece[2] for piece in pieces)
     assert sum(leg.duration_s * leg.alternate for piece in pieces for leg in piece) == 32.0
 
@@ -80,7 +80,7 @@ def test_a_plan_is_parted_at_its_rests_and_its_manoeuvres_take_turns(tmp_path):
     path.write_text(PLAN)
     plan = load_plan(path)
     assert [piece.name for piece in plan.pieces] == [
-        "1. surge, 8 s", "2. surge, 8 s", "1. surge, 12 s", "1. surge, 12 s",
+        "1. surge, 8 s", "2. surge, 8 s", "1. surge, 8 s", "1. surge, 16 s",
     ]  # fmt: skip
     assert plan.depth_m == 1.5
     assert plan.tells == ("M_u", "D_u")
@@ -150,7 +150,7 @@ class Water:
 
 def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_path):
     known = dict.fromkeys(("M_u", "I_r", "D_u", "D_r"), 0.01)
-    water = Water(tmp_path, known, plan=flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])).fly()
+    water = Water(tmp_path, {}, known, plan=flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])).fly()
     outcome = water.flight.outcome
     assert (outcome.end, outcome.all_known, outcome.pieces) == (End.FINISHED, True, 2)
     assert water.state is State.IDLE
@@ -161,7 +161,14 @@ def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_pat
 
 def test_what_was_flown_is_identified_while_the_vehicle_goes_back_to_its_station(tmp_path):
     water = Water(tmp_path, {}).fly(lambda water: water.identifying.asked)
-    assert (water.state, water.flight.outcome.pieces) == (State.GOING, 2)
+    assert (water.state, water.flight.outcome.pieces) == (State.GOING, 1)
+
+
+def test_the_piece_that_tells_the_widest_is_flown_next(tmp_path):
+    wide = {"M_u": 0.1, "D_u": 0.01, "I_r": 0.2, "D_r": 0.01}
+    plan = flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, QUICK[:1] * 2, YAW])
+    water = Water(tmp_path, wide, wide, wide | {"I_r": 0.05}, plan=plan).fly()
+    assert [word.split(". ")[1].split(",")[0] for word in water.flown] == ["surge", "yaw", "yaw", "surge"]
 
 
 def test_only_pieces_that_tell_what_is_not_known_yet_are_flown(tmp_path):
@@ -257,7 +264,7 @@ def test_without_armed_nothing_is_sent_and_the_plan_is_shown(capsys, monkeypatch
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
     assert cli.main(command()) == 0
     shown = capsys.readouterr().out
-    assert "1. surge, 12 s" in shown
+    assert "1. surge, 16 s" in shown
     assert "nothing was sent: --armed arms the vehicle" in shown
     assert "deepest_m" in shown
 

@@ -28,7 +28,7 @@ from identify.planning.knowledge import (
     before_any_dive,
     of_axis,
 )
-from identify.planning.limits import Limits, Tank
+from identify.planning.limits import Limits, Tank, Trial
 from identify.planning.manoeuvres import Drive, coast_down, laps, square, sweep
 from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
 from identify.planning.writing import DOUBT, instruction, mission_text, needs, notes, pulses
@@ -69,6 +69,21 @@ def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
     assert result.duration_s <= 150.0
     assert result.trial.over(limits) <= 1.05
     assert result.trial.thrust_share <= 0.52
+
+
+class Tumbling(Tank):
+    """Vehicle A, were it to tumble at a push of more than 3 N, and in laps."""
+
+    def dive(self, legs: list[Leg]) -> Trial:
+        trial = super().dive(legs)
+        tumbles = any(abs(leg.push_surge_n or 0.0) > 3.0 or leg.surge_m_s for leg in legs)
+        return replace(trial, nu=50 * trial.nu) if tumbles else trial
+
+
+def test_a_push_at_which_the_hull_tumbles_leaves_one_just_below_it() -> None:
+    (part,) = propose(Tumbling(FILE, "hovering", KNOWN), Limits(), 60.0, [SURGE]).parts
+    assert part.manoeuvre.kind == "square wave"
+    assert 2.4 < part.manoeuvre.amplitudes[0] <= 3.0
 
 
 @pytest.mark.soak
@@ -122,6 +137,15 @@ def test_what_is_known_least_is_aimed_at() -> None:
     sharp = known_to({"M_u": 1e-4, "D_u": 1e-4, "M_v": 1e-4, "D_v": 1e-4})
     result = propose(Tank(FILE, "hovering", sharp), Limits(), 90.0, [SURGE, YAW])
     assert {dof for part in result.parts for dof in part.manoeuvre.dofs} == {YAW}
+
+
+def test_what_is_asked_for_alone_is_aimed_at() -> None:
+    result = propose(TANK, Limits(), 90.0, [SURGE, YAW], know=["I_r"])
+    assert {dof for part in result.parts for dof in part.manoeuvre.dofs} == {YAW}
+    with pytest.raises(
+        FitError, match=r"no plan tells M_w; along the axes planned it tells M_u, D_u, I_r, D_r"
+    ):
+        propose(TANK, Limits(), 90.0, [SURGE, YAW], know=["M_w", "I_r"])
 
 
 def test_too_little_time_is_said_with_what_it_would_take() -> None:

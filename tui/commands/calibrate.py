@@ -42,9 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
     root.mkdir(parents=True, exist_ok=True)
     plan = root / "calibrate-plan.yaml"
     within = [word for pair in plan_limits(limits).items() for word in pair]
-    minutes = ("--minutes", f"{arguments.minutes:g}")
+    asked = ("--minutes", f"{arguments.minutes:g}", *(("--know", *arguments.know) if arguments.know else ()))
     foretold = plan.with_suffix(".json")
-    code = step("plan", "--vehicle", vehicle, *minutes, *within, "--out", str(plan), "--json", str(foretold))
+    code = step("plan", "--vehicle", vehicle, *asked, *within, "--out", str(plan), "--json", str(foretold))
     if code != exit_codes.DONE:
         return code
     flight_plan = load_plan(plan)
