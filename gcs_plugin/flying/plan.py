@@ -52,8 +52,13 @@ class Piece:
         )
 
     @property
+    def title(self) -> str:
+        """The manoeuvre that it is a piece of."""
+        return f"{self.manoeuvre}. {' and '.join(DOFS[dof] for dof in self.dofs)}"
+
+    @property
     def name(self) -> str:
-        return f"{self.manoeuvre}. {' and '.join(DOFS[dof] for dof in self.dofs)}, {self.duration_s:g} s"
+        return f"{self.title}, {self.duration_s:g} s"
 
     @property
     def tells(self) -> tuple[str, ...]:

@@ -465,6 +465,18 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     assert json.loads((files / "out.json").read_text())["steps"] == {"identify": 0, "params": 1}
 
 
+def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkeypatch):
+    on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    foretell(files)
+    steps = []
+    monkeypatch.setattr(calibrate, "step", lambda name, *_: steps.append(name) or 0)
+    words = (
+        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
+    )
+    assert cli.main([*words.split(), "--plan", "calibrate-plan.yaml"]) == 0
+    assert steps == ["identify", "params", "ff"]
+
+
 def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, monkeypatch):
     on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.2})
     steps = []

@@ -34,10 +34,10 @@ from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
 from tui.app.keys_in_turn import KeysInTurn
-from tui.app.next_step import Situation, lowered_to, next_of, raised_to
+from tui.app.next_step import Flight, Situation, lowered_to, next_of, raised_to
 from tui.app.read_situation import LONG, ORDER, read_situation
 from tui.app.screens.connect import ConnectScreen
-from tui.app.screens.fly import FLY
+from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
@@ -271,12 +271,17 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
 
     def action_end_flight(self) -> None:
         """The end key of the flight that runs."""
-        if self.desk.jobs.press(FLY):
+        jobs = self.desk.jobs
+        flight = flight_of(jobs)
+        if not jobs.press(FLY):
+            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+        elif flight is Flight.UNDER_WAY:
             self._warn(
-                "the flight is ended: it holds its place; again disarms it", lambda: self.desk.jobs.runs(FLY)
+                "the flight is ended: it holds its place; again disarms it",
+                lambda: flight_of(jobs) is Flight.UNDER_WAY,
             )
         else:
-            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+            self._warn("the work on the flight is ended", lambda: jobs.runs(FLY))
 
     def _send_mode(self, mode: Mode, view: View) -> None:
         """Set the feed-forward of the vehicle on screen."""
@@ -308,8 +313,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         if jobs.runs(FLY):
             await self.action_open("fly")
+            flies = (
+                "the vehicle flies"
+                if flight_of(jobs) is Flight.UNDER_WAY
+                else "the flight is being worked on"
+            )
             self._warn(
-                f"the vehicle flies; leave once that has ended, {self._key_of_id('flight.end')} ends it",
+                f"{flies}; leave once that has ended, {self._key_of_id('flight.end')} ends it",
                 lambda: jobs.runs(FLY),
             )
             return

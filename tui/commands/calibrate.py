@@ -1,6 +1,7 @@
 """`seatrial calibrate`: plan, fly, identify, upload and set to shadow; the vehicle ends where it began.
 
-Each step is the verb of its name with its own gates; the first that says no ends it, and nothing after it is done.
+The plan may be one that was made before. Each step is the verb of its name with its own gates; the first that says no
+ends it, and nothing after it is done.
 """
 
 import argparse
@@ -38,27 +39,28 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     configuration = fly.configuration_of(file)
     vehicle = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
-    root = Path(arguments.out)
-    root.mkdir(parents=True, exist_ok=True)
-    plan = root / "calibrate-plan.yaml"
-    within = [word for pair in plan_limits(limits).items() for word in pair]
-    minutes = ("--minutes", f"{arguments.minutes:g}")
+    plan = Path(arguments.plan or Path(arguments.out) / "calibrate-plan.yaml")
     foretold = plan.with_suffix(".json")
-    code = step("plan", "--vehicle", vehicle, *minutes, *within, "--out", str(plan), "--json", str(foretold))
-    if code != exit_codes.DONE:
-        return code
+    if arguments.plan is None:
+        plan.parent.mkdir(parents=True, exist_ok=True)
+        within = [word for pair in plan_limits(limits).items() for word in pair]
+        minutes = ("--minutes", f"{arguments.minutes:g}")
+        files = ("--out", str(plan), "--json", str(foretold))
+        code = step("plan", "--vehicle", vehicle, *minutes, *within, *files)
+        if code != exit_codes.DONE:
+            return code
     flight_plan = load_plan(plan)
     wanted = fly.wanted_of(arguments, flight_plan)
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
     tell = partial(fly.tell, console)
-    vague = too_vague(read_json(foretold), wanted)
+    vague = too_vague(read_json(foretold), wanted) if foretold.is_file() else ""
     if vague or not arguments.armed:
         tell(
             f"nothing was sent: {vague or '--armed arms the vehicle, flies this, and uploads what it tells in shadow'}"
         )
-        show.write_json(fly.proposed(flight_plan, limits, wanted, vague), arguments.json)
+        show.write_json(fly.proposed(plan, flight_plan, limits, wanted, vague), arguments.json)
         return exit_codes.NO if vague else exit_codes.DONE
     outcome, folder = fly.flown(arguments, file, flight_plan, limits, wanted)
     tell(fly.sentence(outcome))
