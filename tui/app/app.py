@@ -577,7 +577,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             )
             return
         self._is_over = now is None
-        if self._ended is None or self._ended.resolve() != folder.resolve():
+        ordered = self._ended is not None and self._ended.resolve() == folder.resolve()
+        # A flight has a dive of its own, and says itself when it is over.
+        if not ordered and (now is None or not self.desk.jobs.runs(FLY)):
             lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
             then = self._next_dive() if now is None else "; the next dive is recorded"
             self.notify(f"the dive {folder.name} is over after {lasted}{then}", timeout=TELL_S)
@@ -637,6 +639,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         view = replace(
             view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed
         )
+        toasts = [toast for screen in self.screen_stack[-1:] for toast in screen.query("Toast")]
+        rows = sum(toast.region.height for toast in toasts)
         for screen in self.screen_stack:
             if isinstance(screen, StationScreen):
+                screen.keep_free(rows)
                 screen.show(view)

@@ -63,10 +63,10 @@ def run(arguments: argparse.Namespace) -> int:
         show.write_json(fly.proposed(plan, flight_plan, limits, wanted, vague), arguments.json)
         return exit_codes.NO if vague else exit_codes.DONE
     outcome, folder = fly.flown(arguments, file, flight_plan, limits, wanted)
-    tell(fly.sentence(outcome))
+    told = outcome.end is End.FINISHED and outcome.all_known
+    tell(f"{fly.sentence(outcome)}{'' if told else '; nothing is uploaded'}")
     done: dict[str, Any] = {"flight": fly.to_json(outcome, wanted), "folder": str(folder.path), "steps": {}}
-    if outcome.end is not End.FINISHED or not outcome.all_known:
-        tell("nothing is uploaded")
+    if not told:
         show.write_json(done, arguments.json)
         return exit_codes.NO
     given = {"--link": arguments.link, "--sign-key": arguments.sign_key, "--system": arguments.system}
