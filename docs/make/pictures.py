@@ -39,7 +39,7 @@ DISK_LEFT_S = 41 * 3600.0
 LINK = "udpin:127.0.0.1:14550"
 WATCHED_S = 52.0
 """Of the dive with both: it has surged both ways, and sways."""
-PATIENCE_S = 60.0
+PATIENCE_S, FLOWN_S = 60.0, 300.0
 AFTER, UNTIL = "after ", "until "
 LIMITS = """shallowest_m: 0.3
 deepest_m: 4
@@ -79,24 +79,9 @@ PICTURES = (
         "validate", ("2", "after dives", "down", "enter", "6", "c", "c", "v", "after validate"), (160, 50)
     ),
     Picture("diagnose", ("4",), (160, 50), "weak/*-off"),
-    # Known to 2 %, so that some of it is not yet known after the first pieces.
     Picture(
         "fly",
-        (
-            "until DISARMED",
-            "7",
-            "e",
-            "down",
-            "end",
-            "backspace",
-            "2",
-            "enter",
-            "after calibrate plan",
-            "f",
-            *"FLY",
-            "enter",
-            "until KNOWN",
-        ),
+        ("until DISARMED", "7", "p", "after calibrate plan", "f", *"FLY", "enter", "until KNOWN"),
         live=True,
         ends=("x", "x", "after calibrate"),
     ),
@@ -239,7 +224,10 @@ def drawn(picture: Picture, views: Views) -> str:
                     await pilot.pause(0.5)
                     while step.startswith(AFTER) and desk.jobs.runs(step.removeprefix(AFTER)):
                         await pilot.pause(0.1)
+                    until_s = time.monotonic() + FLOWN_S
                     while step.startswith(UNTIL) and step.removeprefix(UNTIL) not in app.export_screenshot():
+                        if time.monotonic() > until_s:
+                            raise TimeoutError(f"{picture.name}: {step}")
                         await pilot.pause(0.5)
 
             await pilot.pause(0.5)

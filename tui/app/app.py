@@ -123,10 +123,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def on_mount(self) -> None:
         if isinstance(self._driver, AnsweringDriver):
             self._driver.answered = partial(self.call_later, self._answered)
-        # With nothing to watch, the dives that are here come first.
-        nothing = (
-            not self._begins_recording and not self.desk.links() and self._views.view().recording is None
-        )
+        # With nothing to watch, the dives that are here come first. The first view may not know of a recording yet.
+        recorded = self.desk.recorded() is not None or self._views.view().recording is not None
+        nothing = not self._begins_recording and not self.desk.links() and not recorded
         self.switch_mode("dives" if nothing and self.desk.connect is not None else SCREENS[0].id)
         left = unfinished(self.desk.receipts)
         if left is not None:
