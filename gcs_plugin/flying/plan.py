@@ -75,6 +75,14 @@ class FlightPlan:
     pieces: tuple[Piece, ...]
 
     @property
+    def manoeuvres(self) -> dict[str, list[float]]:
+        """Lengths in seconds of each manoeuvre's pieces, by its title."""
+        lengths_s: dict[str, list[float]] = {}
+        for piece in self.pieces:
+            lengths_s.setdefault(piece.title, []).append(piece.duration_s)
+        return lengths_s
+
+    @property
     def tells(self) -> tuple[str, ...]:
         """Names of the coefficients that it tells."""
         told = {name for piece in self.pieces for name in piece.tells}

@@ -18,8 +18,7 @@ LIMITS = (
 PROPOSED = {
     "plan": "plan",
     "file": "dives/calibrate-plan.yaml",
-    "pieces": [{"manoeuvre": "1. surge", "seconds": 8.0}, {"manoeuvre": "2. yaw", "seconds": 12.0},
-               {"manoeuvre": "1. surge", "seconds": 16.0}],
+    "manoeuvres": {"1. surge": [8.0, 16.0], "2. yaw": [12.0]},
     "limits": {"shallowest_m": 0.3, "deepest_m": 4.0, "altitude_m": 0.0, "distance_m": 4.0, "speed_m_s": 0.8,
                "tilt_deg": 25.0, "battery_v": 13.0, "time_s": 900.0, "link_s": 3.0, "hold_s": 60.0, "travel_m_s": 0.2},
     "know": ["M_u", "D_u"],

@@ -291,7 +291,7 @@ def _to_vehicle(now: Situation, then: Next) -> Next:
     if now.heard or (then is RECORD and now.linked):
         return _to_recording(now, then)
     if not now.linked and not now.recording:
-        return CONNECT
+        return CONNECT if then is RECORD else replace(CONNECT, words=f"{CONNECT.words}; then: {then.words}")
     if now.recording:
         return Next(then.task, then.actions, f"not heard, switch it on or mend the link; then: {then.words}")
     return _to_recording(now, then)

@@ -174,12 +174,12 @@ def configuration_of(file: VehicleFile) -> str:
 
 
 def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.Table]:
-    """The pieces to be flown, and the limits."""
-    rows = [(str(n), piece.name, f"{piece.duration_s:.0f}") for n, piece in enumerate(plan.pieces, start=1)]
+    """The manoeuvres to be flown, with the lengths of their pieces, and the limits."""
+    rows = [(title, " + ".join(f"{s:g}" for s in lengths)) for title, lengths in plan.manoeuvres.items()]
     within = [(name, f"{value:g}") for name, value in asdict(limits).items()]
     title = f"{plan.name}: until {', '.join(wanted.names)} are known to {100 * wanted.share:g} %"
     return [
-        show.Table(title, ("", "manoeuvre", "seconds"), rows, numbers=("seconds",)),
+        show.Table(title, ("manoeuvre", "seconds, a piece of each in turn"), rows),
         show.Table("limits", ("limit", "value"), within, numbers=("value",)),
     ]
 
@@ -191,7 +191,7 @@ def proposed(
     return {
         "plan": plan.name,
         "file": str(file),
-        "pieces": [{"manoeuvre": piece.title, "seconds": piece.duration_s} for piece in plan.pieces],
+        "manoeuvres": plan.manoeuvres,
         "limits": asdict(limits),
         "know": list(wanted.names),
         "asked_percent": 100 * wanted.share,

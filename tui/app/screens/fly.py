@@ -47,18 +47,15 @@ NOW_CELLS: Final = 30
 
 
 @dataclass(frozen=True)
-class _Piece:
-    manoeuvre: str
-    seconds: float
-
-
-@dataclass(frozen=True)
 class Proposed:
-    """A plan to be flown, as the verb answers it; `refused`: why it will not be, "" if it may."""
+    """A plan to be flown, as the verb answers it: the lengths in seconds of each manoeuvre's pieces, by its title.
+
+    `refused`: why it will not be flown, "" if it may.
+    """
 
     plan: str
     file: str
-    pieces: tuple[_Piece, ...]
+    manoeuvres: dict[str, tuple[float, ...]]
     limits: FlightLimits
     know: tuple[str, ...]
     asked_percent: float
@@ -89,7 +86,7 @@ def _is_positive(text: str) -> bool:
 
 def proposed_lines(proposed: Proposed, cells: int) -> Lines:
     """The pieces, the limits, and the parameters asked for."""
-    limits, seconds = proposed.limits, sum(piece.seconds for piece in proposed.pieces)
+    limits, seconds = proposed.limits, sum(map(sum, proposed.manoeuvres.values()))
     within = (
         f"depth {limits.shallowest_m:g} to {limits.deepest_m:g} m",
         f"{limits.altitude_m:g} m over the bottom" if limits.altitude_m else "altitude not measured",
@@ -100,11 +97,11 @@ def proposed_lines(proposed: Proposed, cells: int) -> Lines:
         f"{limits.time_s:g} s in all",
         f"{limits.link_s:g} s without a word from here",
     )
-    manoeuvres: dict[str, list[str]] = {}
-    for piece in proposed.pieces:
-        manoeuvres.setdefault(piece.manoeuvre, []).append(f"{piece.seconds:g}")
-    longest = max(map(len, manoeuvres), default=0)
-    pieces = (f"{name:<{longest}}  {' + '.join(parts)} s" for name, parts in manoeuvres.items())
+    longest = max(map(len, proposed.manoeuvres), default=0)
+    pieces = (
+        f"{title:<{longest}}  {' + '.join(f'{s:g}' for s in lengths)} s"
+        for title, lengths in proposed.manoeuvres.items()
+    )
     return (
         heading("ASKED FOR", "", cells),
         *hanging(f"{', '.join(proposed.know)} known to {proposed.asked_percent:g} %", "strong", cells),
