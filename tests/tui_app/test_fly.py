@@ -83,6 +83,17 @@ def test_the_vehicle_is_armed_by_the_typed_word_alone(typed, flown):
     assert any("nothing was sent" in notice for notice in notices) is not flown
 
 
+def test_limits_that_changed_since_they_were_read_are_not_flown(limits):
+    made = verbs()
+
+    def change(_):
+        limits.write_text(LIMITS.replace("deepest_m: 4", "deepest_m: 40"))
+
+    (notice,) = on(made, "p", change, "f", *"FLY", "enter")
+    assert notice == "nothing was sent: plan or limits are others by now; plan again"
+    assert flights(made) == []
+
+
 def test_without_a_limit_file_none_is_planned_and_it_is_asked_for(limits):
     limits.unlink()
     made = verbs()

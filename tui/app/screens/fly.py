@@ -235,16 +235,22 @@ class FlyScreen(StationScreen):
                 return
             if not agrees(typed, WORD):
                 self.notify(f"'{typed}' is not {WORD}: nothing was sent", severity="warning")
-            elif not self._may_fly or (self._system, self._proposed) != (system, proposed):
-                self.notify(
-                    f"nothing was sent: {self._obstacle or 'another vehicle is heard, or another plan'}",
-                    severity="error",
-                )
+            elif other := self._is_other(system, proposed):
+                self.notify(f"nothing was sent: {other}", severity="error")
             else:
                 self.desk.jobs.start(FLY, (*words, "--system", str(system), "--armed"))
 
         title = f"Type {WORD} to arm vehicle {system} and let it fly; keep a hand on the sticks"
         self.app.push_screen(AskScreen(title, "begins the countdown"), answered)
+
+    def _is_other(self, system: int, proposed: Proposed) -> str:
+        """What is no longer as it was when the word was asked for; "" if all is."""
+        if self._obstacle:
+            return self._obstacle
+        if self._system != system:
+            return "another vehicle is heard"
+        limits = mistakes(self._texts) or load_limits(Path(self._texts[LIMITS])) != proposed.limits
+        return "plan or limits are others by now; plan again" if limits or self._proposed != proposed else ""
 
     @property
     def flies(self) -> bool:
