@@ -58,9 +58,10 @@ def test_notices_cover_nothing():
                 "said just now, and at more length than a single row of this screen holds: twice", timeout=600
             )
             app.notify("and then something else", severity="warning", timeout=600)
-            while len(app.screen.query(Toast)) < 2 or not app.screen.query_one("#notices").region.height:
+            for _ in range(500):
                 await pilot.pause()
-            await pilot.pause()
+                if len(app.screen.query(Toast)) == 2 and app.screen.query_one("#notices").region.height == 3:
+                    break
             question = app.screen.query_one("#parameters-ask").region
             drawn = [widget.region for widget in app.screen.query(Drawn) if widget.is_on_screen]
             toasts = [toast.region for toast in app.screen.query(Toast)]
