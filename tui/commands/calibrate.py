@@ -85,7 +85,9 @@ def run(arguments: argparse.Namespace) -> int:
         if code != exit_codes.DONE:
             break
     else:
-        tell("calibrated: the model is in the vehicle, in shadow; look at it, then seatrial ff both")
+        tell(
+            "calibrated: the model is in the vehicle, in shadow; fly a minute by hand, validate it, then raise it"
+        )
     show.write_json(done, arguments.json)
     return code
 
