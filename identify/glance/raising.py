@@ -331,7 +331,9 @@ def _pushed_s(dive: Dive, mode: Mode) -> float:
     commanded = dive.tau_cmd.value[:, dofs]
     pid, fed = (np.nan_to_num(tau.at(time_s)[:, dofs]) for tau in (dive.tau_pid, dive.tau_ff))
     asked = {Mode.ALONE: fed, Mode.BOTH: pid + fed}.get(mode, pid)
-    pushed = np.abs(commanded - asked) > PUSHED * np.maximum(np.abs(commanded), 2.0)
+    # A command that only its limits hold back is smaller than what was asked for.
+    more = np.abs(commanded) > np.abs(asked)
+    pushed = more & (np.abs(commanded - asked) > PUSHED * np.maximum(np.abs(commanded), 2.0))
     return float(np.count_nonzero(pushed.any(axis=1)) * np.median(np.diff(time_s)))
 
 

@@ -172,6 +172,8 @@ def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
     much = {"tau_ff": Signal(dive.tau_ff.time_s, 6 * dive.tau_ff.value)}
     assert "thrusters" in failed(judged(replace(dive, **much)))
     assert "thrusters" not in failed(judged(dive))
+    held_back = replace(dive, tau_cmd=Signal(dive.tau_pid.time_s, 0.3 * dive.tau_pid.value))
+    assert "motion" not in failed(judged(held_back))
 
 
 def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference() -> None:
