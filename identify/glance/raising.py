@@ -78,8 +78,8 @@ LATE_S: Final = 2.0
 """Time for which a vehicle still moves after its reference: the PID is late by up to that."""
 
 PUSHED: Final = 0.5
-"""Share of the commanded force, and least part of 2 N or 2 N m, that others than controller and feed-forward ask for in
-a push."""
+"""Share of the commanded force, of at least 2 N or 2 N m, that others than controller and feed-forward ask for in a
+push of an axis whose reference rests."""
 
 MEMORY_S: Final = 4.0
 """Longest time over which the residuals of the PID's force are taken as correlated."""
@@ -325,14 +325,18 @@ def go_no_go(
 
 def _pushed_s(dive: Dive, mode: Mode) -> float:
     """Time for which the commanded force was another than that of the controller, with the feed-forward of `mode`."""
-    if dive.tau_cmd is None or dive.tau_pid is None or dive.tau_ff is None or len(dive.tau_cmd) < 2:
+    if dive.tau_cmd is None or dive.tau_pid is None or dive.tau_ff is None or dive.nu_ref is None:
+        return 0.0
+    if len(dive.tau_cmd) < 2:
         return 0.0
     time_s, dofs = dive.tau_cmd.time_s, list(FEEDFORWARD_DOFS)
+    moves = np.abs(np.nan_to_num(dive.nu_ref.at(time_s)[:, dofs])) > MOVES
     commanded = dive.tau_cmd.value[:, dofs]
     pid, fed = (np.nan_to_num(tau.at(time_s)[:, dofs]) for tau in (dive.tau_pid, dive.tau_ff))
     asked = {Mode.ALONE: fed, Mode.BOTH: pid + fed}.get(mode, pid)
-    # A command that only its limits hold back is smaller than what was asked for.
-    more = np.abs(commanded) > np.abs(asked)
+    # A command that only its limits hold back is smaller than what was asked for; an axis without a reference, as under
+    # an autopilot that holds its heading, is not the controller's.
+    more = ~moves & moves.any(axis=0) & (np.abs(commanded) > np.abs(asked))
     pushed = more & (np.abs(commanded - asked) > PUSHED * np.maximum(np.abs(commanded), 2.0))
     return float(np.count_nonzero(pushed.any(axis=1)) * np.median(np.diff(time_s)))
 
