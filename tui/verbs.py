@@ -496,6 +496,7 @@ def _fly(options: Options) -> None:
 )
 def _calibrate(options: Options) -> None:
     _flight(options)
+    options.value("--plan", "FILE", "fly this plan instead of making one")
     options.positive("--minutes", "N", "longest flight that is planned", 5.0)
     options.receipts("folder for the receipt of the upload")
 

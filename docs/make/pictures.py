@@ -16,14 +16,20 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
+from bridge.clock import SystemClock
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.vehicle.mode import Mode
 from bridge.wire.tlog import read_tlog
+from gcs_plugin.feedforward import Switch
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding, held
 from gcs_plugin.watch.watcher import Watcher
+from tui import links
 from tui.app.app import LOOK_EVERY_S, SeatrialApp
 from tui.app.desk import Desk
-from tui.app.view import View
+from tui.app.recorder import recording
+from tui.app.station import LinkSource, Station
+from tui.app.view import View, Views
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -33,22 +39,34 @@ DISK_LEFT_S = 41 * 3600.0
 LINK = "udpin:127.0.0.1:14550"
 WATCHED_S = 52.0
 """Of the dive with both: it has surged both ways, and sways."""
-PATIENCE_S = 60.0
-AFTER = "after "
+PATIENCE_S, FLOWN_S = 60.0, 300.0
+AFTER, UNTIL = "after ", "until "
+LIMITS = """shallowest_m: 0.3
+deepest_m: 4
+altitude_m: 1
+distance_m: 4
+speed_m_s: 0.8
+tilt_deg: 25
+battery_v: 13
+time_s: 900
+"""
 
 Size = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A screen after these steps: keys, or `after VERB`, which waits for that job's end; of the chosen `dive`.
-    `before`: the vehicle is the one of the first dive, and nothing was uploaded to it."""
+    """A screen after these steps: keys, `after VERB`, which waits for that job's end, or `until WORD`, which waits for
+    that word on the screen; of the chosen `dive`. `before`: the vehicle is the one of the first dive, and nothing was
+    uploaded to it. `live`: it is the vehicle afloat. `ends`: steps once the picture is taken."""
 
     name: str
     steps: tuple[str, ...] = ()
     size: Size = (124, 32)
     dive: str = ""
     before: bool = False
+    live: bool = False
+    ends: tuple[str, ...] = ()
 
 
 OLDEST = ("2", "after dives", "end", "enter")
@@ -61,6 +79,12 @@ PICTURES = (
         "validate", ("2", "after dives", "down", "enter", "6", "c", "c", "v", "after validate"), (160, 50)
     ),
     Picture("diagnose", ("4",), (160, 50), "weak/*-off"),
+    Picture(
+        "fly",
+        ("until DISARMED", "7", "p", "after calibrate plan", "f", *"FLY", "enter", "until KNOWN"),
+        live=True,
+        ends=("x", "x", "after calibrate"),
+    ),
 )
 
 
@@ -80,6 +104,18 @@ class Still:
         """Nobody is there to be switched."""
 
 
+@contextmanager
+def live() -> Iterator[Views]:
+    """Views of the vehicle that is recorded."""
+    clock = SystemClock()
+    source = LinkSource(lambda: links.of_recording(links.holding_now()), LINK, clock, silent=True)
+    watcher = Watcher(load_vehicle(VEHICLE))
+    station = Station(source, watcher, clock, recording, lambda known: Switch(Mode.OFF, known=known))
+    station.start()
+    yield station
+    station.stop()
+
+
 def at(telemetry: Path, seconds: float) -> View:
     """What the watcher makes of a recording up to `seconds` after its beginning."""
     watcher = Watcher(load_vehicle(VEHICLE), accepted=partial(accepted_values, RECEIPTS))
@@ -92,8 +128,8 @@ def at(telemetry: Path, seconds: float) -> View:
         watcher.feed(frame, now_s, LINK)
     began = datetime.fromtimestamp(began_us / 1e6, UTC)
     unix_s = began_us / 1e6 + now_s
-    recording = Holding(0, "", (), "", began.isoformat(), 0, 0, 0, DISK_LEFT_S, (), unix_s)
-    return View(watcher.picture(now_s), unix_s, recording)
+    was_recorded = Holding(0, "", (), "", began.isoformat(), 0, 0, 0, DISK_LEFT_S, (), unix_s)
+    return View(watcher.picture(now_s), unix_s, was_recorded)
 
 
 def seatrial(*words: str) -> None:
@@ -170,25 +206,36 @@ def dives() -> tuple[Path, Path]:
     return last / "telemetry.tlog", first / "telemetry.tlog"
 
 
-def drawn(picture: Picture, views: Sequence[View]) -> str:
-    """The screen as SVG, of the vehicle with the feed-forward or of the one before it."""
+def drawn(picture: Picture, views: Views) -> str:
+    """The screen as SVG."""
 
     async def work() -> str:
         chosen = min(Path().glob(picture.dive)) if picture.dive else None
         out = Path("dives") if chosen is None else chosen.parent
         receipts = Path("none") if picture.before else RECEIPTS
         desk = Desk(VEHICLE, out, receipts, chosen, links=lambda: (LINK,))
-        app = SeatrialApp(Still(views[picture.before]), keep_theme=lambda _: None, desk=desk)
+        app = SeatrialApp(views, keep_theme=lambda _: None, desk=desk)
         async with app.run_test(size=picture.size) as pilot:
+
+            async def take(steps: Sequence[str]) -> None:
+                for step in steps:
+                    if not step.startswith((AFTER, UNTIL)):
+                        await pilot.press(step)
+                    await pilot.pause(0.5)
+                    while step.startswith(AFTER) and desk.jobs.runs(step.removeprefix(AFTER)):
+                        await pilot.pause(0.1)
+                    until_s = time.monotonic() + FLOWN_S
+                    while step.startswith(UNTIL) and step.removeprefix(UNTIL) not in app.export_screenshot():
+                        if time.monotonic() > until_s:
+                            raise TimeoutError(f"{picture.name}: {step}")
+                        await pilot.pause(0.5)
+
             await pilot.pause(0.5)
-            for step in picture.steps:
-                if not step.startswith(AFTER):
-                    await pilot.press(step)
-                await pilot.pause(0.5)
-                while step.startswith(AFTER) and desk.jobs.runs(step.removeprefix(AFTER)):
-                    await pilot.pause(0.1)
+            await take(picture.steps)
             await pilot.pause(LOOK_EVERY_S + 0.5)  # what is to be done next is looked up anew
-            return app.export_screenshot(title="seatrial tui")
+            shown = app.export_screenshot(title="seatrial tui")
+            await take(picture.ends)
+            return shown
 
     # No net is needed to look at a picture: fonts are those of whoever looks.
     return re.sub(r"@font-face \{.*?\}\s*|<!--.*?-->\s*", "", asyncio.run(work()), flags=re.S)
@@ -200,11 +247,14 @@ def main(names: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
         os.environ |= {"XDG_STATE_HOME": name, "PYTHONPATH": str(ROOT)}
-        views = [at(telemetry, WATCHED_S) for telemetry in dives()]
-        with afloat("new.json"):
-            for picture in PICTURES:
-                if not names or picture.name in names:
-                    (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, views), encoding="utf-8")
+        Path("limits.yaml").write_text(LIMITS, encoding="utf-8")
+        wanted = [picture for picture in PICTURES if not names or picture.name in names]
+        stills = [] if all(picture.live for picture in wanted) else [at(file, WATCHED_S) for file in dives()]
+        Path("dives").mkdir(exist_ok=True)
+        with afloat("new.json"), live() as now:
+            for picture in wanted:
+                views = now if picture.live else Still(stills[picture.before])
+                (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, views), encoding="utf-8")
         os.chdir(ROOT)
 
 

@@ -52,8 +52,13 @@ class Piece:
         )
 
     @property
+    def title(self) -> str:
+        """The manoeuvre that it is a piece of."""
+        return f"{self.manoeuvre}. {' and '.join(DOFS[dof] for dof in self.dofs)}"
+
+    @property
     def name(self) -> str:
-        return f"{self.manoeuvre}. {' and '.join(DOFS[dof] for dof in self.dofs)}, {self.duration_s:g} s"
+        return f"{self.title}, {self.duration_s:g} s"
 
     @property
     def tells(self) -> tuple[str, ...]:
@@ -68,6 +73,14 @@ class FlightPlan:
     name: str
     depth_m: float
     pieces: tuple[Piece, ...]
+
+    @property
+    def manoeuvres(self) -> dict[str, list[float]]:
+        """Lengths in seconds of each manoeuvre's pieces, by its title."""
+        lengths_s: dict[str, list[float]] = {}
+        for piece in self.pieces:
+            lengths_s.setdefault(piece.title, []).append(piece.duration_s)
+        return lengths_s
 
     @property
     def tells(self) -> tuple[str, ...]:

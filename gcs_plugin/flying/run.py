@@ -247,7 +247,7 @@ DOES: Final = {
     State.WAITING: "waits on its station",
     State.FLYING: "flies {1}: {0:.0f} s left",
     State.RETURNING: "goes back to where it began",
-    State.HOLDING: "holds its place, {:.0f} s at most, then disarms",
+    State.HOLDING: "holds its place, disarms in {:.0f} s",
 }
 TURNS: Final = {State.COUNTDOWN, State.RETURNING, State.HOLDING}
 """Activities that are worth a sentence when they begin."""

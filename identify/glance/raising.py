@@ -15,7 +15,9 @@ those that the PID's force shows on the measured motion. The criteria, and the r
 - Neither the PID in this dive nor the feed-forward in its place asks a thruster for over 80 % of its limit, in 99 % of
   the time: a fifth is left for corrections, and a saturated force shows no mass.
 
-An axis that was not driven is not judged: the feed-forward gives nothing there until a reference moves it.
+An axis that was not driven is not judged: the feed-forward gives nothing there until a reference moves it. Nor is a
+dive in which thrusters were pushed beside the controller (TAU_CMD is not what it asked for), as in a flight that
+identifies: its motion is not the reference's.
 
 Feed-forward alone (FF_MODE 2) has no PID to compare with and is judged by its tracking errors, as in the paper: up to
 twice the paper's share of the speed (Figs 12, 13: 0.0212 m/s of 0.5 while accelerating, 0.0336 m/s at constant
@@ -75,6 +77,10 @@ FLOWN: Final = (0.5, 2.0)
 LATE_S: Final = 2.0
 """Time for which a vehicle still moves after its reference: the PID is late by up to that."""
 
+PUSHED: Final = 0.5
+"""Share of the commanded force, of at least 2 N or 2 N m, that others than controller and feed-forward ask for in a
+push of an axis whose reference rests."""
+
 MEMORY_S: Final = 4.0
 """Longest time over which the residuals of the PID's force are taken as correlated."""
 
@@ -87,6 +93,7 @@ MOST_LEFT: Final = 0.5
 MOST_UNASKED: Final = {"m/s": 0.010, "rad/s": 0.3 * np.pi / 180}
 MOST_OF_REST: Final = 2.0
 BASELINE: Final = "the baseline, flown by the PID with nothing fed forward: the others are compared with it."
+BY_CONTROLLER: Final = "fly a minute by its controller: by hand, or the validation mission"
 LOOK_CLOSER: Final = "see what moves it: diagnose this dive"
 NO_REACH: Final = 1e-6
 
@@ -291,6 +298,11 @@ def go_no_go(
         return Raising(mode, Mode.BOTH, (lacking,))
     if mode is Mode.OFF and not np.nan_to_num(dive.tau_ff.value).any():
         return None
+    changed = () if part.changed is None else (part.changed,)
+    pushed_s = _pushed_s(dive, mode)
+    if pushed_s > SHORTEST_RUN_S:
+        words = f"thrusters were pushed beside the controller for {pushed_s:.0f} s, as in a flight that identifies"
+        return Raising(mode, Mode.BOTH, (*changed, Criterion("motion", False, words, BY_CONTROLLER)))
     try:
         motion = aligned(dive, file, configuration, RATE_HZ, CUTOFF_HZ)
     except FitError as error:
@@ -302,7 +314,6 @@ def go_no_go(
     criteria = [criterion for dof in driven for criterion in _axis(dof, mode, dive, motion, file)]
     if all(criterion.passed is None for criterion in criteria):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
-    changed = () if part.changed is None else (part.changed,)
     dvl = file.vehicle.sensors.dvl
     whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
     unasked = _unasked([error for error in whole if np.isfinite(error.unasked)])
@@ -310,6 +321,24 @@ def go_no_go(
     credited = [Criterion(each.what, each.once, each.words, each.mend) for each in made_up]
     thrust = _thrust(dive, mode, thrusters)
     return Raising(mode, Mode.BOTH, (*changed, *criteria, *unasked, *foretold, *credited, thrust))
+
+
+def _pushed_s(dive: Dive, mode: Mode) -> float:
+    """Time for which the commanded force was another than that of the controller, with the feed-forward of `mode`."""
+    if dive.tau_cmd is None or dive.tau_pid is None or dive.tau_ff is None or dive.nu_ref is None:
+        return 0.0
+    if len(dive.tau_cmd) < 2:
+        return 0.0
+    time_s, dofs = dive.tau_cmd.time_s, list(FEEDFORWARD_DOFS)
+    moves = np.abs(np.nan_to_num(dive.nu_ref.at(time_s)[:, dofs])) > MOVES
+    commanded = dive.tau_cmd.value[:, dofs]
+    pid, fed = (np.nan_to_num(tau.at(time_s)[:, dofs]) for tau in (dive.tau_pid, dive.tau_ff))
+    asked = {Mode.ALONE: fed, Mode.BOTH: pid + fed}.get(mode, pid)
+    # A command that only its limits hold back is smaller than what was asked for; an axis without a reference, as under
+    # an autopilot that holds its heading, is not the controller's.
+    more = ~moves & moves.any(axis=0) & (np.abs(commanded) > np.abs(asked))
+    pushed = more & (np.abs(commanded - asked) > PUSHED * np.maximum(np.abs(commanded), 2.0))
+    return float(np.count_nonzero(pushed.any(axis=1)) * np.median(np.diff(time_s)))
 
 
 def _unasked(errors: Sequence[WholeError]) -> list[Criterion]:

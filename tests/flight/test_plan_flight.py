@@ -264,7 +264,11 @@ def test_without_armed_nothing_is_sent_and_the_plan_is_shown(capsys, monkeypatch
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
     assert cli.main(command()) == 0
     shown = capsys.readouterr().out
+<<<<<<< HEAD
     assert "1. surge, 16 s" in shown
+=======
+    assert "1. surge   8 + 12 + 12" in shown
+>>>>>>> h_24
     assert "nothing was sent: --armed arms the vehicle" in shown
     assert "deepest_m" in shown
 
@@ -470,6 +474,18 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     assert steps[0][3:] == tuple(within.split())
     assert steps[2][1] == "upload"
     assert json.loads((files / "out.json").read_text())["steps"] == {"identify": 0, "params": 1}
+
+
+def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkeypatch):
+    on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    foretell(files)
+    steps = []
+    monkeypatch.setattr(calibrate, "step", lambda name, *_: steps.append(name) or 0)
+    words = (
+        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
+    )
+    assert cli.main([*words.split(), "--plan", "calibrate-plan.yaml"]) == 0
+    assert steps == ["identify", "params", "ff"]
 
 
 def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, monkeypatch):

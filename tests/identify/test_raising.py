@@ -53,12 +53,21 @@ def flown(mode: Mode, mass: float = 1.0, damping: float = 1.0, axes: tuple[int, 
         pid[:, dof] = m * np.gradient(motion, 1 / RATE_HZ) + d * motion
         ff[:, dof] = mass * m * slope + damping * d * wanted
     flat = np.full((count, 1), float(mode))
+    commanded = {Mode.ALONE: ff, Mode.BOTH: pid + ff}.get(mode, pid)
     return Dive(
         "d", Path("d.tlog"), "0",
         velocity=Signal(time_s, nu[:, :3]), gyro=Signal(time_s, nu[:, 3:]), nu_ref=Signal(time_s, reference),
-        tau_pid=Signal(time_s, pid), tau_ff=Signal(time_s, ff), tau_cmd=Signal(time_s, pid),
+        tau_pid=Signal(time_s, pid), tau_ff=Signal(time_s, ff), tau_cmd=Signal(time_s, commanded),
         ff_mode=Signal(time_s, flat),
     )  # fmt: skip
+
+
+def under(dive: Dive, pid: Array, *, with_fed: bool = False) -> Dive:
+    """The dive under another force of the PID, commanded alone or with what is fed forward."""
+    assert dive.tau_ff is not None
+    time_s = dive.tau_ff.time_s
+    commanded = pid + dive.tau_ff.value if with_fed else pid
+    return replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))
 
 
 def judged(dive: Dive) -> Raising:
@@ -115,8 +124,23 @@ def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
     dive = flown(Mode.SHADOW)
     pushed = dive.tau_pid.value.copy()
     pushed[:, 0] += 20.0 * np.sin(2 * np.pi * dive.tau_pid.time_s / 12.0)
-    found = judged(replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pushed)))
+    found = judged(under(dive, pushed))
     assert "surge likeness" in failed(found)
+
+
+@pytest.mark.parametrize(("seconds", "go"), [(1.9, True), (2.2, False)])
+def test_a_dive_in_which_thrusters_were_pushed_beside_the_controller_tells_nothing_and_says_how_to_fly(
+    seconds: float, go: bool
+) -> None:
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_cmd is not None
+    commanded = dive.tau_cmd.value.copy()
+    commanded[: round(seconds * RATE_HZ), 1] += 30.0
+    found = judged(replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, commanded)))
+    assert found.go is go
+    assert go or found.sentence.endswith(
+        "motion. Fly a minute by its controller: by hand, or the validation mission."
+    )
 
 
 def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
@@ -148,6 +172,8 @@ def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
     much = {"tau_ff": Signal(dive.tau_ff.time_s, 6 * dive.tau_ff.value)}
     assert "thrusters" in failed(judged(replace(dive, **much)))
     assert "thrusters" not in failed(judged(dive))
+    held_back = replace(dive, tau_cmd=Signal(dive.tau_pid.time_s, 0.3 * dive.tau_pid.value))
+    assert "motion" not in failed(judged(held_back))
 
 
 def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference() -> None:
@@ -192,8 +218,7 @@ def _on_course(dive: Dive, share: float) -> Dive:
 @pytest.mark.parametrize(("share", "go"), [(0.4, True), (0.6, False)])
 def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -> None:
     dive = flown(Mode.BOTH)
-    left = Signal(dive.tau_ff.time_s, share * dive.tau_ff.value)
-    found = judged(replace(dive, tau_pid=left))
+    found = judged(under(dive, share * dive.tau_ff.value, with_fed=True))
     assert found.go is go
     assert found.to is Mode.BOTH
     assert ("may stay at both" in found.sentence) is go
@@ -206,7 +231,7 @@ def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
     rough = np.convolve(rng.standard_normal(len(dive.tau_pid)), np.ones(40) / 40**0.5, "same")
     pid = dive.tau_pid.value.copy()
     pid[:, 5] += 1.0 * rough
-    found = judged(replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pid)))
+    found = judged(under(dive, pid))
     passed = {one.what: one.passed for one in found.criteria}
     assert passed["yaw mass"] is None
     assert passed["surge mass"] is True
@@ -231,7 +256,10 @@ def in_modes(*parts: tuple[Mode, float]) -> Dive:
     mode = np.full(len(time_s), float(parts[-1][0]))
     for one, until_s in reversed(parts):
         mode[time_s < until_s] = float(one)
-    return replace(dive, ff_mode=Signal(time_s, mode[:, None]))
+    at_s = dive.tau_ff.time_s
+    acts = mode[np.minimum(at_s.astype(int), len(mode) - 1)] == float(Mode.BOTH)
+    commanded = Signal(at_s, dive.tau_pid.value + acts[:, None] * dive.tau_ff.value)
+    return replace(dive, ff_mode=Signal(time_s, mode[:, None]), tau_cmd=commanded)
 
 
 def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() -> None:

@@ -17,7 +17,8 @@ LIMITS = (
 )
 PROPOSED = {
     "plan": "plan",
-    "pieces": [{"name": "1. surge, 16 s", "seconds": 16.0}, {"name": "2. yaw, 8 s", "seconds": 8.0}],
+    "file": "dives/calibrate-plan.yaml",
+    "manoeuvres": {"1. surge": [8.0, 16.0], "2. yaw": [12.0]},
     "limits": {"shallowest_m": 0.3, "deepest_m": 4.0, "altitude_m": 0.0, "distance_m": 4.0, "speed_m_s": 0.8,
                "tilt_deg": 25.0, "battery_v": 13.0, "time_s": 900.0, "link_s": 3.0, "hold_s": 60.0, "travel_m_s": 0.2},
     "know": ["M_u", "D_u"],
@@ -67,7 +68,7 @@ def flights(made):
 def test_what_would_be_flown_stands_with_its_limits_and_nothing_is_sent():
     made = verbs()
     seen = (Sees("M_u, D_u known to 3 %"), Sees("depth 0.3 to 4 m, altitude not measured, 4 m from the start"),
-            Sees("1. surge, 16 s, 2. yaw, 8 s"), Sees("PLAN, 24 s of manoeuvres at most"))  # fmt: skip
+            Sees("1. surge 8 + 16 s"), Sees("2. yaw 12 s"), Sees("PLAN, 36 s at most"))  # fmt: skip
     on(made, "p", *seen, size=WIDE)
     assert made.words[-1] == ASKED
     assert flights(made) == []
@@ -77,8 +78,20 @@ def test_what_would_be_flown_stands_with_its_limits_and_nothing_is_sent():
 def test_the_vehicle_is_armed_by_the_typed_word_alone(typed, flown):
     made = verbs()
     notices = on(made, "p", "f", Sees("Type FLY to arm vehicle 1"), *typed, "enter")
-    assert flights(made) == [(*ASKED, "--system", "1", "--armed")] * flown
+    agreed = ("--plan", "dives/calibrate-plan.yaml", "--system", "1", "--armed")
+    assert flights(made) == [(*ASKED, *agreed)] * flown
     assert any("nothing was sent" in notice for notice in notices) is not flown
+
+
+def test_limits_that_changed_since_they_were_read_are_not_flown(limits):
+    made = verbs()
+
+    def change(_):
+        limits.write_text(LIMITS.replace("deepest_m: 4", "deepest_m: 40"))
+
+    (notice,) = on(made, "p", change, "f", *"FLY", "enter")
+    assert notice == "nothing was sent: plan or limits are others by now; plan again"
+    assert flights(made) == []
 
 
 def test_without_a_limit_file_none_is_planned_and_it_is_asked_for(limits):
@@ -103,22 +116,24 @@ def test_what_speaks_against_a_flight_is_said_and_its_key_does_nothing(shown, wh
 
 
 def test_during_the_flight_the_intervals_are_live_and_its_end_key_is_pressed_from_any_screen():
-    made = verbs(tells=TELLS, held=("calibrate",))
+    made = verbs(tells=TELLS)
 
     def presses(count):
         return lambda _: made.pressed() == count
 
     def flies(app):
+        made.held = ("calibrate",)
         app.desk.jobs.start(FLY, (*ASKED, "--armed"))
 
     seen = (
+        Sees("m, 0.3 to 4"),
         Sees("flies 1. surge, 16 s: 7 s left"),
         Sees("● M_u ± 1.2 %"),
         Sees("○ D_u ± 8 %"),
         Sees("[x] ends it"),
     )
     steps = ("x", says("the flight is ended: it holds its place"), "x", presses(2), "1", "ctrl+f", presses(1))
-    on(made, flies, *seen, *steps, "ctrl+q", says("the vehicle flies; leave"), Sees("7 s left"), let_go)
+    on(made, "p", flies, *seen, *steps, "ctrl+q", says("the vehicle flies; leave"), Sees("7 s left"), let_go)
 
 
 def test_after_the_flight_its_last_words_stand_and_a_failure_too():

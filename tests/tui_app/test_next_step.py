@@ -21,7 +21,7 @@ from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.watch.picture import Armed
 from tui.app.jobs import JobState
-from tui.app.next_step import Situation, Task, lowered_to, next_of, raised_to
+from tui.app.next_step import Flight, Situation, Task, lowered_to, next_of, raised_to
 from tui.app.read_situation import read_situation
 from tui.app.screens.overlays import AskScreen
 from tui.app.view import heard_of
@@ -49,7 +49,10 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(HERE, flies=True), Task.DIVE, "let it fly by itself what calibrates it"),
         (replace(DIVED, flies=True, determined=5, lacking=("D_v",)), Task.DIVE_MORE,
          "D_v not determined by first: let it fly"),
-        (replace(HERE, flying=True), Task.WAIT, "the vehicle flies by itself"),
+        (replace(HERE, flies=True, flight=Flight.BEING_PLANNED), Task.WAIT, "a flight is being planned"),
+        (replace(HERE, flies=True, flight=Flight.PLANNED), Task.DIVE, "read the plan and its limits"),
+        (replace(HERE, flight=Flight.UNDER_WAY), Task.WAIT, "the vehicle flies by itself"),
+        (replace(HERE, flight=Flight.WORKED_ON), Task.WAIT, "the flight is over, and being worked on"),
         (replace(DIVED, determined=4, lacking=("M_v", "D_v")), Task.DIVE_MORE,
          "M_v, D_v not determined by first: dive sway there and back at two speeds"),
         (replace(DIVED, determined=None), Task.IDENTIFY, "identify first"),
@@ -58,7 +61,8 @@ AGAIN = replace(BOTH, after_upload=True)
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
         (replace(IDENTIFIED, heard=False), Task.UPLOAD, "not heard, switch it on or mend the link; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record it; then: identified"),
-        (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT, "connect the vehicle"),
+        (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT,
+         "connect the vehicle; then: identified, not uploaded"),
         (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),
         (replace(SHADOW, halfway=True), Task.UPLOAD, "the last upload was cut short"),
         (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),

@@ -11,6 +11,7 @@ from textual.widgets._toast import Toast
 
 from bridge.vehicle.config import CONFIGS
 from tui.app.screens import parameters_lines as lines
+from tui.app.screens.frame import Drawn
 
 FIRST = plan()["parameters"][0]
 WHY = "its standard deviation, 153, is as large as the value: the dive did not tell it"
@@ -37,18 +38,26 @@ def test_upload_says_so_where_nothing_was_identified(tmp_path):
     assert notice.startswith("2026-11-21T0352Z-hovering: nothing was identified from it yet")
 
 
-def test_notices_stand_above_a_question():
+def test_notices_cover_nothing():
     async def work():
         app = made(views(), desk=desk(FakeVehicle()))
         async with app.run_test(size=NARROW, notifications=True) as pilot:
             await settled(app, pilot)
             await pressed(pilot, "5", "u")
-            app.notify("said just now", timeout=600)
-            while not app.screen.query(Toast) or not app.screen.query_one("#parameters-ask").region.height:
+            app.notify(
+                "said just now, and at more length than a single row of this screen holds: twice", timeout=600
+            )
+            app.notify("and then something else", severity="warning", timeout=600)
+            for _ in range(500):
                 await pilot.pause()
-            await pilot.pause()
+                if len(app.screen.query(Toast)) == 2 and app.screen.query_one("#notices").region.height == 3:
+                    break
             question = app.screen.query_one("#parameters-ask").region
-            assert all(toast.region.bottom <= question.y for toast in app.screen.query(Toast))
+            drawn = [widget.region for widget in app.screen.query(Drawn) if widget.is_on_screen]
+            toasts = [toast.region for toast in app.screen.query(Toast)]
+            assert question.height
+            assert {toast.height for toast in toasts} == {1, 2}
+            assert not [(a, b) for a in toasts for b in (question, *drawn) if a.overlaps(b)]
 
     asyncio.run(work())
 

@@ -16,6 +16,7 @@ from tui.app.connecting import Choice, Way
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.overlays import AskScreen
+from tui.app.screens.watch import WatchScreen
 from tui.app.view import Forcing
 
 SILENT = replace(view(), recording=None)
@@ -125,8 +126,15 @@ def test_without_a_link_the_dives_come_first_and_the_key_that_records_asks_for_t
         "down",
         "enter",
     ]
+    boat.recorded = None
     after(steps, boat, SILENT)
     assert boat.orders == [Choice("serial:/dev/ttyUSB0:115200", records=True)]
+
+
+def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_not_seen_yet():
+    boat = Boat()
+    boat.links = ()
+    after([shows(WatchScreen)], boat, SILENT)
 
 
 @pytest.mark.parametrize(

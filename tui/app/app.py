@@ -34,10 +34,10 @@ from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
 from tui.app.keys_in_turn import KeysInTurn
-from tui.app.next_step import Situation, lowered_to, next_of, raised_to
+from tui.app.next_step import Flight, Situation, lowered_to, next_of, raised_to
 from tui.app.read_situation import LONG, ORDER, read_situation
 from tui.app.screens.connect import ConnectScreen
-from tui.app.screens.fly import FLY
+from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
@@ -123,10 +123,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def on_mount(self) -> None:
         if isinstance(self._driver, AnsweringDriver):
             self._driver.answered = partial(self.call_later, self._answered)
-        # With nothing to watch, the dives that are here come first.
-        nothing = (
-            not self._begins_recording and not self.desk.links() and self._views.view().recording is None
-        )
+        # With nothing to watch, the dives that are here come first. The first view may not know of a recording yet.
+        recorded = self.desk.recorded() is not None or self._views.view().recording is not None
+        nothing = not self._begins_recording and not self.desk.links() and not recorded
         self.switch_mode("dives" if nothing and self.desk.connect is not None else SCREENS[0].id)
         left = unfinished(self.desk.receipts)
         if left is not None:
@@ -271,12 +270,17 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
 
     def action_end_flight(self) -> None:
         """The end key of the flight that runs."""
-        if self.desk.jobs.press(FLY):
+        jobs = self.desk.jobs
+        flight = flight_of(jobs)
+        if not jobs.press(FLY):
+            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+        elif flight is Flight.UNDER_WAY:
             self._warn(
-                "the flight is ended: it holds its place; again disarms it", lambda: self.desk.jobs.runs(FLY)
+                "the flight is ended: it holds its place; again disarms it",
+                lambda: flight_of(jobs) is Flight.UNDER_WAY,
             )
         else:
-            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+            self._warn("the work on the flight is ended", lambda: jobs.runs(FLY))
 
     def _send_mode(self, mode: Mode, view: View) -> None:
         """Set the feed-forward of the vehicle on screen."""
@@ -308,8 +312,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             return
         if jobs.runs(FLY):
             await self.action_open("fly")
+            flies = (
+                "the vehicle flies"
+                if flight_of(jobs) is Flight.UNDER_WAY
+                else "the flight is being worked on"
+            )
             self._warn(
-                f"the vehicle flies; leave once that has ended, {self._key_of_id('flight.end')} ends it",
+                f"{flies}; leave once that has ended, {self._key_of_id('flight.end')} ends it",
                 lambda: jobs.runs(FLY),
             )
             return
@@ -567,7 +576,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             )
             return
         self._is_over = now is None
-        if self._ended is None or self._ended.resolve() != folder.resolve():
+        ordered = self._ended is not None and self._ended.resolve() == folder.resolve()
+        # A flight has a dive of its own, and says itself when it is over.
+        if not ordered and (now is None or not self.desk.jobs.runs(FLY)):
             lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
             then = self._next_dive() if now is None else "; the next dive is recorded"
             self.notify(f"the dive {folder.name} is over after {lasted}{then}", timeout=TELL_S)
@@ -627,6 +638,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         view = replace(
             view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed
         )
+        toasts = [toast for screen in self.screen_stack[-1:] for toast in screen.query("Toast")]
+        rows = sum(toast.region.height for toast in toasts)
         for screen in self.screen_stack:
             if isinstance(screen, StationScreen):
+                screen.keep_free(rows)
                 screen.show(view)

@@ -30,6 +30,16 @@ class Task(Enum):
     END = auto()
 
 
+class Flight(Enum):
+    """Where the flight of a plan stands; WORKED_ON: it is over, and identified and uploaded."""
+
+    NONE = auto()
+    BEING_PLANNED = auto()
+    PLANNED = auto()
+    UNDER_WAY = auto()
+    WORKED_ON = auto()
+
+
 @dataclass(frozen=True)
 class Situation:
     """All that the next step depends on, as far as this computer knows it.
@@ -41,7 +51,7 @@ class Situation:
     - contested: another vehicle has its address, so that nothing may be sent.
     - recording: a recording runs; over: its dive is over.
     - lost: the vehicle fell silent while it was armed.
-    - flies: it can fly manoeuvres by itself; flying: it does so now, as Fly asked.
+    - flies: it can fly manoeuvres by itself; flight: where the one that Fly asks for stands.
     - mode: its feed-forward's mode, "" if unknown.
     - working: the long verb that runs, "" for none; writing: parameters or a mode are being sent.
 
@@ -70,7 +80,7 @@ class Situation:
     over: bool = False
     linked: bool = False
     flies: bool = False
-    flying: bool = False
+    flight: Flight = Flight.NONE
     working: str = ""
     writing: bool = False
     dive: str = ""
@@ -112,7 +122,14 @@ VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
 RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
 SWITCH_ON = Next(Task.DIVE, (), "switch the vehicle on, and dive surge, sway and yaw")
-FLYING = Next(Task.WAIT, ("screen.fly", "flight.end"), "the vehicle flies by itself: the last key ends it")
+OF_FLIGHT: Final = {
+    Flight.BEING_PLANNED: Next(Task.WAIT, ("screen.fly",), "a flight is being planned: wait for it"),
+    Flight.UNDER_WAY: Next(Task.WAIT, ("flight.end",), "the vehicle flies by itself: this key ends it"),
+    Flight.WORKED_ON: Next(
+        Task.WAIT, ("screen.fly",), "the flight is over, and being worked on: wait for it"
+    ),
+}
+FLY_PLAN = Next(Task.DIVE, ("screen.fly", "fly.fly"), "read the plan and its limits, then let it fly")
 CALIBRATE = Next(
     Task.DIVE,
     ("screen.fly", "fly.plan"),
@@ -163,8 +180,8 @@ def next_of(now: Situation) -> Next:
         return LOST
     if now.writing:
         return WRITES
-    if now.flying:
-        return FLYING
+    if now.flight in OF_FLIGHT:
+        return OF_FLIGHT[now.flight]
     if now.working:
         return Next(Task.WAIT, (f"screen.{now.working}",), f"{now.working} is at work: wait for it")
     if now.over and now.recording:
@@ -235,7 +252,9 @@ def _to_dive(now: Situation) -> Next:
         return _to_vehicle(now, RECORD)
     if not now.heard:
         return SWITCH_ON
-    return CALIBRATE if now.flies else DIVE
+    if not now.flies:
+        return DIVE
+    return FLY_PLAN if now.flight is Flight.PLANNED else CALIBRATE
 
 
 def _after_upload(now: Situation) -> Next:
@@ -272,7 +291,7 @@ def _to_vehicle(now: Situation, then: Next) -> Next:
     if now.heard or (then is RECORD and now.linked):
         return _to_recording(now, then)
     if not now.linked and not now.recording:
-        return CONNECT
+        return CONNECT if then is RECORD else replace(CONNECT, words=f"{CONNECT.words}; then: {then.words}")
     if now.recording:
         return Next(then.task, then.actions, f"not heard, switch it on or mend the link; then: {then.words}")
     return _to_recording(now, then)
@@ -289,6 +308,8 @@ def _dive_more(now: Situation) -> Next:
     axes = " and ".join(dict.fromkeys(AXES[name[-1]] for name in now.lacking if name[-1] in AXES))
     words = f"{', '.join(now.lacking)} not determined by {now.dive}: "
     if now.flies and now.heard and now.recording:
+        if now.flight is Flight.PLANNED:
+            return FLY_PLAN
         return Next(
             Task.DIVE_MORE, ("screen.fly", "fly.plan"), f"{words}let it fly {axes} by itself, or dive by hand"
         )

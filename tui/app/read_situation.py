@@ -17,7 +17,7 @@ from gcs_plugin.watch.picture import Armed
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, values_of
 from tui.app.jobs import JobState, written_ns
 from tui.app.next_step import AXES, Situation
-from tui.app.screens.fly import FLY
+from tui.app.screens.fly import flight_of
 from tui.app.screens.transfer import WRITE
 from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
@@ -54,7 +54,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         over=view.over,
         linked=bool(desk.links()),
         flies=picture.flies,
-        flying=desk.jobs.runs(FLY),
+        flight=flight_of(desk.jobs),
         working=next((verb for verb in LONG if _works(desk.jobs.state(verb))), ""),
         writing=any(map(desk.jobs.runs, (WRITE, ORDER))),
         dive=dive.name if dive is not None else "",

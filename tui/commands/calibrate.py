@@ -1,6 +1,7 @@
 """`seatrial calibrate`: plan, fly, identify, upload and set to shadow; the vehicle ends where it began.
 
-Each step is the verb of its name with its own gates; the first that says no ends it, and nothing after it is done.
+The plan may be one that was made before. Each step is the verb of its name with its own gates; the first that says no
+ends it, and nothing after it is done.
 """
 
 import argparse
@@ -38,33 +39,38 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     configuration = fly.configuration_of(file)
     vehicle = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
-    root = Path(arguments.out)
-    root.mkdir(parents=True, exist_ok=True)
-    plan = root / "calibrate-plan.yaml"
-    within = [word for pair in plan_limits(limits).items() for word in pair]
-    asked = ("--minutes", f"{arguments.minutes:g}", *(("--know", *arguments.know) if arguments.know else ()))
+    plan = Path(arguments.plan or Path(arguments.out) / "calibrate-plan.yaml")
     foretold = plan.with_suffix(".json")
-    code = step("plan", "--vehicle", vehicle, *asked, *within, "--out", str(plan), "--json", str(foretold))
-    if code != exit_codes.DONE:
-        return code
+    if arguments.plan is None:
+        plan.parent.mkdir(parents=True, exist_ok=True)
+        within = [word for pair in plan_limits(limits).items() for word in pair]
+        asked = (
+            "--minutes",
+            f"{arguments.minutes:g}",
+            *(("--know", *arguments.know) if arguments.know else ()),
+        )
+        files = ("--out", str(plan), "--json", str(foretold))
+        code = step("plan", "--vehicle", vehicle, *asked, *within, *files)
+        if code != exit_codes.DONE:
+            return code
     flight_plan = load_plan(plan)
     wanted = fly.wanted_of(arguments, flight_plan)
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
     tell = partial(fly.tell, console)
-    vague = too_vague(read_json(foretold), wanted)
+    vague = too_vague(read_json(foretold), wanted) if foretold.is_file() else ""
     if vague or not arguments.armed:
         tell(
             f"nothing was sent: {vague or '--armed arms the vehicle, flies this, and uploads what it tells in shadow'}"
         )
-        show.write_json(fly.proposed(flight_plan, limits, wanted, vague), arguments.json)
+        show.write_json(fly.proposed(plan, flight_plan, limits, wanted, vague), arguments.json)
         return exit_codes.NO if vague else exit_codes.DONE
     outcome, folder = fly.flown(arguments, file, flight_plan, limits, wanted)
-    tell(fly.sentence(outcome))
+    told = outcome.end is End.FINISHED and outcome.all_known
+    tell(f"{fly.sentence(outcome)}{'' if told else '; nothing is uploaded'}")
     done: dict[str, Any] = {"flight": fly.to_json(outcome, wanted), "folder": str(folder.path), "steps": {}}
-    if outcome.end is not End.FINISHED or not outcome.all_known:
-        tell("nothing is uploaded")
+    if not told:
         show.write_json(done, arguments.json)
         return exit_codes.NO
     given = {"--link": arguments.link, "--sign-key": arguments.sign_key, "--system": arguments.system}
@@ -83,7 +89,9 @@ def run(arguments: argparse.Namespace) -> int:
         if code != exit_codes.DONE:
             break
     else:
-        tell("calibrated: the model is in the vehicle, in shadow; look at it, then seatrial ff both")
+        tell(
+            "calibrated: the model is in the vehicle, in shadow; fly a minute by hand, validate it, then raise it"
+        )
     show.write_json(done, arguments.json)
     return code
 

@@ -40,8 +40,8 @@ NUMBERS: Final = 1 << 22
 
 
 def run(arguments: argparse.Namespace) -> int:
-    limits = load_limits(Path(arguments.limits))
-    plan = load_plan(Path(arguments.plan))
+    limits, file_of_plan = load_limits(Path(arguments.limits)), Path(arguments.plan)
+    plan = load_plan(file_of_plan)
     file = load_vehicle(arguments.vehicle)
     wanted = wanted_of(arguments, plan)
     console = show.results(arguments.json)
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
         show.put(console, table)
     if not arguments.armed:
         tell(console, "nothing was sent: --armed arms the vehicle and flies this; keep a hand on the sticks")
-        show.write_json(proposed(plan, limits, wanted), arguments.json)
+        show.write_json(proposed(file_of_plan, plan, limits, wanted), arguments.json)
         return exit_codes.DONE
     outcome, folder = flown(arguments, file, plan, limits, wanted)
     tell(console, sentence(outcome))
@@ -174,21 +174,24 @@ def configuration_of(file: VehicleFile) -> str:
 
 
 def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.Table]:
-    """The pieces to be flown, and the limits."""
-    rows = [(str(n), piece.name, f"{piece.duration_s:.0f}") for n, piece in enumerate(plan.pieces, start=1)]
+    """The manoeuvres to be flown, with the lengths of their pieces, and the limits."""
+    rows = [(title, " + ".join(f"{s:g}" for s in lengths)) for title, lengths in plan.manoeuvres.items()]
     within = [(name, f"{value:g}") for name, value in asdict(limits).items()]
     title = f"{plan.name}: until {', '.join(wanted.names)} are known to {100 * wanted.share:g} %"
     return [
-        show.Table(title, ("", "manoeuvre", "seconds"), rows, numbers=("seconds",)),
+        show.Table(title, ("manoeuvre", "seconds, a piece of each in turn"), rows),
         show.Table("limits", ("limit", "value"), within, numbers=("value",)),
     ]
 
 
-def proposed(plan: FlightPlan, limits: FlightLimits, wanted: Wanted, refused: str = "") -> dict[str, Any]:
+def proposed(
+    file: Path, plan: FlightPlan, limits: FlightLimits, wanted: Wanted, refused: str = ""
+) -> dict[str, Any]:
     """A plan to be flown, as plain data; `refused`: why it will not be, "" if it may."""
     return {
         "plan": plan.name,
-        "pieces": [{"name": piece.name, "seconds": piece.duration_s} for piece in plan.pieces],
+        "file": str(file),
+        "manoeuvres": plan.manoeuvres,
         "limits": asdict(limits),
         "know": list(wanted.names),
         "asked_percent": 100 * wanted.share,

@@ -4,22 +4,26 @@ The verb `calibrate` does all of it: without `--armed` it answers with the plan,
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
 from typing import ClassVar, Final
 
 from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 
+from bridge import exit_codes
 from bridge.errors import ConfigError
 from bridge.flight.limits import FlightLimits, load_limits
 from bridge.reports import FLIGHT, SAID
 from bridge.schema import build
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from tui.app.drawing import Line, Lines, hanging, heading
-from tui.app.jobs import JobState, job_lines
+from gcs_plugin.watch.picture import Picture
+from tui.app.drawing import Lines, Span, hanging, heading, number
+from tui.app.jobs import Jobs, JobState, job_lines
 from tui.app.keys import HIDDEN, Action, bindings
+from tui.app.next_step import Flight
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskScreen, FormScreen
 from tui.app.screens.transfer import agrees
@@ -39,20 +43,19 @@ USUAL: Final = {LIMITS: "limits.yaml", TO: "3", MINUTES: "5", KNOW: ""}
 NAMES: Final = tuple(coefficient.name for coefficient in (*MASSES, *DAMPINGS))
 KNOWN, UNKNOWN = "●", "○"
 WIDTH_CELLS: Final = 18
-
-
-@dataclass(frozen=True)
-class _Piece:
-    name: str
-    seconds: float
+NOW_CELLS: Final = 30
 
 
 @dataclass(frozen=True)
 class Proposed:
-    """A plan to be flown, as the verb answers it; `refused`: why it will not be, "" if it may."""
+    """A plan to be flown, as the verb answers it: the lengths in seconds of each manoeuvre's pieces, by its title.
+
+    `refused`: why it will not be flown, "" if it may.
+    """
 
     plan: str
-    pieces: tuple[_Piece, ...]
+    file: str
+    manoeuvres: dict[str, tuple[float, ...]]
     limits: FlightLimits
     know: tuple[str, ...]
     asked_percent: float
@@ -83,7 +86,7 @@ def _is_positive(text: str) -> bool:
 
 def proposed_lines(proposed: Proposed, cells: int) -> Lines:
     """The pieces, the limits, and the parameters asked for."""
-    limits, seconds = proposed.limits, sum(piece.seconds for piece in proposed.pieces)
+    limits, seconds = proposed.limits, sum(map(sum, proposed.manoeuvres.values()))
     within = (
         f"depth {limits.shallowest_m:g} to {limits.deepest_m:g} m",
         f"{limits.altitude_m:g} m over the bottom" if limits.altitude_m else "altitude not measured",
@@ -94,27 +97,62 @@ def proposed_lines(proposed: Proposed, cells: int) -> Lines:
         f"{limits.time_s:g} s in all",
         f"{limits.link_s:g} s without a word from here",
     )
-    pieces = ", ".join(piece.name for piece in proposed.pieces)
+    longest = max(map(len, proposed.manoeuvres), default=0)
+    pieces = (
+        f"{title:<{longest}}  {' + '.join(f'{s:g}' for s in lengths)} s"
+        for title, lengths in proposed.manoeuvres.items()
+    )
     return (
         heading("ASKED FOR", "", cells),
         *hanging(f"{', '.join(proposed.know)} known to {proposed.asked_percent:g} %", "strong", cells),
         heading("LIMITS, held by the vehicle", "", cells),
         *hanging(", ".join(within), "strong", cells),
-        heading(f"PLAN, {seconds:.0f} s of manoeuvres at most", "", cells),
-        *hanging(pieces, "plain", cells),
+        heading(f"PLAN, {seconds:.0f} s at most, a piece of each in turn", "", cells),
+        *(line for words in pieces for line in hanging(words, "plain", cells)),
     )
 
 
+def now_lines(picture: Picture, limits: FlightLimits, cells: int) -> Lines:
+    """What the ground sees of that which the vehicle limits: values now, each with its limits."""
+    depth_m, altitude_m, voltage_v = map(picture.newest, ("depth", "altitude", "voltage"))
+    speed_m_s = math.hypot(*map(picture.newest, "uvw"))
+    shown = (
+        f"depth {number(depth_m, 2)} m, {limits.shallowest_m:g} to {limits.deepest_m:g}",
+        f"speed {number(speed_m_s, 2)} m/s, {limits.speed_m_s:g} at most",
+        f"altitude {number(altitude_m, 1)} m, {limits.altitude_m:g} at least",
+        f"battery {number(voltage_v, 1)} V, {limits.battery_v:g} at least",
+    )
+    measured = (True, True, limits.altitude_m > 0, limits.battery_v > 0)
+    return in_rows([(text, "strong") for text in compress(shown, measured)], NOW_CELLS, cells)
+
+
+def flight_of(jobs: Jobs) -> Flight:
+    """Where the flight stands that Fly plans and lets fly."""
+    plan, flight = jobs.state(PLAN), jobs.state(FLY)
+    if flight is not None and flight.runs:
+        newest = next((report.of for report in reversed(flight.reports) if report.of != SAID), FLIGHT)
+        return Flight.UNDER_WAY if newest == FLIGHT else Flight.WORKED_ON
+    if plan is None or (flight is not None and flight.began_s > plan.began_s):
+        return Flight.NONE
+    if plan.done is None:
+        return Flight.BEING_PLANNED
+    return Flight.PLANNED if plan.done.code == exit_codes.DONE else Flight.NONE
+
+
 def width_lines(known: Mapping[str, tuple[float, float]], cells: int) -> Lines:
-    """The live intervals, as many in a row as fit: half of each over the value, marked where it is as asked."""
-    entries: list[Line] = []
+    """The live intervals: half of each over the value, marked where it is as asked."""
+    entries: list[Span] = []
     for name, (half, asked) in known.items():
         mark = KNOWN if half <= asked else UNKNOWN
-        text = f"{mark} {name} ± {100 * half:.2g} %"
-        entries.append(((f"{text:<{WIDTH_CELLS}}", "strong" if half <= asked else "plain"),))
-    across = max(cells // WIDTH_CELLS, 1)
-    rows = (entries[at : at + across] for at in range(0, len(entries), across))
-    return tuple(tuple(span for entry in row for span in entry) for row in rows)
+        entries.append((f"{mark} {name} ± {100 * half:.2g} %", "strong" if half <= asked else "plain"))
+    return in_rows(entries, WIDTH_CELLS, cells)
+
+
+def in_rows(entries: Sequence[Span], each: int, cells: int) -> Lines:
+    """Entries of `each` cells, as many in a row as fit."""
+    padded = [(f"{text:<{each}}", role) for text, role in entries]
+    across = max(cells // each, 1)
+    return tuple(tuple(padded[at : at + across]) for at in range(0, len(padded), across))
 
 
 class FlyScreen(StationScreen):
@@ -187,28 +225,40 @@ class FlyScreen(StationScreen):
 
     def action_launch(self) -> None:
         """Ask for the word, and let it fly."""
-        system = self._system
-        if not self._may_fly or system is None:
+        system, proposed = self._system, self._proposed
+        if not self._may_fly or system is None or proposed is None:
             return
+        words = (*self._words, "--plan", proposed.file)
 
         def answered(typed: str | None) -> None:
             if typed is None:
                 return
             if not agrees(typed, WORD):
                 self.notify(f"'{typed}' is not {WORD}: nothing was sent", severity="warning")
-            elif not self._may_fly or self._system != system:
-                self.notify(
-                    f"nothing was sent: {self._obstacle or 'another vehicle is heard'}", severity="error"
-                )
+            elif other := self._is_other(system, proposed):
+                self.notify(f"nothing was sent: {other}", severity="error")
             else:
-                self.desk.jobs.start(FLY, (*self._words, "--system", str(system), "--armed"))
+                self.desk.jobs.start(FLY, (*words, "--system", str(system), "--armed"))
 
         title = f"Type {WORD} to arm vehicle {system} and let it fly; keep a hand on the sticks"
         self.app.push_screen(AskScreen(title, "begins the countdown"), answered)
 
+    def _is_other(self, system: int, proposed: Proposed) -> str:
+        """What is no longer as it was when the word was asked for; "" if all is."""
+        if self._obstacle:
+            return self._obstacle
+        if self._system != system:
+            return "another vehicle is heard"
+        limits = mistakes(self._texts) or load_limits(Path(self._texts[LIMITS])) != proposed.limits
+        return "plan or limits are others by now; plan again" if limits or self._proposed != proposed else ""
+
     @property
     def flies(self) -> bool:
         return self.desk.jobs.runs(FLY)
+
+    @property
+    def _stands(self) -> Flight:
+        return flight_of(self.desk.jobs)
 
     @property
     def _flight(self) -> JobState | None:
@@ -302,9 +352,13 @@ class FlyScreen(StationScreen):
     def _flying(self, state: JobState, cells: int) -> Lines:
         shown = tuple(report for report in state.reports if report.of != SAID)
         now = job_lines("calibrate", replace(state, reports=shown), self.desk.jobs.now_s(), cells)
+        key = self.key_of("fly.end")
+        if self._stands is not Flight.UNDER_WAY:
+            ends = "" if self.view_only else f"; [{key}] ends that"
+            return (*now, *hanging(f"The flight is over, and is being worked on{ends}.", "quiet", cells))
         end = "the recording, the pilot's sticks and every limit can still end it"
         if not self.view_only:
-            end = f"[{self.key_of('fly.end')}] ends it: it holds its place; again disarms it. Any stick takes over"
+            end = f"[{key}] ends it: it holds its place; again disarms it. Any stick takes over"
         return (*now, *hanging(f"{end}.", "warn", cells))
 
     def _flown(self, state: JobState, cells: int) -> Lines:
@@ -317,12 +371,17 @@ class FlyScreen(StationScreen):
         state, proposed = self._flight, self._proposed
         lines: Lines = ()
         if state is not None:
+            if self._stands is Flight.UNDER_WAY and proposed is not None and self.view is not None:
+                now = now_lines(self.view.picture, proposed.limits, cells)
+                lines = (heading("NOW, and its limits", "", cells), *now)
             known = next((r.values for r in reversed(state.reports) if r.of == FLIGHT and r.values), {})
             if known:
-                lines = (heading("KNOWN, half of the 95 % interval", "", cells), *width_lines(known, cells))
+                title = heading("KNOWN, half of the 95 % interval", "", cells)
+                lines = (*lines, title, *width_lines(known, cells))
             said = [report.words for report in reversed(state.reports) if report.of == SAID]
             sentences = tuple(line for words in said for line in hanging(words, "plain", cells))
             lines = (*lines, heading("SAID, the newest first", "", cells), *sentences)
         if proposed is None or self.flies:
             return lines
-        return (*proposed_lines(proposed, cells), *lines)
+        plan = proposed_lines(proposed, cells)
+        return (*plan, *lines) if self._stands is Flight.PLANNED else (*lines, *plan)

@@ -239,6 +239,7 @@ class StationScreen(Screen[None]):
         yield Static(id="room")
         yield from self.body()
         yield Drawn(self._next, id="next")
+        yield Static(id="notices")
         yield KeyLine()
 
     def _next(self, cells: int, _: int) -> Lines:
@@ -276,6 +277,11 @@ class StationScreen(Screen[None]):
         taken = max((top.region.bottom for top in self.query(TopLine)), default=0)
         for room in self.query("#room"):
             room.styles.height = max(rows - taken, 0)
+
+    def keep_free(self, rows: int) -> None:
+        """Keep the last `rows` above the keys free for notices."""
+        for notices in self.query("#notices"):
+            notices.styles.height = rows
 
     def show(self, view: View) -> None:
         self.view = view

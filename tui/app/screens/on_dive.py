@@ -186,15 +186,18 @@ class SectionScreen(DiveScreen):
         )
 
     def _offer(self, again: bool) -> str:
-        """Sentence on the key and the task that it starts."""
+        """Sentence on the key and the task that it starts; "" while it is at work."""
         assert self.dive is not None
         if self.obstacle:
             return self.obstacle
         if self.view_only:
             return f"{self.dive.name}; this view only looks, and can't {self.VERB} it."
+        key = self.key_of(f"{self.VERB}.start")
+        if not key:
+            return ""
         does, how = self.aim()
         task = f"{does} it again" if again else f"{does} {self.dive.name}"
-        return f"[{self.key_of(f'{self.VERB}.start')}] {task}, {how}."
+        return f"[{key}] {task}, {how}."
 
     def _heading(self, name: str, cells: int, _: int) -> Lines:
         title, note = self.head(name)
