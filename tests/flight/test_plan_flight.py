@@ -264,11 +264,7 @@ def test_without_armed_nothing_is_sent_and_the_plan_is_shown(capsys, monkeypatch
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
     assert cli.main(command()) == 0
     shown = capsys.readouterr().out
-<<<<<<< HEAD
-    assert "1. surge, 16 s" in shown
-=======
-    assert "1. surge   8 + 12 + 12" in shown
->>>>>>> h_24
+    assert "1. surge   8 + 8 + 16" in shown
     assert "nothing was sent: --armed arms the vehicle" in shown
     assert "deepest_m" in shown
 
