@@ -97,7 +97,7 @@ def test_the_feed_forward_goes_off_at_once_and_elsewhere_only_by_a_second_word(m
 
 
 def test_an_alarm_of_the_crews_own_limits_is_said_and_stands_in_the_status(mavproxy):
-    mavproxy.until("seatrial status", r"ALARM battery \d\d\.\d V, below 99 V")
+    mavproxy.until("seatrial status", r"component 1\s+ALARM battery \d\d\.\d V, below 99 V")
     assert len(re.findall("^ALARM battery", mavproxy.text, re.MULTILINE)) >= 2
 
 
