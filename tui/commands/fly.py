@@ -179,7 +179,7 @@ def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.T
     within = [(name, f"{value:g}") for name, value in asdict(limits).items()]
     title = f"{plan.name}: until {', '.join(wanted.names)} are known to {100 * wanted.share:g} %"
     return [
-        show.Table(title, ("manoeuvre", "seconds, a piece of each in turn"), rows),
+        show.Table(title, ("manoeuvre", "seconds, piece by piece"), rows),
         show.Table("limits", ("limit", "value"), within, numbers=("value",)),
     ]
 

@@ -107,7 +107,7 @@ def proposed_lines(proposed: Proposed, cells: int) -> Lines:
         *hanging(f"{', '.join(proposed.know)} known to {proposed.asked_percent:g} %", "strong", cells),
         heading("LIMITS, held by the vehicle", "", cells),
         *hanging(", ".join(within), "strong", cells),
-        heading(f"PLAN, {seconds:.0f} s at most, a piece of each in turn", "", cells),
+        heading(f"PLAN, {seconds:.0f} s at most, piece by piece", "", cells),
         *(line for words in pieces for line in hanging(words, "plain", cells)),
     )
 
