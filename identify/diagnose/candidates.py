@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
-from identify.side_by_side import side_by_side
 
 NEAR = 0.02
 
@@ -140,16 +139,16 @@ class Setting:
         return Cause(self.effect, np.clip(none + size @ self.steps, low, high))
 
 
-def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Setting, ...], list[Act]]:
-    """All settings of some effects, with the act of every column."""
-    columns: list[tuple[Effect, Array]] = []
+def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Setting, ...], list[Cause]]:
+    """All settings of some effects, with the cause that each column is of."""
+    columns: list[Cause] = []
     settings = []
     for effect in effects:
         for size in effect.sizes:
             steps = _steps(effect, size, course)
             settings.append(Setting(effect, tuple(range(len(columns), len(columns) + len(steps))), steps))
-            columns += [(effect, _at(effect, step)) for step in steps]
-    return tuple(settings), side_by_side(lambda each: each[0].act(course, each[1]), columns)
+            columns += [Cause(effect, _at(effect, step)) for step in steps]
+    return tuple(settings), columns
 
 
 def _steps(effect: Effect, size: float, course: Course) -> Array:

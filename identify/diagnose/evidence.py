@@ -252,6 +252,18 @@ class Blocks:
         """Other columns (rows, k) in blocks of the same rows."""
         return Blocks(tuple(Block.of_columns(columns[slice_]) for slice_ in self.slices), columns.shape[1])
 
+    @classmethod
+    def joined(cls, every: Sequence["Blocks"]) -> "Blocks":
+        """The columns of blocks (at least one) of the same rows, one after the other."""
+        starts = list(accumulate((blocks.width for blocks in every), initial=0))
+
+        def part(k: int) -> Block:
+            parts = [blocks.parts[k] for blocks in every]
+            of = [start + part.of for start, part in zip(starts, parts, strict=False)]
+            return Block(np.concatenate(of), np.hstack([part.values for part in parts]))
+
+        return cls(tuple(map(part, range(len(every[0].parts)))), starts[-1])
+
     def with_columns(self, others: "Blocks") -> "Blocks":
         """These columns, followed by others of the same rows."""
         parts = [

@@ -101,13 +101,12 @@ def autoregressions_of(runs: Sequence[NDArray[np.intp]], innovations: Array) -> 
 
 @dataclass(frozen=True)
 class Push:
-    """Force of an act along a course: force (6, t), and the degrees of freedom in which it is nonzero."""
+    """Force (t,) of an act along a course, in each degree of freedom in which it is nonzero."""
 
-    force: Array
-    dofs: frozenset[int]
+    by_dof: dict[int, Array]
 
 
-NO_PUSH = Push(np.zeros((6, 0)), frozenset())
+NO_PUSH = Push({})
 
 
 def push_of(act: Act, course: Course) -> Push:
@@ -123,8 +122,7 @@ def push_of(act: Act, course: Course) -> Push:
         force = turned if force is None else force + turned
     if force is None:
         return NO_PUSH
-    rows = np.ascontiguousarray(force.T)
-    return Push(rows, frozenset(np.flatnonzero((rows != 0.0).any(axis=1)).tolist()))
+    return Push({dof: np.ascontiguousarray(row) for dof, row in enumerate(force.T) if row.any()})
 
 
 @dataclass(frozen=True)
@@ -207,7 +205,7 @@ class AxisInnovations:
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
         """Response of the axis' rows to each act and its force; acts without any response are left out."""
         dof = self.problem.axis.dof
-        forces = {k: push.force[dof] for k, push in enumerate(pushes) if dof in push.dofs}
+        forces = {k: push.by_dof[dof] for k, push in enumerate(pushes) if dof in push.by_dof}
         offs = {
             k: off
             for k, act in enumerate(acts)

@@ -36,8 +36,13 @@ from identify.diagnose.regression import Regression, regression_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.side_by_side import side_by_side
 
 Key = tuple[Effect, bytes]
+
+TOGETHER = 8
+"""Candidates whose acts are held at a time: an act of a long dive takes a megabyte, and those of all a processor's
+cache many times over."""
 
 KEPT = 32
 """Number of causes whose columns are kept: those of a long dive take a megabyte per cause."""
@@ -71,11 +76,16 @@ class CandidateColumns:
     @cached_property
     def candidates(self) -> Blocks:
         """The columns of the settings."""
-        return self.rows.blocks(self._tried[1], self.course)
+        every = self._tried[1]
+        some = [every[first : first + TOGETHER] for first in range(0, len(every), TOGETHER)]
+        return Blocks.joined(side_by_side(self._blocks, some))
 
     @cached_property
-    def _tried(self) -> tuple[tuple[Setting, ...], list[Act]]:
+    def _tried(self) -> tuple[tuple[Setting, ...], list[Cause]]:
         return settings_of(self.library, self.course)
+
+    def _blocks(self, causes: Sequence[Cause]) -> Blocks:
+        return self.rows.blocks([cause.act(self.course) for cause in causes], self.course)
 
     def of(self, cause: Cause) -> Array:
         """Columns (1 + k, rows): a cause's column, and its slopes by each parameter present."""
@@ -116,8 +126,8 @@ class CandidateColumns:
             setting = next(trial for trial in self.settings if trial.effect == effect)
             tried = self.candidates.some(setting.columns)
         else:
-            (setting,), acts = settings_of((effect,), self.course)
-            tried = self.rows.columns(acts, self.course)
+            (setting,), causes = settings_of((effect,), self.course)
+            tried = self._blocks(causes).dense()
         return tried.T / np.diag(setting.steps)[:, None]
 
     @cached_property

@@ -219,7 +219,7 @@ def _level(thruster: Thruster) -> bool:
 def weak(number: int) -> Effect:
     def act(course: Course, values: Array) -> Act:
         lost = (values[0] - 1.0) * course.allocation[:, number - 1]
-        return Act(wrench=np.outer(course.thrust_n[:, number - 1], lost))
+        return Act(wrench=np.outer(lost, course.thrust_n[:, number - 1]).T)
 
     return Effect(
         "weak_thruster",
@@ -245,7 +245,7 @@ def turned(number: int, about: str) -> Effect:
         cos, sin = np.cos(values[0]), np.sin(values[0])
         to = way * cos + np.cross(axis, way) * sin + axis * (axis @ way) * (1.0 - cos)
         change = thruster.gain * np.concatenate([to - way, np.cross(thruster.position_m, to - way)])
-        return Act(wrench=np.outer(course.thrust_n[:, number - 1], change))
+        return Act(wrench=np.outer(change, course.thrust_n[:, number - 1]).T)
 
     return Effect(
         "thruster_misalignment",
@@ -273,7 +273,7 @@ def shifted(number: int, thruster: Thruster) -> Effect:
         way = np.array(thruster.direction)
         by = np.array([*values, 0.0]) if len(values) == 2 else values[0] * np.cross(AXES["z"], way)
         change = thruster.gain * np.concatenate([np.zeros(3), np.cross(by, way)])
-        return Act(wrench=np.outer(course.thrust_n[:, number - 1], change))
+        return Act(wrench=np.outer(change, course.thrust_n[:, number - 1]).T)
 
     return Effect(
         "thruster_misalignment",
