@@ -341,26 +341,30 @@ def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:
     return gain
 
 
+@njit(cache=True, nogil=True)
 def _density(square: Array, dims: int, spread: float) -> Array:
     """Log density, without common terms."""
     return np.asarray(-0.5 * dims * np.log(spread) - 0.5 * square / spread)
 
 
+@njit(cache=True, nogil=True)
 def _is_loud(square: Array, dims: int, share: float, quiet: float, loud: float) -> Array:
     quiet_density = np.log1p(-share) + _density(square, dims, quiet)
     loud_density = np.log(share) + _density(square, dims, loud)
     return np.asarray(np.exp(loud_density - np.logaddexp(quiet_density, loud_density)))
 
 
+@njit(cache=True, nogil=True)
 def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
     """Share of loud stretches and both spreads, by expectation maximisation (Dempster, Laird and Rubin 1977)."""
     mean = max(float(np.mean(square)) / dims, 1e-300)
     share, quiet, loud = 0.1, 0.7 * mean, 3.0 * mean
     for _ in range(ROUNDS):
         loudly = _is_loud(square, dims, share, quiet, loud)
-        share = float(np.clip(np.mean(loudly), 1.0 / len(square), 0.5))
-        loud = max(float(loudly @ square) / max(float(np.sum(loudly)) * dims, 1e-9), mean)
-        quiet = max(float((1 - loudly) @ square) / max(float(np.sum(1 - loudly)) * dims, 1e-9), 1e-3 * mean)
+        share = min(max(float(np.mean(loudly)), 1.0 / len(square)), 0.5)
+        loud = max(float(np.sum(loudly * square)) / max(float(np.sum(loudly)) * dims, 1e-9), mean)
+        quietly = 1.0 - loudly
+        quiet = max(float(np.sum(quietly * square)) / max(float(np.sum(quietly)) * dims, 1e-9), 1e-3 * mean)
     return share, quiet, loud
 
 
