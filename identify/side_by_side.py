@@ -1,16 +1,17 @@
 """Work in threads of one process, on all processors; numerical kernels hold no lock while they run.
 
 The caller works too, and idle threads help it, one for each further processor. So work does not multiply however deep
-the calls are nested, and no call waits for a thread. A `Shared` result is computed by its first caller and kept only
-while somebody holds it.
+the calls are nested. A caller that has nothing left to do, and waits for a helper's last item, helps with the calls
+that this item makes (leapfrogging, Wagner and Calder 1993): no other work, which might wait for the caller. A `Shared`
+result is computed by its first caller and kept only while somebody holds it.
 """
 
 import os
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from threading import Lock
+from threading import Condition, Lock, get_ident
 from typing import Any, Generic, TypeVar
 from weakref import WeakValueDictionary
 
@@ -18,15 +19,77 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
+class _Call:
+    """A call in progress. share: works on its items until none is left to begin. helpers: threads that work on it, with
+    the number of calls that each had in progress before."""
+
+    def __init__(self, share: Callable[[], None]) -> None:
+        self.share: Callable[[], None] | None = share
+        self.helpers: dict[int, int] = {}
+
+
+class _Team:
+    """Threads for all processors but the caller's, and the calls in progress of every thread, outermost first."""
+
+    def __init__(self) -> None:
+        self._pool = ThreadPoolExecutor(max(len(os.sched_getaffinity(0)) - 1, 1), "helper")
+        self._changed = Condition()
+        self._calls: defaultdict[int, list[_Call]] = defaultdict(list)
+
+    def work(self, share: Callable[[], None], helpers: int) -> None:
+        """Work on a call's items with at most so many helpers, until all have ended."""
+        call, mine = _Call(share), self._calls[get_ident()]
+        with self._changed:
+            mine.append(call)
+            self._changed.notify_all()
+        asked = [self._pool.submit(self._help, call) for _ in range(helpers)]
+        try:
+            share()
+        finally:
+            with self._changed:
+                # A helper that comes too late finds nothing: it must not keep the items and results of this call.
+                call.share = None
+                mine.remove(call)
+            for each in asked:
+                each.cancel()
+            while (within := self._next_within(call)) is not None:
+                self._help(within)
+
+    def _help(self, call: _Call) -> None:
+        me = get_ident()
+        with self._changed:
+            if (share := call.share) is None:
+                return
+            call.helpers[me] = len(self._calls[me])
+        try:
+            share()
+        finally:
+            with self._changed:
+                call.share = None
+                del call.helpers[me]
+                self._changed.notify_all()
+
+    def _next_within(self, call: _Call) -> _Call | None:
+        """A call that a helper makes for an item of `call`, as soon as there is one; None once all helpers have
+        ended."""
+        with self._changed:
+            while call.helpers:
+                for thread, before in call.helpers.items():
+                    for within in self._calls[thread][before:]:
+                        if within.share is not None:
+                            return within
+                self._changed.wait()
+        return None
+
+
 @cache
-def _helpers() -> ThreadPoolExecutor:
-    """Threads for all processors but the caller's."""
-    return ThreadPoolExecutor(max(len(os.sched_getaffinity(0)) - 1, 1), "helper")
+def _team() -> _Team:
+    return _Team()
 
 
 # A process that forks leaves the threads behind.
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_helpers.cache_clear)
+    os.register_at_fork(after_in_child=_team.cache_clear)
 
 
 def side_by_side(
@@ -56,25 +119,13 @@ def side_by_side(
             except BaseException as error:  # noqa: BLE001 (raised by the caller when all have ended)
                 failures[k] = error
 
-    # A helper that comes too late finds nothing here: its call must not keep the items and results of this one.
-    shares = [share]
-    helping = [_helpers().submit(_help, shares) for _ in range(at_once - 1)]
     try:
-        share()
+        _team().work(share, at_once - 1)
     finally:
-        shares.clear()
         deque(order, maxlen=0)
-        for helper in helping:
-            if not helper.cancel():
-                helper.result()
     if failures:
         raise failures[min(failures, key=lambda k: (isinstance(failures[k], Exception), k))]
     return [results[k] for k in range(len(every))]
-
-
-def _help(shares: list[Callable[[], None]]) -> None:
-    for share in tuple(shares):
-        share()
 
 
 def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:

@@ -108,8 +108,10 @@ def _verb(log: Path, vehicle: str, environment: dict[str, str]) -> float:
     answer = log.with_suffix(".json")
     answer.unlink(missing_ok=True)
     words = [command, "diagnose", str(log), "--vehicle", vehicle, "--json", str(answer)]
+    # A crew's Python keeps what it has compiled of the modules.
+    its = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     began = time.perf_counter()
-    done = subprocess.run(words, capture_output=True, text=True, env={**os.environ, **environment})
+    done = subprocess.run(words, capture_output=True, text=True, env={**its, **environment})
     seconds = time.perf_counter() - began
     if not answer.exists():
         raise FitError(f"seatrial diagnose of {log} gave no answer: {done.stderr.strip()}")

@@ -96,6 +96,26 @@ def test_calls_within_calls_end_though_every_helper_is_busy():
     assert side_by_side(deeper, range(10))[3][4] == [7 + other for other in range(20)]
 
 
+def test_a_caller_that_waits_helps_with_the_calls_within_the_last_item():
+    threads, both_at_work = set(), threading.Barrier(2)
+
+    def within(_: int) -> None:
+        # Passed by two threads alone: the helper that makes this call, and the caller that waits for it.
+        both_at_work.wait(5.0)
+        threads.add(threading.get_ident())
+
+    def outer(_: int) -> None:
+        if threading.current_thread() is threading.main_thread():
+            begun.wait(5.0)
+        else:
+            begun.set()
+            side_by_side(within, range(2))
+
+    begun = threading.Event()
+    side_by_side(outer, range(2))
+    assert len(threads) == 2
+
+
 def test_a_child_process_has_helpers_of_its_own():
     side_by_side(abs, range(4))
     words = "import os; from identify.side_by_side import side_by_side as s; s(abs, range(4)); child = os.fork(); "
