@@ -77,7 +77,7 @@ class CandidateColumns:
     def candidates(self) -> Blocks:
         """The columns of the settings."""
         every = self._tried[1]
-        some = [every[first : first + TOGETHER] for first in range(0, len(every), TOGETHER)]
+        some = [every[first : first + TOGETHER] for first in range(0, max(len(every), 1), TOGETHER)]
         return Blocks.joined(side_by_side(self._blocks, some))
 
     @cached_property

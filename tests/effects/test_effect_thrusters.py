@@ -251,7 +251,7 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
 def test_a_limit_is_tried_at_shares_of_the_most_that_was_asked(rich_course: Course) -> None:
     """A pilot who asks for 1 N of thrusters of 35 N still finds a limit of half of that."""
     gentle = replace(rich_course, asked_n=rich_course.asked_n / np.abs(rich_course.asked_n).max())
-    settings, acts = settings_of((SATURATION,), gentle)
+    settings, causes = settings_of((SATURATION,), gentle)
     limits = [float(setting.steps[0, 0]) for setting in settings]
     assert limits == pytest.approx([1 / 1.5, 1 / 2, 1 / 3, 1 / 5])
-    assert all(np.any(act.wrench) for act in acts)
+    assert all(np.any(cause.act(gentle).wrench) for cause in causes)
