@@ -13,7 +13,7 @@ search allows for forms alone, so that a second cause keeps its evidence; only w
 too.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -23,6 +23,10 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
+from identify.side_by_side import side_by_side
+
+Change = Callable[[Array], Array]
+"""What a companion makes of a part (n, ...) of an act along a course."""
 
 NEAR = 0.02
 
@@ -243,27 +247,23 @@ def _bent(part: Array, power: float) -> Array:
     return np.asarray(np.sign(part) * np.abs(part / size) ** power * size)
 
 
-def companions(course: Course, cause: Cause) -> Iterator[Act]:
+def companions(course: Course, cause: Cause) -> list[Act]:
     """Acts of a cause's companions, of any size."""
-    act = cause.act(course)
+    act, changes = cause.act(course), list[tuple[Act, Change]]()
     if cause.effect.acts_on != "reading":
-        for lag_s in SLOWER_S:
-            yield act.each(partial(lagged, step_s=course.step_s, lag_s=lag_s))
+        changes += [(act, partial(lagged, step_s=course.step_s, lag_s=lag_s)) for lag_s in SLOWER_S]
     middle = (2.0 * course.since_s / course.since_s[-1] - 1.0)[:, None]
-    for power in TURNS:
-        yield act.each(partial(np.multiply, middle**power))
+    changes += [(act, partial(np.multiply, middle**power)) for power in TURNS]
     if cause.effect.acts_on == "water":
-        for p in np.flatnonzero(cause.present).tolist():
-            part = cause.slope(course, p)
-            for power in DRIFTS:
-                yield part.each(partial(np.multiply, middle**power))
-        yield from _band(course, cause)
-    if cause.effect.companions is not None:
-        yield from cause.effect.companions(course, act)
+        parts = side_by_side(lambda p: cause.slope(course, p), np.flatnonzero(cause.present).tolist())
+        changes += [(part, partial(np.multiply, middle**power)) for part in parts for power in DRIFTS]
+        changes += _band(course, cause)
+    of_effect = () if cause.effect.companions is None else cause.effect.companions(course, act)
+    return [*side_by_side(lambda each: each[0].each(each[1]), changes), *of_effect]
 
 
-def _band(course: Course, cause: Cause) -> Iterator[Act]:
-    """The strongest line of a sea at neighbouring rates that the dive resolves."""
+def _band(course: Course, cause: Cause) -> Iterator[tuple[Act, Change]]:
+    """The strongest line of a sea, and its changes to neighbouring rates that the dive resolves."""
     parameters = cause.effect.told(cause.values)
     if "period" not in parameters:
         return
@@ -271,12 +271,11 @@ def _band(course: Course, cause: Cause) -> Iterator[Act]:
     neighbours = min(int(np.ceil(BAND * duration_s / parameters["period"][0])), MOST_IN_BAND)
     each = len({parameter.name for parameter in cause.effect.parameters})
     strongest = int(np.argmax(np.linalg.norm(cause.values.reshape(-1, each), axis=1)))
+    angle = (2 * np.pi / duration_s * course.since_s)[:, None]
+    waves = [wave(k * angle) for k in range(1, neighbours + 1) for wave in (np.sin, np.cos)]
     for p in range(strongest * each, (strongest + 1) * each):
         part = cause.slope(course, p)
-        for k in range(1, neighbours + 1):
-            angle = (2 * np.pi * k / duration_s * course.since_s)[:, None]
-            yield part.each(partial(np.multiply, np.sin(angle)))
-            yield part.each(partial(np.multiply, np.cos(angle)))
+        yield from ((part, partial(np.multiply, wave)) for wave in waves)
 
 
 def _moments(course: Course, force: Array) -> Iterator[Act]:

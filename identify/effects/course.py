@@ -74,6 +74,14 @@ class Course:
         return np.asarray(self.time_s - self.time_s[0])
 
     @cached_property
+    def below_m(self) -> Array:
+        """Depth below its median, (n,); 0 if unknown."""
+        known = np.isfinite(self.depth_m)
+        if not known.any():
+            return np.zeros_like(self.depth_m)
+        return np.where(known, self.depth_m - np.median(self.depth_m[known]), 0.0)
+
+    @cached_property
     def thrust_n(self) -> Array:
         """Thrust of each thruster by its nominal curve and lag, (n, k)."""
         follow = shaft_lagged if self.by_shaft else lagged

@@ -80,7 +80,7 @@ def waves(*periods_s: float) -> Effect:
     rates = [2 * np.pi / period_s for period_s in periods_s]
 
     def act(course: Course, values: Array) -> Act:
-        force, below_m = np.zeros((3, len(course.since_s))), _below_the_middle(course.depth_m)
+        force, below_m = np.zeros((3, len(course.since_s))), course.below_m
         for rate, line in _present(rates, values.reshape(-1, 3, 2)):
             dying = np.exp(-(rate**2) / GRAVITY_M_S2 * below_m)
             force += dying * (line @ np.stack([np.sin(rate * course.since_s), np.cos(rate * course.since_s)]))
@@ -127,14 +127,6 @@ def _usual_s(periods_s: tuple[float, ...], power: Array) -> float:
 def _variant(periods_s: tuple[float, ...]) -> str:
     texts = [f"{period_s:.3g}" for period_s in periods_s]
     return f"{' and '.join(filter(None, (', '.join(texts[:-1]), texts[-1])))} s"
-
-
-def _below_the_middle(depth_m: Array) -> Array:
-    """Depth below its median, (n,); 0 if unknown."""
-    known = np.isfinite(depth_m)
-    if not known.any():
-        return np.zeros_like(depth_m)
-    return np.where(known, depth_m - np.median(depth_m[known]), 0.0)
 
 
 REFERENCE_M = 0.5
