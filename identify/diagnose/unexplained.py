@@ -86,13 +86,15 @@ class Unexplained:
     """The unexplained remainder: generic forces that predict it on held-out pieces, strongest first.
 
     gains (k,): nats that each adds in its axis to the forces before it. forces (k,): standard deviation, N or N m; 0
-    for a reading error. explained: nats that the causes save in the vehicle's motion.
+    for a reading error. explained: nats that the causes save in the vehicle's motion. instead: nats that generic
+    forces save in place of the causes.
     """
 
     shapes: tuple[GenericForce, ...] = ()
     gains: tuple[float, ...] = ()
     forces: tuple[float, ...] = ()
     explained: float = 0.0
+    instead: float = 0.0
 
 
 def beyond_chance(shape: GenericForce, gain: float) -> bool:
@@ -108,10 +110,25 @@ def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     like an unknown force are left out, too.
     """
     left = _unexplained_of(weighing, fit)
-    if not _at_sea(fit) or not any(map(beyond_chance, left.shapes, left.gains)):
-        return left
-    freed = _without_remainder(weighing, fit)
-    return _unexplained_of(freed, freed.fitted(fit.causes))
+    if _at_sea(fit) and any(map(beyond_chance, left.shapes, left.gains)):
+        freed = _without_remainder(weighing, fit)
+        left = _unexplained_of(freed, freed.fitted(fit.causes))
+    return replace(left, instead=_nats_instead(weighing)) if fit.causes else left
+
+
+def _nats_instead(weighing: Weighing) -> float:
+    """Nats that generic forces save in place of all causes, by the same filters and on the same held-out pieces.
+
+    Only forces that are selected one after another count, and those of the witnesses: the nats of bursts, lines and
+    slow forces are not what these add to the others.
+    """
+    course, fit = _foreseen(weighing.now), weighing.fitted(())
+    known = _known(weighing, fit)
+    tests = [
+        *_of_axes(weighing, _judged_axes(weighing, fit, known), course),
+        lambda: [*_of_witnesses(weighing, fit.value, known)],
+    ]
+    return sum(item.gain for item in _found(tests) if beyond_chance(item.shape, item.gain))
 
 
 def _foreseen(now: Nominal) -> Course:
@@ -170,21 +187,8 @@ def _known(weighing: Weighing, fit: Fitted) -> Blocks:
 
 
 def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
-    course, dofs = (
-        _foreseen(weighing.now),
-        [innovations.problem.axis.dof for innovations in weighing.rows.axes],
-    )
-    known = _known(weighing, fit)
-    shapes: list[_Unit] = [(*unit_force, None) for unit_force in unit_forces(course, dofs)]
-    shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
-    thrust = course.wrench_of(course.thrust_n).std(axis=0)
-    at_sea = _at_sea(fit)
-    axes = [
-        _axis_with_causes(weighing, fit.value, known, k, at_sea)
-        for k, innovations in enumerate(weighing.rows.axes)
-        if innovations.problem.axis.dof
-        not in (*weighing.now.feedback_unrecorded, *weighing.now.force_undetermined)
-    ]
+    course, known, at_sea = _foreseen(weighing.now), _known(weighing, fit), _at_sea(fit)
+    axes = _judged_axes(weighing, fit, known)
     # An autopilot's filter corrects itself now and then, which looks like a burst.
     unfiltered = [axis for axis in axes if axis.dof not in weighing.now.filtered]
 
@@ -196,22 +200,46 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
         drifts = SURGE_AND_SWAY if any(cause.act(course).water is not None for cause in fit.causes) else ()
         return [finding for finding in slow if finding.shape.dof not in drifts]
 
-    tests: list[Callable[[], list[_Weighed]]] = [
+    tests: list[_Test] = [
         slow,
-        *(partial(_of_axis, axis, course, shapes, dofs, thrust[axis.dof]) for axis in axes),
+        *_of_axes(weighing, axes, course),
         lambda: _bursts(unfiltered, course),
         *(partial(_lines, axis, course, at_sea) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
-    weighed = [each_item for item in side_by_side(lambda test: test(), tests) for each_item in item]
-    weighed.sort(key=lambda each: -each.gain)
-    kept = weighed[:MOST]
+    kept = _found(tests)[:MOST]
     return Unexplained(
         tuple(item.shape for item in kept),
         tuple(item.gain for item in kept),
         tuple(item.size for item in kept),
         fit.motion_nats,
     )
+
+
+def _judged_axes(weighing: Weighing, fit: Fitted, known: Blocks) -> list["_Axis"]:
+    """The axes whose controller's readings and forces are known."""
+    now, at_sea = weighing.now, _at_sea(fit)
+    return [
+        _axis_with_causes(weighing, fit.value, known, k, at_sea)
+        for k, innovations in enumerate(weighing.rows.axes)
+        if innovations.problem.axis.dof not in (*now.feedback_unrecorded, *now.force_undetermined)
+    ]
+
+
+def _of_axes(weighing: Weighing, axes: Sequence["_Axis"], course: Course) -> Iterator["_Test"]:
+    """A test of each axis for the forces that are selected one after another."""
+    dofs = [innovations.problem.axis.dof for innovations in weighing.rows.axes]
+    shapes: list[_Unit] = [(*unit_force, None) for unit_force in unit_forces(course, dofs)]
+    shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
+    thrust = course.wrench_of(course.thrust_n).std(axis=0)
+    for axis in axes:
+        yield partial(_of_axis, axis, course, shapes, dofs, thrust[axis.dof])
+
+
+def _found(tests: Sequence["_Test"]) -> list["_Weighed"]:
+    """The forces that tests find, strongest first."""
+    weighed = [each_item for item in side_by_side(lambda test: test(), tests) for each_item in item]
+    return sorted(weighed, key=lambda each: -each.gain)
 
 
 @dataclass(frozen=True)
@@ -221,6 +249,9 @@ class _Weighed:
     shape: GenericForce
     gain: float
     size: float
+
+
+_Test = Callable[[], list[_Weighed]]
 
 
 @dataclass(frozen=True)

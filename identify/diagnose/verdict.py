@@ -30,7 +30,13 @@ from identify.diagnose.search import (
 )
 from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
-from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
+from identify.diagnose.unexplained import (
+    UNKNOWN_NATS,
+    GenericForce,
+    Unexplained,
+    Variable,
+    beyond_chance,
+)
 from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.effects.course import Course
 from identify.effects.effect import Effect
@@ -150,12 +156,28 @@ def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
     return tuple(each for each in disturbance if each.driven and each.share > MOST_DISTURBED)
 
 
-def is_unknown(findings: Sequence[Finding], left_nats: float, saved_nats: float, closes: float) -> bool:
+def stand_in(instead_nats: float, saved_nats: float) -> bool:
+    """Whether causes only stand in for something that no candidate explains.
+
+    A true cause holds the thrust's delays, several degrees of freedom, or the wrong readings together, in one or two
+    numbers. Forces of no particular cause need more of them for less of it, and pay for each on pieces held out. If
+    they save more in place of the causes than these do, beyond chance and beyond the remainder of a cause's form, the
+    causes are none.
+    """
+    beyond = instead_nats - saved_nats
+    return beyond > UNKNOWN_NATS and beyond > FORM_SHARE * saved_nats
+
+
+def is_unknown(findings: Sequence[Finding], left: Unexplained, saved_nats: float, closes: float) -> bool:
     """Whether the larger part of a gap is unexplained.
 
-    It is if the nats left exceed those that the causes save, if no cause is accepted, or if the causes certainly close
-    too little of the gap on held-out pieces (`closes`: at most so much, NaN if unknown).
+    It is if the causes only stand in for it. Where something is left, it is if the nats left exceed those that the
+    causes save, if no cause is accepted, or if the causes certainly close too little of the gap on held-out pieces
+    (`closes`: at most so much, NaN if unknown).
     """
+    if stand_in(left.instead, saved_nats):
+        return True
+    left_nats = unexplained_nats(left)
     if left_nats <= 0:
         return False
     accepted = any(cause.probability >= LIKELY for cause in findings)
@@ -174,10 +196,9 @@ def verdict_of(
     saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces at most, NaN if
     unknown; disturbance: of every degree of freedom.
     """
-    left_nats = unexplained_nats(left)
-    if is_unknown(findings, left_nats, saved_nats, closes):
+    if is_unknown(findings, left, saved_nats, closes):
         return "unknown"
-    if left_nats > 0:
+    if unexplained_nats(left) > 0:
         return "partly"
     if not findings:
         return "unknown" if swallowing(disturbance) else "no_gap"

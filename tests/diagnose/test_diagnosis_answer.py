@@ -133,6 +133,11 @@ def left_by(*gains):
     return Unexplained(tuple(replace(shape) for _ in gains), gains, tuple(1.0 for _ in gains))
 
 
+def instead(nats, *gains):
+    """Generic forces that save so many nats in place of the causes, and others beside them."""
+    return replace(left_by(*gains), instead=nats)
+
+
 POSSIBLE = replace(UNSURE, also=("thruster_misalignment",))
 
 
@@ -156,6 +161,12 @@ def disturbed(share, driven):
         ((SURE,), left_by(60.0, 50.0), 100.0, 0.8, (), "unknown"),
         ((UNSURE,), left_by(100.0), 1831.0, 0.8, (), "unknown"),
         ((), left_by(100.0), 0.0, NAN, (), "unknown"),
+        # Causes in whose place other forces save more are borne out by nothing; by chance, or by a form, they may.
+        ((SURE,), instead(325.0), 286.0, 0.9, (), "unknown"),
+        ((SURE,), instead(325.0, 20.0), 286.0, 0.9, (), "unknown"),
+        ((SURE,), instead(296.0), 286.0, 0.9, (), "explained"),
+        ((SURE,), instead(1020.0), 1001.0, 0.9, (), "explained"),
+        ((SURE,), instead(286.0, 20.0), 286.0, 0.9, (), "partly"),
         # A cause that is hardly probable makes no other ambiguous.
         ((SURE, POSSIBLE), left_by(), 1831.0, 0.8, (), "explained"),
         ((POSSIBLE,), left_by(), 10.0, NAN, (), "ambiguous"),

@@ -24,7 +24,7 @@ from identify.diagnose.rhythms import (
 )
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
-from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
+from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
 from identify.diagnose.weighing import weighing_of
 from identify.effects.actuators import thruster_lag
 from identify.effects.course import lagged
@@ -69,6 +69,18 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
     assert 2 in {shape.dof for shape in unexplained_of(weighing, fit).shapes}
     monkeypatch.setattr(unexplained, "LEAST_FORCE", 0.5)
     assert 2 not in {shape.dof for shape in unexplained_of(weighing, fit).shapes if shape.timing is None}
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_forces_in_place_of_a_cause_save_more_than_it_does_where_another_force_acts(nominal, is_there):
+    course = nominal.course
+    turned, wrench = DVL_LEVER_ARM.act(course, np.array([0.0, 0.1, 0.0])), np.zeros_like(course.nu)
+    wrench[:, 0] = 20.0 * course.nu[:, 5]
+    act = turned if is_there else Act(wrench=wrench)
+    weighing = weighing_of(replace(refitted(nominal, [act]), acts=()), (DVL_LEVER_ARM,))
+    fit = weighing.fitted((Cause(DVL_LEVER_ARM, np.array([0.0, 0.05, 0.0])),))
+    assert fit.gain > unexplained.UNKNOWN_NATS
+    assert stand_in(unexplained_of(weighing, fit).instead, fit.gain) is not is_there
 
 
 def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
