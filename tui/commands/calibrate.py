@@ -37,7 +37,7 @@ MOST_SPEED_M_S, MOST_ROOM_M = 0.5, 6.0
 def run(arguments: argparse.Namespace) -> int:
     limits = load_limits(Path(arguments.limits))
     file = load_vehicle(arguments.vehicle)
-    configuration = fly.configuration_of(file)
+    configuration = file.configuration_chosen()
     vehicle = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
     plan = Path(arguments.plan or Path(arguments.out) / "calibrate-plan.yaml")
     foretold = plan.with_suffix(".json")
