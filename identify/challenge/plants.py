@@ -13,7 +13,7 @@ from identify.challenge.vehicles import DrawnVehicle
 Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
 
 
-def _sign(rng: np.random.Generator) -> float:
+def sign(rng: np.random.Generator) -> float:
     return float(rng.choice([-1.0, 1.0]))
 
 
@@ -38,14 +38,14 @@ def drag_asymmetry(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -
 def cross_flow_lift(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Lift that stalls at large drift angles."""
     lift = sized(0.06, size) * vehicle.damping[1] / vehicle.speed
-    lever = _sign(rng) * rng.uniform(0.05, 0.25)
+    lever = sign(rng) * rng.uniform(0.05, 0.25)
 
     apply = changed("hull", lift_y=lift, lift_n=lever * lift)
     return Planted("cross_flow_lift", {"Y_uv": float(lift), "N_uv": float(lever * lift)}, apply, size)
 
 
 def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    both = _sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
+    both = sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
     y_r, n_v = both * rng.uniform(0.6, 1.4), both * rng.uniform(0.6, 1.4)
 
     apply = changed("hull", y_r=y_r, n_v=n_v)
@@ -54,7 +54,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
 
 def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Larger or smaller Munk moments, by a share that fades at large drift."""
-    share = _sign(rng) * sized(0.2, size)
+    share = sign(rng) * sized(0.2, size)
     mass = vehicle.mass
 
     apply = changed(
@@ -73,25 +73,30 @@ def fouling(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     return Planted("fouling", {"rate": 1.25 * total / 480.0}, apply, size)
 
 
+def add_first_moments(matrix: Array, x: float, y: float, of_water: bool) -> None:
+    """Add the first moments of a mass, kg m ahead and to starboard, to a mass matrix (6, 6), in place; of water that
+    couples sway and yaw alone."""
+    matrix[1, 5] += x
+    matrix[5, 1] += x
+    matrix[0, 5] -= y
+    matrix[5, 0] -= y
+    if not of_water:
+        matrix[2, 4] -= x
+        matrix[4, 2] -= x
+        matrix[2, 3] += y
+        matrix[3, 2] += y
+
+
 def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """First moments of the mass, with level trim; in half of the cases an added mass that couples sway and yaw."""
     mass = vehicle.configuration.dry_mass_kg
     off = sized(0.008, size) * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5
     angle = 0.0 if of_water else rng.uniform(-0.5, 0.5)
-    x, y = _sign(rng) * off * np.cos(angle), off * np.sin(angle)
+    x, y = sign(rng) * off * np.cos(angle), off * np.sin(angle)
 
     def apply(site: Site, _: np.random.Generator) -> None:
-        matrix = site.added if of_water else site.rigid
-        matrix[1, 5] += x
-        matrix[5, 1] += x
-        matrix[0, 5] -= y
-        matrix[5, 0] -= y
-        if not of_water:
-            matrix[2, 4] -= x
-            matrix[4, 2] -= x
-            matrix[2, 3] += y
-            matrix[3, 2] += y
+        add_first_moments(site.added if of_water else site.rigid, x, y, of_water)
 
     return Planted("cg_offset", {"x": float(x) / mass, "y": float(y) / mass}, apply, size)
 
@@ -113,7 +118,7 @@ def pitch_roll_coupling(_: np.random.Generator, vehicle: DrawnVehicle, size: flo
 
 def net_buoyancy(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """A buoyancy force (up or down) that falls slightly with depth, as air spaces are compressed."""
-    force = _sign(rng) * sized(0.4, size) * vehicle.share
+    force = sign(rng) * sized(0.4, size) * vehicle.share
 
     def apply(site: Site, _: np.random.Generator) -> None:
         site.hull = site.hull._replace(buoyancy_n=force, squeeze=0.03, wave_ref=site.depth_m)
@@ -144,7 +149,7 @@ def added_payload(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) 
 
 
 def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    scale = 1.0 + _sign(rng) * sized(0.01, size)
+    scale = 1.0 + sign(rng) * sized(0.01, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
         site.faults = site.faults._replace(seen=scale * site.faults.seen)
@@ -153,7 +158,7 @@ def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted
 
 
 def depth_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    scale = 1.0 + _sign(rng) * sized(0.04, size)
+    scale = 1.0 + sign(rng) * sized(0.04, size)
 
     return Planted("depth_scale", {"scale": scale}, changed("faults", deep=scale), size, spoils=(2,))
 
@@ -169,7 +174,7 @@ def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
 
 def dvl_misalignment(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A DVL turned about the vertical, and tilted by a tenth of that angle."""
-    yaw = _sign(rng) * sized(0.012, size)
+    yaw = sign(rng) * sized(0.012, size)
     cos, sin, tilt = float(np.cos(yaw)), float(np.sin(yaw)), 0.1 * yaw
     seen = np.array([[cos, -sin, 0.0], [sin, cos, tilt], [0.0, -tilt, 1.0]])
 
@@ -200,7 +205,7 @@ def dvl_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
 
 def gyro_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A bias of every gyro aboard that varies by a tenth."""
-    bias = _sign(rng) * sized(0.0005, size)
+    bias = sign(rng) * sized(0.0005, size)
 
     return Planted("gyro_bias", {"z": bias}, changed("faults", gyro=bias, wander=0.1), size, spoils=(5,))
 

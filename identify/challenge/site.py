@@ -208,10 +208,12 @@ def sized(low: float, size: float) -> float:
 Apply = Callable[[Site, np.random.Generator], None]
 
 
-def changed(part: Literal["hull", "prop", "faults"], **changes: Any) -> Apply:
-    """An effect that sets parameters of a part of the site, alike in every dive."""
+def changed(
+    part: Literal["hull", "prop", "faults"], **changes: Any
+) -> Callable[[Any, np.random.Generator], None]:
+    """An effect that sets parameters of a part of a site, alike in every dive."""
 
-    def apply(site: Site, _: np.random.Generator) -> None:
+    def apply(site: Any, _: np.random.Generator) -> None:
         setattr(site, part, getattr(site, part)._replace(**changes))
 
     return apply
