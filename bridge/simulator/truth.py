@@ -140,4 +140,3 @@ class NoiseLevels:
 
 
 TYPICAL = NoiseLevels()
-QUIET = NoiseLevels(**dict.fromkeys(NoiseLevels.__dataclass_fields__, 0.0))

@@ -21,7 +21,6 @@ from identify.checks.impossible import WILD_S, tame
 from identify.dive import Kind, Note
 from identify.ingest.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 
-GROUND_STATION = 6
 CLEARLY_MORE = 5.0
 REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
