@@ -144,7 +144,6 @@ class Alongside:
         return work.result()
 
     def close(self) -> None:
-        """End its process."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 

@@ -164,7 +164,6 @@ class Table:
         return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
 
     def drawn(self, width: int) -> rich.table.Table:
-        """The table for lines of `width`."""
         shape = rich.table.Table(
             box=RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style=""
         )

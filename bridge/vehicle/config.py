@@ -287,7 +287,6 @@ class Vehicle:
             )
 
     def veh_cfg(self, name: str) -> int:
-        """Return the VEH_CFG value of a configuration."""
         given = self.configurations[name].veh_cfg
         return list(self.configurations).index(name) if given is None else given
 

@@ -41,7 +41,6 @@ class Wanted:
     each: Widths = field(default_factory=dict)
 
     def width(self, name: str) -> float:
-        """The width to which a coefficient is to be known."""
         return self.each.get(name, self.share)
 
     def missing(self, widths: Widths) -> dict[str, float]:
@@ -106,7 +105,6 @@ class PlanFlight:
         self._was: tuple[State, str] = (State.IDLE, "")
 
     def begin(self, countdown_s: float) -> None:
-        """Ask the vehicle to begin."""
         self._crew.session.begin(self._limits, self._plan.depth_m, countdown_s)
 
     def key(self) -> None:

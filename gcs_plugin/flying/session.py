@@ -115,7 +115,6 @@ class FlightSession:
         self._begun = True
 
     def fly(self, legs: Sequence[Leg]) -> None:
-        """Ask for a manoeuvre."""
         rows = [leg_numbers(place, leg) for place, leg in enumerate(legs)]
         self._send(LEG, rows)
         self._order(What.FLY, checksum(rows), 0.0, len(rows))
@@ -131,11 +130,9 @@ class FlightSession:
         self._order(What.END, 0.0, 0.0, 0)
 
     def disarm(self) -> None:
-        """Disarm it."""
         self._arm(0.0)
 
     def tick(self, now_s: float) -> list[Any]:
-        """The messages to send now."""
         if not self._queue or self.failure:
             self._asked_s = None
             return []
@@ -150,7 +147,6 @@ class FlightSession:
         return [dialect.MAVLink_command_long_message(*self.vehicle, command.command, 0, *command.numbers)]
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
-        """A frame arrived."""
         if (frame.system, frame.component) != self.vehicle:
             return
         if frame.message_id == _ARRAY:
@@ -204,7 +200,6 @@ class FlightSession:
         )
 
     def _send(self, command: int, rows: Sequence[Seven]) -> None:
-        """Send the rows of the next order."""
         self._rows = [_Command(command, row, place) for place, row in enumerate(rows)]
         self._queue += self._rows
         self._tries = 0

@@ -45,7 +45,6 @@ class DrawnForce(NamedTuple):
 
 
 def no_force() -> DrawnForce:
-    """A drawn force of zero."""
     return DrawnForce(
         np.zeros(6), np.full(2, NOTHING), np.zeros(2), np.ones(2), np.ones(2), np.zeros(2, np.int64), np.ones(1)
     )  # fmt: skip

@@ -127,7 +127,6 @@ def _is_gravity(size: float) -> bool:
 
 
 def _depth_below(dive: Dive) -> tuple[Mend, ...]:
-    """Depths below zero."""
     depth = readings(dive.depth)
     if depth is None:
         return ()
@@ -392,7 +391,6 @@ def _tilt_match(dive: Dive) -> Match | None:
 
 
 def _pressure_match(dive: Dive) -> Match | None:
-    """Depth against pressure as a depth."""
     depth, pressure = readings(dive.depth), readings(dive.pressure)
     if depth is None or pressure is None:
         return None

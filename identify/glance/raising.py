@@ -126,7 +126,6 @@ class Raising:
 
     @property
     def sentence(self) -> str:
-        """The verdict."""
         if not self.go:
             failed = [criterion for criterion in self.criteria if criterion.passed is False]
             mends = dict.fromkeys(criterion.mend for criterion in failed)

@@ -78,7 +78,6 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
 
 
 def subtitle(d: Diagnosis) -> str:
-    """Configuration of the diagnosis."""
     return f"Configuration {d.configuration}, computed in {seconds(d.seconds)}."
 
 
@@ -343,7 +342,6 @@ def against_report(comparison: Against) -> Report:
 
 
 def _change(comparison: Against) -> Section:
-    """Changes to make in the simulator."""
     rows = [
         *_thrust_rows(comparison.thrust),
         *_lacking_rows(comparison),
