@@ -77,8 +77,8 @@ class Options:
         """Add an option without a value."""
         self.parser.add_argument(name, action="store_true", help=meaning)
 
-    def json(self, what: str = "the result") -> None:
-        self.value("--json", "FILE", f"write {what} as JSON; - for standard output", type=Target)
+    def json(self, content: str = "the result") -> None:
+        self.value("--json", "FILE", f"write {content} as JSON; - for standard output", type=Target)
 
     def columns(self) -> None:
         self.value("--columns", "MAP", "YAML map from the columns of a table, bag or log to signals")

@@ -81,8 +81,8 @@ class FlightPlan:
 
     @property
     def tells(self) -> tuple[str, ...]:
-        told = {name for piece in self.pieces for name in piece.tells}
-        return tuple(c.name for c in (*MASSES, *DAMPINGS) if c.name in told)
+        names = {name for piece in self.pieces for name in piece.tells}
+        return tuple(c.name for c in (*MASSES, *DAMPINGS) if c.name in names)
 
 
 def load_plan(path: Path) -> FlightPlan:

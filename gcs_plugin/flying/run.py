@@ -168,7 +168,7 @@ class PlanFlight:
     def _weigh(self, widths: Widths, now_s: float) -> None:
         self.outcome.widths = widths
         missing = self._wanted.missing(widths)
-        self._tell(told(widths, self._wanted))
+        self._tell(known_so_far(widths, self._wanted))
         if not missing and not self.outcome.all_known:
             self.outcome.known_s = now_s - self._took_off_s
             if not self._finishing and not self._keyed and not self._crew.session.over:
@@ -251,7 +251,7 @@ TURNS: Final = {State.COUNTDOWN, State.RETURNING, State.HOLDING}
 """Activities that are worth a sentence when they begin."""
 
 
-def told(widths: Widths, wanted: Wanted) -> str:
+def known_so_far(widths: Widths, wanted: Wanted) -> str:
     """The live intervals in a line, each with its mark where it is known as asked."""
     shown = (
         f"{name} ± {100 * widths[name]:.2g} %{'' if widths[name] <= wanted.width(name) else ' (not yet)'}"

@@ -336,7 +336,7 @@ def against_report(comparison: Against) -> Report:
         (
             _change(comparison),
             *sections(replace(comparison.vehicle, verdict=comparison.verdict)),
-            _own(comparison),
+            _of_simulator(comparison),
         ),
     )
 
@@ -392,7 +392,7 @@ def _signed_percent(share: float) -> str:
     return f"{'+' if share > 0 else '−'}{wording.percent(abs(share))}"
 
 
-def _own(comparison: Against) -> Section:
+def _of_simulator(comparison: Against) -> Section:
     """Diagnosis of the simulator's own recording."""
     return Section(
         "What the simulator has",
