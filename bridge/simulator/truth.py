@@ -140,3 +140,4 @@ class NoiseLevels:
 
 
 TYPICAL = NoiseLevels()
+QUIET = NoiseLevels(**dict.fromkeys(NoiseLevels.__dataclass_fields__, 0.0))

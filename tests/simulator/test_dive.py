@@ -18,7 +18,7 @@ from bridge.simulator.body import Start
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
 from bridge.simulator.missions import dive, rest, run, turn
-from bridge.simulator.truth import NoiseLevels, load_truth
+from bridge.simulator.truth import QUIET, load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
@@ -28,8 +28,6 @@ from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import allocation_matrix, shaft_speed, thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.status_codes import CrewText, Topic, decoded
-
-QUIET = NoiseLevels(**dict.fromkeys(NoiseLevels.__dataclass_fields__, 0.0))
 
 FILE = load_vehicle("ruvifist")
 HOVERING = FILE.vehicle.configurations["hovering"]
