@@ -1,7 +1,7 @@
-"""Known holes in what is installed: pip-audit, in an environment of its own, over the one that is named.
+"""Known holes in the installed packages: pip-audit, in an environment of its own, over a named environment.
 
-What it finds is told and fails nothing: a hole that became known today must not stop a change that has nothing to do
-with it. Where the index or its list of holes does not answer, that is said, and nothing is taken for safe.
+A hole is reported and fails nothing: one that became known today must not stop a change that has nothing to do with
+it. If the index or its list of holes does not answer, that is reported, and nothing is taken for safe.
 """
 
 import json
@@ -35,7 +35,7 @@ def told(report: dict[str, Any]) -> list[str]:
 
 
 def audited(environment: Path) -> list[str]:
-    """What pip-audit says of the packages in a virtual environment."""
+    """The report of pip-audit on the packages in a virtual environment."""
     folders = [str(folder) for folder in environment.glob("lib/python*/site-packages")]
     if not folders:
         return [f"audit: skipped, {environment} is no environment"]

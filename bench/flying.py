@@ -29,7 +29,7 @@ from gcs_plugin.flying.plan import FlightPlan, flight_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, Widths
 from identify.planning.limits import START_DEPTH_M, Limits
 from identify.run.plan import before_dives, plan
-from tui.flying import InTurn, recorded_crew, widths_of
+from tui.flying import recorded_crew, widths_of
 
 SOURCES = (*reached("tui/flying.py", "gcs_plugin/simulated.py", "identify/run/plan.py"), "bench/flying.py")
 LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
@@ -39,6 +39,35 @@ SEED = 8700
 HEAD = ("configuration", "dives", "asked for", "by hand", "flown", "share", "back where it began")
 KNOWN = 0.1
 """Coefficients that the mission by hand does not tell this well are not asked for."""
+
+
+class InTurn:
+    """Identifies at once, for a vehicle in simulated time: its answer comes as much later as the work took."""
+
+    def __init__(
+        self, dive: Path, file: VehicleFile, configuration: str, clock: Clock, wall_s: Callable[[], float]
+    ) -> None:
+        self._of, self._clock, self._wall_s = (dive, str(file.path), configuration), clock, wall_s
+        self._held: tuple[float, Widths] | None = None
+        self.took_s: list[float] = []
+
+    def ask(self) -> None:
+        """Identify now."""
+        began_s = self._wall_s()
+        known = widths_of(*self._of)
+        self.took_s.append(self._wall_s() - began_s)
+        self._held = self._clock.boot_s() + self.took_s[-1], known
+
+    @property
+    def busy(self) -> bool:
+        return self._held is not None
+
+    def answer(self) -> Widths | None:
+        """The answer, once its time has come."""
+        if self._held is None or self._clock.boot_s() < self._held[0]:
+            return None
+        known, self._held = self._held[1], None
+        return known
 
 
 def page(cache: Path, dives: int) -> str:

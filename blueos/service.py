@@ -1,11 +1,10 @@
-"""What BlueOS talks to: `GET /register_service` is answered here, and all else is the page's.
+"""The service that BlueOS talks to: it answers `GET /register_service`, and passes everything else to the page.
 
     service.py --port 80 --page 8000 COMMAND...
 
-Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends when it ends; where its
-link did not work it starts it again, since BlueOS may start extensions before its MAVLink endpoints. A
-connection is passed on whole, after a look at its first line, so that the page's web sockets work as well. Standard
-library alone.
+Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends with it. If its link did
+not work, COMMAND is started again, since BlueOS may start extensions before its MAVLink endpoints. A connection is
+passed on whole, after a look at its first line, so that the page's web sockets work as well. Standard library alone.
 """
 
 import argparse
@@ -19,14 +18,14 @@ from typing import Final
 
 LOOPBACK: Final = "127.0.0.1"
 EVERYWHERE: Final = "0.0.0.0"
-"""Of the container: what reaches it from outside is the one port that BlueOS binds."""
+"""Of the container, which is reached from outside by the port that BlueOS binds alone."""
 ANSWER: Final = Path(__file__).with_name("register_service.json")
 ASKED: Final = "/register_service"
 LONGEST_LINE: Final = 8192
 FIRST_LINE_S: Final = 10.0
 CHUNK: Final = 65536
 NO_LINK: Final = 3
-"""Exit code of seatrial where a link does not work."""
+"""Exit code of seatrial if a link does not work."""
 AGAIN_S: Final = 5.0
 
 

@@ -56,13 +56,13 @@ def port(text: str) -> int:
     return value
 
 
-def _above_zero(text: str, what: str) -> float:
+def _above_zero(text: str, quantity: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' is not {what} above 0")
+        raise argparse.ArgumentTypeError(f"'{text}' is not {quantity} above 0")
     return value
 
 

@@ -1,8 +1,8 @@
-"""One archive that installs seatrial where there is no net: `make bundle`, docs/offline.md.
+"""An archive that installs seatrial without a network: `make bundle`, docs/offline.md.
 
-targets    the computers that it is for, as pip and as markers know them
-complete   which requirements a folder of wheels does not meet on a target
-build      the archive: wheels, sums, what installs them
-offline/   what goes into the archive as it is
+targets    the computers to install on, as pip and markers name them
+complete   the requirements that a folder of wheels does not meet on a target
+build      the archive: wheels, checksums, installer
+offline/   files that go into the archive unchanged
 
 """

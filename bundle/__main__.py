@@ -1,4 +1,4 @@
-"""`python -m bundle --out dist`: what `make bundle` runs."""
+"""`python -m bundle --out dist`, as `make bundle` runs it."""
 
 import argparse
 import itertools
@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def pip(words: Sequence[str], flags: Sequence[str] = ()) -> str:
-    """Run pip; its last words where it fails."""
+    """Run pip; return its last words if it fails."""
     verb, *options = words
     line = [sys.executable, "-m", "pip", "--disable-pip-version-check", verb, "--quiet", *flags, *options]
     done = subprocess.run(line, capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""The archive: wheels in two folders, what the bridge needs and what the ground station needs besides."""
+"""The archive: wheels in two folders, for the bridge, and for the ground station in addition."""
 
 import hashlib
 import shutil
@@ -15,7 +15,7 @@ from bundle.complete import holds_on, lacking
 from bundle.targets import Target
 
 Pip = Callable[[Sequence[str]], str]
-"""Runs pip with these words; what it complained of in the end, "" where it did what it was told."""
+"""Runs pip with these words; returns its last complaint, "" if it succeeded."""
 OFFLINE: Final = Path(__file__).with_name("offline")
 ROUNDS: Final = 4
 PARTS: Final = ("bridge", "ground")
@@ -29,7 +29,7 @@ class BundleError(Exception):
 
 @dataclass(frozen=True)
 class Bundle:
-    """The archive, and which parts it installs where; `left_out` are sentences."""
+    """The archive, and the parts that it installs on each target; `left_out` are sentences."""
 
     file: Path
     holds: tuple[tuple[str, Target], ...]
@@ -76,7 +76,7 @@ def build(
 
 
 def extra(name: str, extras: Mapping[str, Sequence[str]], target: Target) -> list[str]:
-    """What an extra requires on a target, with the extras that it names."""
+    """Requirements of an extra on a target, with those of the extras that it names."""
     wanted: list[str] = []
     for text in extras[name]:
         requirement = Requirement(text)
@@ -91,15 +91,15 @@ def extra(name: str, extras: Mapping[str, Sequence[str]], target: Target) -> lis
 
 
 def _without_cuda(requirements: Sequence[str], target: Target) -> list[str]:
-    """With PyTorch's CPU build where there are two: the other one brings 3 GB of CUDA."""
+    """With PyTorch's CPU build if there are two: the other brings 3 GB of CUDA."""
     cpu = "+cpu" if target.builds_for_cpu else ""
     return [f"{text}{cpu}" if text.startswith("torch==") else text for text in requirements]
 
 
 def _fetch(folder: Path, requirements: Sequence[str], target: Target, pip: Pip) -> str:
-    """Download all that `requirements` come to on `target`; why that can't be had, "" where it is there.
+    """Download `requirements` and their own for `target`; return why that failed, "" if it did not.
 
-    A folder of its own first: half of what a target needs is of no use to anyone.
+    Into a folder of its own first: a part of the wheels is of no use.
     """
     fetched = folder.with_name("fetched")
     shutil.rmtree(fetched, ignore_errors=True)
@@ -125,7 +125,7 @@ def _fetch(folder: Path, requirements: Sequence[str], target: Target, pip: Pip) 
 def _furnish(
     folder: Path, version: str, holds: Sequence[tuple[str, Target]], left_out: Sequence[str]
 ) -> None:
-    """Beside the wheels: what installs them, what they are, for whom, and their sums."""
+    """Add to the wheels: the installer, a description with the targets, and checksums."""
     shutil.copy(OFFLINE / "install.sh", folder / "install.sh")
     (folder / "install.sh").chmod(0o755)
     lines = [f"{part} {target.machine} {target.python}" for part, target in holds]

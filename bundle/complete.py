@@ -1,7 +1,7 @@
-"""Which requirements a folder of wheels does not meet on a target.
+"""The requirements that a folder of wheels does not meet on a target.
 
-`pip download` asks markers of the Python that it runs on, not of the one that it downloads for, so that what only
-another Python or another machine needs is left out. This looks at the wheels themselves.
+`pip download` evaluates markers for the Python that it runs on, not for the Python that it downloads for, and leaves
+out packages that only another Python or machine needs. This reads the wheels themselves.
 """
 
 import zipfile
@@ -49,7 +49,7 @@ def _fits(wheel: Path, tags: frozenset[object]) -> bool:
 
 
 def holds_on(requirement: Requirement, target: Target) -> bool:
-    """Whether a requirement is one on that target."""
+    """Whether a requirement holds on that target."""
     return requirement.marker is None or requirement.marker.evaluate(target.environment | {"extra": ""})
 
 
@@ -64,7 +64,7 @@ def _best(requirement: Requirement, wheels: Iterable[Path]) -> Path | None:
 
 
 def _requirements(wheel: Path) -> list[Requirement]:
-    """What the metadata of a wheel asks for."""
+    """Requirements in the metadata of a wheel."""
     with zipfile.ZipFile(wheel) as archive:
         # At the top alone: a package may hold others, with metadata of their own.
         (name,) = [

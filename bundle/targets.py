@@ -14,14 +14,14 @@ LINUX: Final = (
     "manylinux_2_17",
     "manylinux2014",
 )
-"""Of glibc 2.28 or newer: Debian 10, Raspberry Pi OS 11, Ubuntu 20.04 and what came after."""
+"""Of glibc 2.28 or newer: Debian 10, Raspberry Pi OS 11, Ubuntu 20.04 and later."""
 MACOS: Final = ("macosx_14_0", "macosx_13_0", "macosx_12_0", "macosx_11_0", "macosx_10_12")
 SYSTEMS: Final = {"x86_64": ("Linux", LINUX), "aarch64": ("Linux", LINUX), "arm64": ("Darwin", MACOS)}
 
 
 @dataclass(frozen=True)
 class Target:
-    """A machine as `uname -m` tells it, and a version of Python such as "3.11"."""
+    """A machine by `uname -m`, and a version of Python such as "3.11"."""
 
     machine: str
     python: str
@@ -36,13 +36,13 @@ class Target:
 
     @property
     def pip(self) -> list[str]:
-        """What `pip download` wants to know of it."""
+        """Options of `pip download` for this target."""
         platforms = [word for name in self.platforms for word in ("--platform", name)]
         return ["--implementation", "cp", "--python-version", self.python, *platforms]
 
     @property
     def environment(self) -> dict[str, str]:
-        """What markers of requirements ask for; see PEP 508."""
+        """Values of the markers in requirements; see PEP 508."""
         system = SYSTEMS[self.machine][0]
         return {
             "implementation_name": "cpython",
@@ -66,5 +66,5 @@ class Target:
 
     @property
     def builds_for_cpu(self) -> bool:
-        """Whether PyTorch has a build of its own without CUDA; elsewhere it has no other."""
+        """Whether PyTorch has a separate build without CUDA for this target."""
         return SYSTEMS[self.machine][0] == "Linux"

@@ -28,7 +28,11 @@ class Asking:
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
 
     def until(
-        self, accept: Callable[[Any], Answer | None], seconds: float, ask: Any = None, what: str = "an answer"
+        self,
+        accept: Callable[[Any], Answer | None],
+        seconds: float,
+        ask: Any = None,
+        awaited: str = "an answer",
     ) -> Answer:
         """Wait for the message that `accept` takes, and return its result; `ask` is sent until then."""
         end_s, due_s = self._clock.boot_s() + seconds, 0.0
@@ -39,7 +43,7 @@ class Asking:
             for message in self._hear():
                 if (result := accept(message)) is not None:
                     return result
-        raise LinkTimeout(f"{self._link.name}: {what} did not come within {seconds:g} s; check the link")
+        raise LinkTimeout(f"{self._link.name}: {awaited} did not come within {seconds:g} s; check the link")
 
     def pause(self, seconds: float) -> None:
         """Let time pass, deaf."""
@@ -47,7 +51,7 @@ class Asking:
         while self._clock.boot_s() < end_s:
             self._hear()
 
-    def command(self, number: int, *parameters: float, seconds: float = ANSWER_S, what: str = "") -> int:
+    def command(self, number: int, *parameters: float, seconds: float = ANSWER_S, awaited: str = "") -> int:
         """Order a command (COMMAND_LONG); return the MAV_RESULT of its acknowledgement."""
         filled = (*parameters, *(0.0,) * (7 - len(parameters)))
         order = dialect.MAVLink_command_long_message(*self._target, number, 0, *filled)
@@ -56,7 +60,7 @@ class Asking:
             mine = message.get_type() == "COMMAND_ACK" and message.command == number
             return int(message.result) if mine else None
 
-        return self.until(answered, seconds, order, what or f"the answer to command {number}")
+        return self.until(answered, seconds, order, awaited or f"the answer to command {number}")
 
     def read(self, name: str) -> float:
         """The value of a parameter, by a separate read."""

@@ -81,7 +81,6 @@ def caution(mode: Mode, system: int, was: float, active: float | None, *, armed:
 
 
 def sent_text(count: int) -> str:
-    """Text for a number of sends."""
     return "sent once" if count == 1 else f"sent {count} times"
 
 

@@ -195,7 +195,7 @@ def _why(first: _Side, second: _Side, prior: Prior | None) -> str:
     reasons += _other_levels(DOFS[OF_HULL[name].dof], first.method, second.method)
     if not reasons:
         reasons.append("neither doubts it, and they took noise and disturbance alike")
-    return "; ".join([*reasons, *_entangled(first, second), *_beside(first, second, prior)])
+    return "; ".join([*reasons, *_entangled(first, second), *_nearer_to_prior(first, second, prior)])
 
 
 def _other_levels(axis: str, first: Identification, second: Identification) -> list[str]:
@@ -230,7 +230,7 @@ def _partners(of: Difference) -> tuple[str, ...]:
     return tuple(dict.fromkeys(each.name for each in partners if each is not None and each.is_close))
 
 
-def _beside(first: _Side, second: _Side, prior: Prior | None) -> list[str]:
+def _nearer_to_prior(first: _Side, second: _Side, prior: Prior | None) -> list[str]:
     """Which of the two values is nearer to the vehicle file's prior, if there is a prior."""
     if prior is None:
         return []

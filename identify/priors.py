@@ -62,7 +62,6 @@ class Known:
         return float((math.log(prior.value) - row @ self.mean) / spread)
 
     def joined(self, name: str, prior: Prior) -> "Known":
-        """Add a prior."""
         row = self.row(name, prior)
         cross = self.covariance @ row
         gain = cross / (row @ cross + relative_std(prior) ** 2)
@@ -70,7 +69,6 @@ class Known:
         return Known(self.of, mean, self.covariance - np.outer(gain, cross), self.moved)
 
     def with_all(self, priors: Mapping[str, Prior]) -> "Known":
-        """Add several priors."""
         known = self
         for name, prior in priors.items():
             known = known.joined(name, prior)

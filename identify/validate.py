@@ -101,7 +101,6 @@ class AxisErrors:
     speeds: tuple[SteadyError, ...] = ()
 
     def phase(self, name: str) -> float:
-        """The error of a phase named in PHASES."""
         values = (self.acceleration, self.steady_state, self.deceleration, self.overall)
         return values[PHASES.index(name)]
 

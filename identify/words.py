@@ -106,5 +106,4 @@ def axes_named(dofs: Sequence[int]) -> str:
 
 
 def capital(text: str) -> str:
-    """The text with a capital first letter."""
     return f"{text[:1].upper()}{text[1:]}"

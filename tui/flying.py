@@ -144,37 +144,7 @@ class Alongside:
         return work.result()
 
     def close(self) -> None:
-        """End its process."""
         self._pool.shutdown(wait=False, cancel_futures=True)
-
-
-class InTurn:
-    """Identifies at once, for a vehicle in simulated time: its answer comes as much later as the work took."""
-
-    def __init__(
-        self, dive: Path, file: VehicleFile, configuration: str, clock: Clock, wall_s: Callable[[], float]
-    ) -> None:
-        self._of, self._clock, self._wall_s = (dive, str(file.path), configuration), clock, wall_s
-        self._held: tuple[float, Widths] | None = None
-        self.took_s: list[float] = []
-
-    def ask(self) -> None:
-        """Identify now."""
-        began_s = self._wall_s()
-        known = widths_of(*self._of)
-        self.took_s.append(self._wall_s() - began_s)
-        self._held = self._clock.boot_s() + self.took_s[-1], known
-
-    @property
-    def busy(self) -> bool:
-        return self._held is not None
-
-    def answer(self) -> Widths | None:
-        """The answer, once its time has come."""
-        if self._held is None or self._clock.boot_s() < self._held[0]:
-            return None
-        known, self._held = self._held[1], None
-        return known
 
 
 def _aside() -> None:

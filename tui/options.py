@@ -77,8 +77,8 @@ class Options:
         """Add an option without a value."""
         self.parser.add_argument(name, action="store_true", help=meaning)
 
-    def json(self, what: str = "the result") -> None:
-        self.value("--json", "FILE", f"write {what} as JSON; - for standard output", type=Target)
+    def json(self, content: str = "the result") -> None:
+        self.value("--json", "FILE", f"write {content} as JSON; - for standard output", type=Target)
 
     def columns(self) -> None:
         self.value("--columns", "MAP", "YAML map from the columns of a table, bag or log to signals")
@@ -128,7 +128,6 @@ class Options:
         self.despite_doubts("of --accepted, also take doubted values")
 
     def link(self, meaning: str = "the link to the vehicle (default: that of the running recording)") -> None:
-        """A link, and the key that signs it."""
         self.value("--link", "SPEC", meaning)
         self.sign_key()
 
@@ -160,7 +159,6 @@ class Options:
         self.value("--out", "FOLDER", meaning, type=FolderTarget, default=default)
 
     def positive(self, name: str, metavar: str, meaning: str, default: float | None = None) -> None:
-        """A number above 0."""
         self.value(name, metavar, meaning, type=above_zero, default=default)
 
     def seconds(self, meaning: str, default: float | None = None) -> None:

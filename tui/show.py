@@ -164,7 +164,6 @@ class Table:
         return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
 
     def drawn(self, width: int) -> rich.table.Table:
-        """The table for lines of `width`."""
         shape = rich.table.Table(
             box=RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style=""
         )
@@ -336,10 +335,10 @@ def write_json(data: Any, target: str | None) -> None:
     write_text(to_json(data, indent=2) + "\n", target, "the JSON ")
 
 
-def write_text(text: str, target: str, what: str = "") -> None:
+def write_text(text: str, target: str, content: str = "") -> None:
     """Write `text` to a file, completely or not at all; for `-` to standard output, without control characters.
 
-    Raises LogError if the file can't be written; `what` begins its message.
+    Raises LogError if the file can't be written; `content` begins its message.
     """
     if target == STANDARD_OUTPUT:
         sys.stdout.write(harmless(text))
@@ -347,4 +346,4 @@ def write_text(text: str, target: str, what: str = "") -> None:
     try:
         replace_file(Path(target), text)
     except OSError as error:
-        raise LogError(f"{target}: {what}can't be written ({error.strerror}); give another file") from None
+        raise LogError(f"{target}: {content}can't be written ({error.strerror}); give another file") from None

@@ -458,7 +458,6 @@ def _plan(options: Options) -> None:
 
 
 def _flight(options: Options) -> None:
-    """The options of a flight."""
     options.value(
         "--limits",
         "FILE",

@@ -14,13 +14,11 @@ from bench.field.site import FieldSite, Planted
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.challenge.plants import add_first_moments, sign
+from identify.challenge.site import changed
 
 USUAL_M_S = 0.15
 SURGE, SWAY, HEAVE = range(3)
-
-
-def sign(rng: np.random.Generator) -> float:
-    return float(rng.choice([-1.0, 1.0]))
 
 
 def lines(
@@ -100,9 +98,7 @@ def tether(rng: np.random.Generator, _: FieldVehicle, pilot: Pilot, size: float)
     far, angle = rng.uniform(1.0, 6.0), rng.uniform(-np.pi, np.pi)
     north, east = float(far * np.cos(angle)), float(far * np.sin(angle))
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(grip=stiffness, anchor_n=north, anchor_e=east)
-
+    apply = changed("hull", grip=stiffness, anchor_n=north, anchor_e=east)
     parameters = {"stiffness": stiffness, "north": stiffness * north, "east": stiffness * east}
     return Planted("tether", parameters, apply)
 
@@ -110,10 +106,7 @@ def tether(rng: np.random.Generator, _: FieldVehicle, pilot: Pilot, size: float)
 def net_buoyancy(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
     force = sign(rng) * 2.0 * vehicle.share * size
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(buoyancy_n=force)
-
-    return Planted("net_buoyancy", {"force": force}, apply)
+    return Planted("net_buoyancy", {"force": force}, changed("hull", buoyancy_n=force))
 
 
 def thrust_bias(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
@@ -133,9 +126,7 @@ def drag_asymmetry(_: np.random.Generator, vehicle: FieldVehicle, __: Pilot, siz
     """Surge drag astern, linear and quadratic, multiplied by a ratio."""
     more = 0.6 * size
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(astern=more, asymmetry=more * float(vehicle.linear[0]))
-
+    apply = changed("hull", astern=more, asymmetry=more * float(vehicle.linear[0]))
     return Planted("drag_asymmetry", {"ratio": 1.0 + more}, apply)
 
 
@@ -143,9 +134,7 @@ def cross_flow_lift(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, s
     lift = 0.8 * float(vehicle.quadratic[1]) * size
     lever = sign(rng) * rng.uniform(0.03, 0.12) * vehicle.share ** (1 / 3)
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(lift_y=lift, lift_n=lever * lift)
-
+    apply = changed("hull", lift_y=lift, lift_n=lever * lift)
     return Planted("cross_flow_lift", {"Y_uv": lift, "N_uv": float(lever * lift)}, apply)
 
 
@@ -162,9 +151,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilo
         * rng.uniform(0.6, 1.4)
     )
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(y_r=y_r, n_v=n_v)
-
+    apply = changed("hull", y_r=y_r, n_v=n_v)
     return Planted("coupled_damping", {"Y_r": 1.08 * y_r, "N_v": 1.12 * n_v}, apply)
 
 
@@ -173,9 +160,7 @@ def munk_moment(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size:
     of_masses = float(vehicle.mass[1] - vehicle.mass[0])
     more = sign(rng) * 6.0 * vehicle.share * size
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.hull = site.hull._replace(munk=1.0, munk_yaw_kg=more)
-
+    apply = changed("hull", munk=1.0, munk_yaw_kg=more)
     return Planted("munk_moment", {"gain": 1.0 + more / of_masses}, apply)
 
 
@@ -197,16 +182,7 @@ def cg_offset(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: f
     x, y = sign(rng) * off * float(np.cos(angle)), off * float(np.sin(angle))
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
-        matrix = site.added if of_water else site.rigid
-        matrix[1, 5] += x
-        matrix[5, 1] += x
-        matrix[0, 5] -= y
-        matrix[5, 0] -= y
-        if not of_water:
-            matrix[2, 4] -= x
-            matrix[4, 2] -= x
-            matrix[2, 3] += y
-            matrix[3, 2] += y
+        add_first_moments(site.added if of_water else site.rigid, x, y, of_water)
 
     return Planted("cg_offset", {"x": x / mass, "y": y / mass}, apply)
 
@@ -261,67 +237,46 @@ def thruster_misalignment(rng: np.random.Generator, _: FieldVehicle, __: Pilot, 
 def reverse_thrust_loss(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
     loss = min(0.22 * size, 0.9)
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(reverse=loss)
-
-    return Planted("reverse_thrust_loss", {"gain": 1.0 - loss}, apply)
+    return Planted("reverse_thrust_loss", {"gain": 1.0 - loss}, changed("prop", reverse=loss))
 
 
 def dead_zone(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
     width = 0.15 * _top_n(vehicle, pilot) * size
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(dead_n=width)
-
-    return Planted("dead_zone", {"half_width": width}, apply)
+    return Planted("dead_zone", {"half_width": width}, changed("prop", dead_n=width))
 
 
 def saturation(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
     """A soft limit, from the thrust at full stick downwards."""
     limit = _top_n(vehicle, pilot) * 1.1 / (0.7 + size) if size > 0 else 0.0
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(limit_n=limit)
-
-    return Planted("saturation", {"limit": limit}, apply)
+    return Planted("saturation", {"limit": limit}, changed("prop", limit_n=limit))
 
 
 def thrust_curve(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
     """A loss that falls linearly, to zero at full thrust."""
     loss = min(0.35 * size, 0.9)
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(low_line=loss)
-
-    return Planted("thrust_curve", {"low_end_loss": loss}, apply)
+    return Planted("thrust_curve", {"low_end_loss": loss}, changed("prop", low_line=loss))
 
 
 def inflow_loss(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
     slope = 0.35 * float(np.sqrt(_top_n(vehicle, pilot))) / 0.45 * size
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(inflow=slope)
-
-    return Planted("inflow_loss", {"slope": slope}, apply)
+    return Planted("inflow_loss", {"slope": slope}, changed("prop", inflow=slope))
 
 
 def hull_interaction(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
     """A loss of thrust of those thrusters whose wash meets the hull: those that push outwards."""
     loss = min(0.2 * size, 0.9)
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(wash=loss)
-
-    return Planted("hull_interaction", {"loss": loss}, apply)
+    return Planted("hull_interaction", {"loss": loss}, changed("prop", wash=loss))
 
 
 def thruster_lag(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
     lag_s = LAG_S + 0.2 * size
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(lag_s=lag_s)
-
-    return Planted("thruster_lag", {"time_constant": lag_s}, apply)
+    return Planted("thruster_lag", {"time_constant": lag_s}, changed("prop", lag_s=lag_s))
 
 
 def command_delay(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
@@ -360,10 +315,7 @@ def propeller_torque(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot
     torque = 0.03 * vehicle.share ** (1 / 3) * size
     at_half = torque * (0.5 * _top_n(vehicle, pilot)) ** 0.1
 
-    def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(torque=torque)
-
-    return Planted("propeller_torque", {"K": at_half, "N": at_half}, apply)
+    return Planted("propeller_torque", {"K": at_half, "N": at_half}, changed("prop", torque=torque))
 
 
 PLANTS: dict[str, Plant] = {

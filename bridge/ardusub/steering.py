@@ -134,10 +134,10 @@ class Steering:
     def _mode(self, now_s: float, mode: int) -> list[Any]:
         return self._order("mode", now_s, dialect.MAV_CMD_DO_SET_MODE, _ENABLE, float(mode))
 
-    def _order(self, what: str, now_s: float, command: int, first: float, second: float) -> list[Any]:
-        if now_s < self._due_s[what]:
+    def _order(self, kind: str, now_s: float, command: int, first: float, second: float) -> list[Any]:
+        if now_s < self._due_s[kind]:
             return []
-        self._due_s[what] = now_s + AGAIN_S
+        self._due_s[kind] = now_s + AGAIN_S
         return [
             dialect.MAVLink_command_long_message(
                 self._system, AUTOPILOT, command, 0, first, second, 0, 0, 0, 0, 0

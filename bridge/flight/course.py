@@ -68,7 +68,6 @@ class Course:
         self._ahead = self._aside = 0.0
 
     def step(self, here: Pose, dt_s: float) -> Reference:
-        """The reference of a tick."""
         north, east = self.target.north_m - here.north_m, self.target.east_m - here.east_m
         away_m = math.hypot(north, east)
         speed = min(GAIN_PER_S * away_m, self._speed_m_s)

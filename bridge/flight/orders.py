@@ -33,8 +33,8 @@ _AXES: Final = {name: 1 << place for place, name in enumerate(MIRRORED)}
 Seven = tuple[float, float, float, float, float, float, float]
 
 
-class What(IntEnum):
-    """The order."""
+class Order(IntEnum):
+    """An order of the ground on a flight."""
 
     BEGIN = 1
     FLY = 2

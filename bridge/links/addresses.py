@@ -95,13 +95,13 @@ def whence(host: str) -> str:
     return "every network of this computer" if host in EVERY_ADDRESS else f"the network of {host}"
 
 
-def listening(protocol: str, host: str, port: int, what: str) -> str:
+def listening(protocol: str, host: str, port: int, purpose: str) -> str:
     """Sentence about a socket that accepts anyone who reaches it."""
     number = f"port {port}" if port else "a free port"
-    return f"open: {host} {number} ({protocol}): {what}, reachable from {whence(host)}"
+    return f"open: {host} {number} ({protocol}): {purpose}, reachable from {whence(host)}"
 
 
-def of_link(spec: str, what: str) -> list[str]:
+def of_link(spec: str, purpose: str) -> list[str]:
     """Sentence about the socket of a link; none for a serial port."""
     try:
         kind, host, port = parse_link(spec)
@@ -111,13 +111,13 @@ def of_link(spec: str, what: str) -> list[str]:
         return []
     protocol = PROTOCOL[kind]
     if kind in ("udpin", "tcpin"):
-        return [listening(protocol, host, port, what)]
-    return [f"open: a port of its own ({protocol}): {what}, with {host} port {port} and nobody else"]
+        return [listening(protocol, host, port, purpose)]
+    return [f"open: a port of its own ({protocol}): {purpose}, with {host} port {port} and nobody else"]
 
 
-def of_links(specs: Iterable[str], what: str) -> list[str]:
+def of_links(specs: Iterable[str], purpose: str) -> list[str]:
     """The sentences about the sockets of several links."""
-    return [sentence for spec in specs for sentence in of_link(spec, what)]
+    return [sentence for spec in specs for sentence in of_link(spec, purpose)]
 
 
 def of_served(hub: str) -> str:

@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError
 from bridge.flight import orders
 from bridge.flight.flight import WORDS, End, Flight, Seen, State
-from bridge.flight.orders import Seven, What
+from bridge.flight.orders import Order, Seven
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
@@ -70,10 +70,10 @@ class Flights:
             self._rows[place] = numbers
             return _ACCEPTED, place
         if numbers[1] != self._obeyed:
-            if numbers[0] in (What.BEGIN, What.FLY) and self._rows_of(numbers) is None:
+            if numbers[0] in (Order.BEGIN, Order.FLY) and self._rows_of(numbers) is None:
                 return _AGAIN, place
             seen = Seen(now_s, navigation, armed, now_s, self._touched(now_s))
-            refused = (obstacle if numbers[0] == What.BEGIN else "") or self._obey(numbers, seen)
+            refused = (obstacle if numbers[0] == Order.BEGIN else "") or self._obey(numbers, seen)
             if refused:
                 self._texts.append(f"no flight: {refused}")
                 return _DENIED, place
@@ -114,18 +114,18 @@ class Flights:
 
     def _obey(self, numbers: Seven, seen: Seen) -> str:
         """Do as an order says; return why not."""
-        what, _, _, countdown_s, *_ = numbers
-        if what == What.END:
+        order, _, _, countdown_s, *_ = numbers
+        if order == Order.END:
             self.flight.stop()
             return ""
-        if what == What.FINISH:
+        if order == Order.FINISH:
             self.flight.finish()
             return ""
         rows = self._rows_of(numbers)
-        if what not in (What.BEGIN, What.FLY) or rows is None:
+        if order not in (Order.BEGIN, Order.FLY) or rows is None:
             return "there is no such order"
         try:
-            if what == What.BEGIN:
+            if order == Order.BEGIN:
                 return self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
             return self.flight.fly([orders.leg_of(row) for row in rows], seen)
         except ConfigError as error:
@@ -133,8 +133,8 @@ class Flights:
 
     def _rows_of(self, numbers: Seven) -> list[Seven] | None:
         """The limits or legs that an order is about, None if not all of them arrived."""
-        what, _, checksum, _, count, *_ = numbers
-        held = self._rows if what == What.BEGIN else self._legs
+        order, _, checksum, _, count, *_ = numbers
+        held = self._rows if order == Order.BEGIN else self._legs
         rows = [held[place] for place in sorted(held) if place < count]
         return rows if rows and orders.checksum(rows) == checksum else None
 

@@ -1,14 +1,16 @@
 """Orders and questions of the ground, other than on parameters: arming, motor tests, TIMESYNC, file transfers.
 
-Orders are taken from one address only; any other request is refused.
+Orders are taken from one address only, and only so often; any other request is refused.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire.ftp import PAYLOAD_BYTES, Fault, decode, refused
 
 STATION_SYSTEM = 255
@@ -75,3 +77,67 @@ def refuse_file_transfer(message: Any) -> list[Any]:
     sender = message.get_srcSystem(), message.get_srcComponent()
     payload = answer.ljust(PAYLOAD_BYTES, b"\0")
     return [dialect.MAVLink_file_transfer_protocol_message(0, *sender, list(payload))]
+
+
+LOWEST_US: Final = 1100.0
+HIGHEST_US: Final = 1900.0
+LONGEST_S: Final = 3.0
+
+
+class MotorTests:
+    """The running motor test. It ends by itself, so that a lost link leaves no thruster turning."""
+
+    def __init__(self, thrusters: int) -> None:
+        self._thrusters = thrusters
+        self._running: tuple[int, float, float] | None = None
+
+    def ask(self, message: Any, armed: bool, now_s: float) -> int:
+        """Start, replace or (at neutral) end a test as COMMAND_LONG asks; return the MAV_RESULT."""
+        thruster, kind, pwm_us, for_s = message.param1, message.param2, message.param3, message.param4
+        numbers = (thruster, pwm_us, for_s)
+        if kind != dialect.MOTOR_TEST_THROTTLE_PWM or not all(map(math.isfinite, numbers)):
+            return int(dialect.MAV_RESULT_DENIED)
+        if thruster not in range(1, self._thrusters + 1) or not 0.0 <= for_s <= LONGEST_S:
+            return int(dialect.MAV_RESULT_DENIED)
+        if not LOWEST_US <= pwm_us <= HIGHEST_US:
+            return int(dialect.MAV_RESULT_DENIED)
+        if not armed:
+            return int(dialect.MAV_RESULT_TEMPORARILY_REJECTED)
+        self._running = int(thruster) - 1, pwm_us, now_s + for_s
+        return int(dialect.MAV_RESULT_ACCEPTED)
+
+    def pwm_us(self, armed: bool, now_s: float) -> tuple[float, ...]:
+        """Pulse widths (us) of all thrusters now: neutral except for the thruster under test."""
+        widths = [NEUTRAL_US] * self._thrusters
+        if not armed or (self._running is not None and now_s >= self._running[2]):
+            self._running = None
+        if self._running is not None:
+            widths[self._running[0]] = self._running[1]
+        return tuple(widths)
+
+
+REPORT_EVERY_S: Final = 10.0
+
+
+class RateLimit:
+    """Allows `burst` actions at once, and `rate_hz` a second in the long run."""
+
+    def __init__(self, rate_hz: float, burst: int, now_s: float) -> None:
+        self._rate_hz, self._burst = rate_hz, burst
+        self._left, self._asked_s, self._report_s = float(burst), now_s, now_s
+
+    def allows(self, now_s: float) -> bool:
+        """Whether one more action is allowed now; an allowed action is counted."""
+        earned = (now_s - self._asked_s) * self._rate_hz
+        self._left, self._asked_s = min(float(self._burst), self._left + earned), now_s
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+    def to_be_reported(self, now_s: float) -> bool:
+        """Whether to report now that the limit was exceeded: at most once every `REPORT_EVERY_S`."""
+        if now_s < self._report_s:
+            return False
+        self._report_s = now_s + REPORT_EVERY_S
+        return True

@@ -19,9 +19,10 @@ from bridge.links.link import Link
 from bridge.onboard import telemetry
 from bridge.onboard.device_faults import SensorWatch
 from bridge.onboard.flights import HEARD, Flights
-from bridge.onboard.motor_test import MotorTests
 from bridge.onboard.orders import (
     Ground,
+    MotorTests,
+    RateLimit,
     acknowledge,
     answer_command,
     answer_timesync,
@@ -29,7 +30,6 @@ from bridge.onboard.orders import (
     refuse_file_transfer,
 )
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.rate_limit import RateLimit
 from bridge.onboard.sides import Sides
 from bridge.onboard.telemetry import FogMean, ImuMean, ThrustFeedback
 from bridge.sensors.drivers import make_parser

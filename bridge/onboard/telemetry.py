@@ -144,7 +144,6 @@ def pressure_reading(sample: PressureSample) -> Reading:
 
 
 def gnss_reading(sample: GnssSample) -> Reading:
-    """A surface fix."""
     place = (sample.latitude_deg, sample.longitude_deg, sample.altitude_m, sample.horizontal_sigma_m)
     motion = (sample.speed_m_s, sample.course_rad, float(sample.satellites))
     return Reading("gnss", sample.time_s, (float(sample.fix_type), *place, *motion))

@@ -115,7 +115,6 @@ class SimulatedDvl(SimulatedDevice):
 
 
 def wayfinder(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedDvl:
-    """A Teledyne Wayfinder."""
 
     def encode(ping: Ping) -> bytes:
         when = datetime.fromtimestamp(world.unix_at_boot_s + ping.valid_s, UTC)
@@ -211,7 +210,6 @@ class SimulatedGyro(SimulatedDevice):
 
 
 def dsp1750(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedGyro:
-    """A KVH DSP-1750."""
     return SimulatedGyro(slot, device, world, rng, encode_kvh1750)
 
 

@@ -11,7 +11,7 @@ from bridge.clock import Clock, SimulatedClock
 from bridge.errors import ParamRejected
 from bridge.links.link import Link, memory_pair
 from bridge.onboard.flights import Flights
-from bridge.onboard.motor_test import MotorTests
+from bridge.onboard.orders import MotorTests
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start

@@ -271,11 +271,11 @@ class Autopilot:
         }
         return tuple(lost.values())
 
-    def _heard(self, what: str, values: Sequence[float], time_s: float) -> float:
+    def _heard(self, name: str, values: Sequence[float], time_s: float) -> float:
         """Return when the reading was last finite; a reading that is not finite counts as silence."""
         if all(map(math.isfinite, values)):
-            self._heard_s[what] = time_s
-        return self._heard_s.get(what, math.nan)
+            self._heard_s[name] = time_s
+        return self._heard_s.get(name, math.nan)
 
     def _actuation(
         self,

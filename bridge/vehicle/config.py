@@ -287,7 +287,6 @@ class Vehicle:
             )
 
     def veh_cfg(self, name: str) -> int:
-        """Return the VEH_CFG value of a configuration."""
         given = self.configurations[name].veh_cfg
         return list(self.configurations).index(name) if given is None else given
 
@@ -339,6 +338,19 @@ class VehicleFile:
         Raises ConfigError if neither tells it.
         """
         return self.configuration or self.vehicle.configuration_at(index)
+
+    def configuration_chosen(self, otherwise: str = "") -> str:
+        """The configuration that was named; or else `otherwise`, if the vehicle has it, or the vehicle's only one.
+
+        Raises ConfigError if several are left to choose from.
+        """
+        configurations = self.vehicle.configurations
+        chosen = self.configuration or (otherwise if otherwise in configurations else None)
+        if chosen is None and len(configurations) > 1:
+            raise ConfigError(
+                f"vehicle '{self.vehicle.name}' has {', '.join(configurations)}; name one: --vehicle FILE:CONFIGURATION"
+            )
+        return chosen or next(iter(configurations))
 
 
 def shipped_vehicles() -> list[str]:

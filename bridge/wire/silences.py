@@ -130,7 +130,6 @@ def of_clocks(begins_s: float, step_s: float, before_s: float, after_s: float) -
 
 
 def longest(silences: Iterable[Silence]) -> Silence | None:
-    """Return the longest silence, or None if there are none."""
     return max(silences, key=lambda silence: silence.seconds, default=None)
 
 

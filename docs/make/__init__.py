@@ -1,1 +1,1 @@
-"""What of docs/ is made from the code: the reference by `python -m docs.make`, pictures by `docs.make.pictures`."""
+"""The parts of docs/ made from the code: the reference by `python -m docs.make`, pictures by `docs.make.pictures`."""

@@ -52,7 +52,7 @@ def _row(action: argparse.Action) -> tuple[str, str]:
 
 
 def _value(action: argparse.Action) -> str:
-    """What follows an option, as `--help` shows it."""
+    """The value of an option, as `--help` shows it."""
     if action.nargs == 0:
         return ""
     if isinstance(action.metavar, tuple):

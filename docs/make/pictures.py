@@ -117,7 +117,7 @@ def live() -> Iterator[Views]:
 
 
 def at(telemetry: Path, seconds: float) -> View:
-    """What the watcher makes of a recording up to `seconds` after its beginning."""
+    """The watcher's picture of a recording, `seconds` after its beginning."""
     watcher = Watcher(load_vehicle(VEHICLE), accepted=partial(accepted_values, RECEIPTS))
     began_us, now_s = 0, 0.0
     for unix_us, frame in read_tlog(telemetry):
@@ -133,7 +133,7 @@ def at(telemetry: Path, seconds: float) -> View:
 
 
 def seatrial(*words: str) -> None:
-    """Run a verb here; what it answers is on the disk."""
+    """Run a verb here, which writes its answer to the disk."""
     subprocess.run([sys.executable, "-m", "tui", *words], check=True, stdout=subprocess.DEVNULL)
 
 

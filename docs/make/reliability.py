@@ -1,7 +1,7 @@
 """docs/reliability.md: each promise of a bad day, the tests that inject its fault, and the figure that was measured.
 
-A promise is a file of its own beside the page, docs/reliability/NAME.yaml; a long test writes the figure that it
-measured into NAME.json there (`tests/figures.py`).
+A promise is a file of its own, docs/reliability/NAME.yaml; a long test writes the figure that it measured into
+NAME.json there (`tests/figures.py`).
 """
 
 import json

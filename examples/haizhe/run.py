@@ -2,8 +2,8 @@
 
 FOLDER holds a table (`NAME.csv` or `NAME.csv.gz`) for each kind of run, with a column `run`. Half of the runs, drawn
 by a hash of kind and number, are there to develop on; of these the sound ones are accepted. The other half is judged in
-groups of ten. `--judge OTHER` accepts all sound runs of FOLDER and judges those of OTHER instead. A random forest on
-the same runs stands beside it: it is trained on runs of all kinds, with their labels (`pip install scikit-learn`).
+groups of ten. `--judge OTHER` accepts all sound runs of FOLDER and judges those of OTHER instead. For comparison, a
+random forest is trained on runs of all kinds, with their labels (`pip install scikit-learn`).
 
 `kinds.yaml` says which kind is sound, and which answers count as right; nothing but the score knows it.
 """
@@ -79,7 +79,7 @@ def recorded(folder: Path, file: VehicleFile, most: int | None = None) -> Iterat
 
 
 def groups_of(runs: Sequence[Recorded], size: int) -> Iterator[tuple[str, list[Recorded]]]:
-    """Groups of runs of one kind, in the order of their hashes; what is left over is no group."""
+    """Groups of runs of one kind, in the order of their hashes; a remainder is no group."""
     for kind in sorted({run.kind for run in runs}):
         of_kind = sorted((run for run in runs if run.kind == kind), key=lambda run: run.mark)
         for first in range(0, len(of_kind) - size + 1, size):
@@ -97,7 +97,7 @@ def words_of(judged: Judged) -> str:
 
 
 def summary(run: Recorded) -> list[float]:
-    """What a forest sees of a run: mean, spread, first and last value of each column."""
+    """Features of a run for the forest: mean, spread, first and last value of each column."""
     features: list[float] = []
     for signal in run.dive.signals().values():
         for column in signal.value.T:
@@ -118,7 +118,7 @@ def forest_answers(known: Sequence[Recorded], groups: Sequence[Sequence[Recorded
 
 
 def table_of(rows: Mapping[str, Sequence[tuple[bool, str]]]) -> str:
-    """A table: groups and right ones by kind, and what was answered."""
+    """A table by kind: groups, right answers, and the answers given."""
     lines = [f"{'runs of':<26}{'groups':>7}{'right':>7}  answers"]
     for kind, answers in rows.items():
         said = "; ".join(

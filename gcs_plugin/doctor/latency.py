@@ -138,7 +138,6 @@ def _step_response(time_s: Array, tau_s: float, lag_s: float) -> Array:
 
 
 def latency_findings(estimates: Sequence[Latency]) -> list[Finding]:
-    """Describe the latencies in sentences."""
     sentences = []
     for latency in estimates:
         name, label = f"{latency.sensor} latency", LABELS[latency.sensor]

@@ -173,9 +173,9 @@ def disarm(link: Link, clock: Clock, target: Source) -> None:
 
 
 def _order(link: Link, clock: Clock, target: Source, wanted: float, word: str) -> None:
-    what = f"an answer to the order to {word}"
+    awaited = f"an answer to the order to {word}"
     number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
-    result = Asking(link, clock, target).command(number, wanted, seconds=WITHIN_S, what=what)
+    result = Asking(link, clock, target).command(number, wanted, seconds=WITHIN_S, awaited=awaited)
     if result != dialect.MAV_RESULT_ACCEPTED:
         raise LinkError(f"{link.name}: the vehicle refused to {word} (answer {result}); see what it says")
 

@@ -65,7 +65,6 @@ class Fetching:
 
     @property
     def done(self) -> bool:
-        """Whether everything is fetched, or the fetch failed."""
         return self._stage is _Stage.DONE
 
     @property

@@ -46,14 +46,12 @@ class Piece:
 
     @property
     def dofs(self) -> tuple[int, ...]:
-        """The axes that it drives."""
         return tuple(
             dof for dof, keys in _DRIVEN.items() if any(getattr(leg, k) for leg in self.legs for k in keys)
         )
 
     @property
     def title(self) -> str:
-        """The manoeuvre that it is a piece of."""
         return f"{self.manoeuvre}. {' and '.join(DOFS[dof] for dof in self.dofs)}"
 
     @property
@@ -62,7 +60,6 @@ class Piece:
 
     @property
     def tells(self) -> tuple[str, ...]:
-        """Names of the coefficients that it tells."""
         return tuple(group[dof].name for dof in self.dofs for group in (MASSES, DAMPINGS))
 
 
@@ -84,9 +81,8 @@ class FlightPlan:
 
     @property
     def tells(self) -> tuple[str, ...]:
-        """Names of the coefficients that it tells."""
-        told = {name for piece in self.pieces for name in piece.tells}
-        return tuple(c.name for c in (*MASSES, *DAMPINGS) if c.name in told)
+        names = {name for piece in self.pieces for name in piece.tells}
+        return tuple(c.name for c in (*MASSES, *DAMPINGS) if c.name in names)
 
 
 def load_plan(path: Path) -> FlightPlan:

@@ -41,7 +41,6 @@ class Wanted:
     each: Widths = field(default_factory=dict)
 
     def width(self, name: str) -> float:
-        """The width to which a coefficient is to be known."""
         return self.each.get(name, self.share)
 
     def missing(self, widths: Widths) -> dict[str, float]:
@@ -106,7 +105,6 @@ class PlanFlight:
         self._was: tuple[State, str] = (State.IDLE, "")
 
     def begin(self, countdown_s: float) -> None:
-        """Ask the vehicle to begin."""
         self._crew.session.begin(self._limits, self._plan.depth_m, countdown_s)
 
     def key(self) -> None:
@@ -170,7 +168,7 @@ class PlanFlight:
     def _weigh(self, widths: Widths, now_s: float) -> None:
         self.outcome.widths = widths
         missing = self._wanted.missing(widths)
-        self._tell(told(widths, self._wanted))
+        self._tell(known_so_far(widths, self._wanted))
         if not missing and not self.outcome.all_known:
             self.outcome.known_s = now_s - self._took_off_s
             if not self._finishing and not self._keyed and not self._crew.session.over:
@@ -253,7 +251,7 @@ TURNS: Final = {State.COUNTDOWN, State.RETURNING, State.HOLDING}
 """Activities that are worth a sentence when they begin."""
 
 
-def told(widths: Widths, wanted: Wanted) -> str:
+def known_so_far(widths: Widths, wanted: Wanted) -> str:
     """The live intervals in a line, each with its mark where it is known as asked."""
     shown = (
         f"{name} ± {100 * widths[name]:.2g} %{'' if widths[name] <= wanted.width(name) else ' (not yet)'}"

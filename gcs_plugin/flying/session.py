@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.flight.flight import WORDS, End, State
 from bridge.flight.limits import FlightLimits
-from bridge.flight.orders import LEG, LIMITS, ORDER, Seven, What, checksum, leg_numbers, limit_rows
+from bridge.flight.orders import LEG, LIMITS, ORDER, Order, Seven, checksum, leg_numbers, limit_rows
 from bridge.vehicle.legs import Leg
 from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import decode as decode_reading
@@ -108,34 +108,31 @@ class FlightSession:
         """Ask for a flight whose manoeuvres begin at a depth; arms the vehicle if it is not armed."""
         rows = limit_rows(limits, depth_m)
         self._send(LIMITS, rows)
-        self._order(What.BEGIN, checksum(rows), countdown_s, len(rows))
+        self._order(Order.BEGIN, checksum(rows), countdown_s, len(rows))
         self.has_armed = not self.armed
         if self.has_armed:
             self._arm(1.0)
         self._begun = True
 
     def fly(self, legs: Sequence[Leg]) -> None:
-        """Ask for a manoeuvre."""
         rows = [leg_numbers(place, leg) for place, leg in enumerate(legs)]
         self._send(LEG, rows)
-        self._order(What.FLY, checksum(rows), 0.0, len(rows))
+        self._order(Order.FLY, checksum(rows), 0.0, len(rows))
 
     def finish(self) -> None:
         """Ask it to go back to where it began."""
-        self._order(What.FINISH, 0.0, 0.0, 0)
+        self._order(Order.FINISH, 0.0, 0.0, 0)
 
     def stop(self) -> None:
         """The end key: ahead of all else."""
         self._queue.clear()
         self._sent_s = -1e9
-        self._order(What.END, 0.0, 0.0, 0)
+        self._order(Order.END, 0.0, 0.0, 0)
 
     def disarm(self) -> None:
-        """Disarm it."""
         self._arm(0.0)
 
     def tick(self, now_s: float) -> list[Any]:
-        """The messages to send now."""
         if not self._queue or self.failure:
             self._asked_s = None
             return []
@@ -150,7 +147,6 @@ class FlightSession:
         return [dialect.MAVLink_command_long_message(*self.vehicle, command.command, 0, *command.numbers)]
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
-        """A frame arrived."""
         if (frame.system, frame.component) != self.vehicle:
             return
         if frame.message_id == _ARRAY:
@@ -204,15 +200,14 @@ class FlightSession:
         )
 
     def _send(self, command: int, rows: Sequence[Seven]) -> None:
-        """Send the rows of the next order."""
         self._rows = [_Command(command, row, place) for place, row in enumerate(rows)]
         self._queue += self._rows
         self._tries = 0
 
-    def _order(self, what: What, of: float, countdown_s: float, count: int) -> None:
+    def _order(self, order: Order, of: float, countdown_s: float, count: int) -> None:
         self._number += 1
-        numbers = (float(what), float(self._number), of, countdown_s, float(count), 0.0, 0.0)
-        self._queue.append(_Command(ORDER, numbers, int(what)))
+        numbers = (float(order), float(self._number), of, countdown_s, float(count), 0.0, 0.0)
+        self._queue.append(_Command(ORDER, numbers, int(order)))
 
     def _arm(self, wanted: float) -> None:
         self._queue.append(_Command(ARM, (wanted, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0))

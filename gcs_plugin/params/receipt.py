@@ -11,7 +11,7 @@ checked on the vehicle in any case, before a commit and at the end.
 import contextlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
@@ -99,15 +99,7 @@ class Receipt:
             "sentence": self.sentence,
             "vehicle": {"system": self.system, "component": self.component},
             "parameters": [
-                {
-                    "name": line.name,
-                    "unit": unit_of(line.name),
-                    "before": line.before,
-                    "target": line.target,
-                    "after": line.after,
-                    "outcome": line.outcome.name.lower(),
-                    "sentence": line.sentence,
-                }
+                asdict(line) | {"unit": unit_of(line.name), "outcome": line.outcome.name.lower()}
                 for line in self.lines
             ],
             "preimage": str(self.preimage),

@@ -83,7 +83,6 @@ class Holding:
 
 
 def state_file() -> Path:
-    """Path of the state file."""
     return state_folder() / "recording.json"
 
 

@@ -78,12 +78,10 @@ class Causes:
         return next((item for item in (*self.found, *self.absent) if item.label == label), None)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "Causes":
-        """Rebuild from the form of `to_json`."""
         effects = {
             key: tuple(
                 EffectSize(

@@ -163,7 +163,6 @@ def _verdict_cells(row: Row) -> tuple[str, str]:
 
 
 def to_json(row: Row) -> dict[str, Any]:
-    """A row as plain data."""
     return {
         **{
             name: value

@@ -6,14 +6,13 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.challenge import plants_thrust
 from identify.challenge.site import Planted, Site, changed, sized
-from identify.challenge.vehicles import DrawnVehicle
+from identify.challenge.vehicles import LAG_S, DrawnVehicle
 
 Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
 
 
-def _sign(rng: np.random.Generator) -> float:
+def sign(rng: np.random.Generator) -> float:
     return float(rng.choice([-1.0, 1.0]))
 
 
@@ -38,14 +37,14 @@ def drag_asymmetry(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -
 def cross_flow_lift(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Lift that stalls at large drift angles."""
     lift = sized(0.06, size) * vehicle.damping[1] / vehicle.speed
-    lever = _sign(rng) * rng.uniform(0.05, 0.25)
+    lever = sign(rng) * rng.uniform(0.05, 0.25)
 
     apply = changed("hull", lift_y=lift, lift_n=lever * lift)
     return Planted("cross_flow_lift", {"Y_uv": float(lift), "N_uv": float(lever * lift)}, apply, size)
 
 
 def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    both = _sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
+    both = sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
     y_r, n_v = both * rng.uniform(0.6, 1.4), both * rng.uniform(0.6, 1.4)
 
     apply = changed("hull", y_r=y_r, n_v=n_v)
@@ -54,7 +53,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
 
 def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Larger or smaller Munk moments, by a share that fades at large drift."""
-    share = _sign(rng) * sized(0.2, size)
+    share = sign(rng) * sized(0.2, size)
     mass = vehicle.mass
 
     apply = changed(
@@ -73,25 +72,30 @@ def fouling(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     return Planted("fouling", {"rate": 1.25 * total / 480.0}, apply, size)
 
 
+def add_first_moments(matrix: Array, x: float, y: float, of_water: bool) -> None:
+    """Add the first moments of a mass, kg m ahead and to starboard, to a mass matrix (6, 6), in place; of water that
+    couples sway and yaw alone."""
+    matrix[1, 5] += x
+    matrix[5, 1] += x
+    matrix[0, 5] -= y
+    matrix[5, 0] -= y
+    if not of_water:
+        matrix[2, 4] -= x
+        matrix[4, 2] -= x
+        matrix[2, 3] += y
+        matrix[3, 2] += y
+
+
 def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """First moments of the mass, with level trim; in half of the cases an added mass that couples sway and yaw."""
     mass = vehicle.configuration.dry_mass_kg
     off = sized(0.008, size) * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5
     angle = 0.0 if of_water else rng.uniform(-0.5, 0.5)
-    x, y = _sign(rng) * off * np.cos(angle), off * np.sin(angle)
+    x, y = sign(rng) * off * np.cos(angle), off * np.sin(angle)
 
     def apply(site: Site, _: np.random.Generator) -> None:
-        matrix = site.added if of_water else site.rigid
-        matrix[1, 5] += x
-        matrix[5, 1] += x
-        matrix[0, 5] -= y
-        matrix[5, 0] -= y
-        if not of_water:
-            matrix[2, 4] -= x
-            matrix[4, 2] -= x
-            matrix[2, 3] += y
-            matrix[3, 2] += y
+        add_first_moments(site.added if of_water else site.rigid, x, y, of_water)
 
     return Planted("cg_offset", {"x": float(x) / mass, "y": float(y) / mass}, apply, size)
 
@@ -113,7 +117,7 @@ def pitch_roll_coupling(_: np.random.Generator, vehicle: DrawnVehicle, size: flo
 
 def net_buoyancy(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """A buoyancy force (up or down) that falls slightly with depth, as air spaces are compressed."""
-    force = _sign(rng) * sized(0.4, size) * vehicle.share
+    force = sign(rng) * sized(0.4, size) * vehicle.share
 
     def apply(site: Site, _: np.random.Generator) -> None:
         site.hull = site.hull._replace(buoyancy_n=force, squeeze=0.03, wave_ref=site.depth_m)
@@ -144,7 +148,7 @@ def added_payload(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) 
 
 
 def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    scale = 1.0 + _sign(rng) * sized(0.01, size)
+    scale = 1.0 + sign(rng) * sized(0.01, size)
 
     def apply(site: Site, _: np.random.Generator) -> None:
         site.faults = site.faults._replace(seen=scale * site.faults.seen)
@@ -153,7 +157,7 @@ def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted
 
 
 def depth_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    scale = 1.0 + _sign(rng) * sized(0.04, size)
+    scale = 1.0 + sign(rng) * sized(0.04, size)
 
     return Planted("depth_scale", {"scale": scale}, changed("faults", deep=scale), size, spoils=(2,))
 
@@ -169,7 +173,7 @@ def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
 
 def dvl_misalignment(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A DVL turned about the vertical, and tilted by a tenth of that angle."""
-    yaw = _sign(rng) * sized(0.012, size)
+    yaw = sign(rng) * sized(0.012, size)
     cos, sin, tilt = float(np.cos(yaw)), float(np.sin(yaw)), 0.1 * yaw
     seen = np.array([[cos, -sin, 0.0], [sin, cos, tilt], [0.0, -tilt, 1.0]])
 
@@ -200,7 +204,7 @@ def dvl_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
 
 def gyro_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A bias of every gyro aboard that varies by a tenth."""
-    bias = _sign(rng) * sized(0.0005, size)
+    bias = sign(rng) * sized(0.0005, size)
 
     return Planted("gyro_bias", {"z": bias}, changed("faults", gyro=bias, wander=0.1), size, spoils=(5,))
 
@@ -314,13 +318,165 @@ def tether(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Plan
     return Planted("tether", parameters, apply, size)
 
 
+def thrust_gain(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
+    gain = 1.0 + rng.choice([-1.0, 1.0]) * sized(0.015, size)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.prop = site.prop._replace(way=gain * site.prop.way)
+
+    return Planted("thrust_gain", {"gain": float(gain)}, apply, size)
+
+
+def thrust_curve(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """A loss that decreases exponentially with thrust."""
+    loss = sized(0.06, size)
+
+    return Planted("thrust_curve", {"low_end_loss": loss}, changed("prop", low_end=loss), size)
+
+
+def reverse_thrust_loss(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """A loss of reverse thrust that sets in over some tenths of a newton."""
+    loss = sized(0.04, size)
+
+    return Planted("reverse_thrust_loss", {"gain": 1.0 - loss}, changed("prop", reverse=loss), size)
+
+
+def dead_zone(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A dead zone with soft edges."""
+    width = sized(0.12, size) * vehicle.share**0.5
+
+    return Planted("dead_zone", {"half_width": width}, changed("prop", dead_n=width), size)
+
+
+def saturation(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A soft limit: between twice the thrust needed to accelerate to the top speed (size 0) and half of it (size 1)."""
+    limit = float(vehicle.top_thrust_n * 2.0 * 0.25**size)
+
+    return Planted("saturation", {"limit": limit}, changed("prop", limit_n=limit), size)
+
+
+def inflow_loss(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A loss by the speed of advance with a quadratic part."""
+    cruise_n = 0.5 * vehicle.top_thrust_n
+    slope = sized(0.04, size) * float(np.sqrt(cruise_n)) / vehicle.speed
+
+    return Planted("inflow_loss", {"slope": slope}, changed("prop", inflow=slope, inflow_2=0.2 * slope), size)
+
+
+def hull_interaction(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """A share of thrust lost by the thrusters whose wash meets the hull; the share grows with thrust."""
+    loss = sized(0.04, size)
+
+    return Planted("hull_interaction", {"loss": loss}, changed("prop", wash=loss), size)
+
+
+def weak_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A weak thruster that loses a larger share at higher thrust."""
+    index = int(rng.integers(len(vehicle.configuration.thrusters)))
+    gain = 1.0 - sized(0.05, size)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        each = site.prop.each.copy()
+        each[index] = gain
+        site.prop = site.prop._replace(each=each)
+
+    parameters = {"thruster": float(index + 1), "gain": gain}
+    return Planted("weak_thruster", parameters, apply, size, number=index + 1)
+
+
+def thruster_misalignment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A thruster that is turned and moved by a centimetre; a vertical thruster is turned about the body's x."""
+    index = int(rng.integers(len(vehicle.configuration.thrusters)))
+    angle = float(rng.choice([-1.0, 1.0]) * sized(0.03, size))
+    moved = rng.uniform(-0.01, 0.01, 3) * vehicle.share ** (1 / 3)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        way, place = site.prop.way.copy(), site.prop.place.copy()
+        x, y, z = way[index]
+        cos, sin = np.cos(angle), np.sin(angle)
+        if abs(z) > 0.5:
+            way[index] = x, y * cos - z * sin, y * sin + z * cos
+        else:
+            way[index] = x * cos - y * sin, x * sin + y * cos, z
+        place[index] += moved
+        site.prop = site.prop._replace(way=way, place=place)
+
+    parameters = {"thruster": float(index + 1), "angle": angle}
+    return Planted("thruster_misalignment", parameters, apply, size, number=index + 1)
+
+
+def thruster_lag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """A second-order lag: two equal lags in series, expressed by their total delay."""
+    total = LAG_S + sized(0.03, size)
+
+    apply = changed("prop", lag_s=0.5 * total, second_s=0.5 * total)
+    return Planted("thruster_lag", {"time_constant": total}, apply, size)
+
+
+def command_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """A delay that jitters by a tenth."""
+    delay = sized(0.03, size)
+
+    def apply(site: Site, rng: np.random.Generator) -> None:
+        late = delay * (1.0 + 0.1 * rng.uniform(-1, 1, len(site.prop.delay)))
+        site.prop = site.prop._replace(delay=late)
+
+    return Planted("command_delay", {"delay": delay}, apply, size)
+
+
+def battery_sag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """Thrust that follows a discharge curve, which is steepest at its end; expressed by the mean slope."""
+    lost = sized(0.05, size)
+    volts = 1.0 - (1.0 - lost) ** (1 / 1.9)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.prop = site.prop._replace(sag=volts, sag_s=480.0)
+        site.sag, site.sag_s = volts, 480.0
+
+    return Planted("battery_sag", {"rate": 0.9 * lost / 480.0}, apply, size)
+
+
+def load_sag(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
+    """A voltage that drops under load, with a memory of some tenths of a second."""
+    resistance = sized(0.1, size)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.prop = site.prop._replace(load=resistance)
+        site.ripple = resistance
+
+    return Planted("load_sag", {"resistance": resistance}, apply, size)
+
+
+def propeller_torque(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """Propellers that all turn the same way, with a torque that grows slightly faster than thrust."""
+    torque = sized(0.003, size) * vehicle.share ** (1 / 3)
+
+    apply = changed("prop", torque=torque)
+    return Planted("propeller_torque", {"K": 1.1 * torque, "N": 1.1 * torque}, apply, size)
+
+
+def thrust_bias(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A horizontal force and a yaw moment on the body that vary by a tenth."""
+    angle = rng.uniform(-np.pi, np.pi)
+    force = sized(0.2, size) * vehicle.share
+    bias = force * np.array([np.cos(angle), np.sin(angle), 0.0, 0.0, 0.0, rng.uniform(-0.2, 0.2)])
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.push += (1.0 + 0.1 * np.sin(0.013 * site.time_s))[:, None] * bias
+
+    parameters = {"X": float(bias[0]), "Y": float(bias[1]), "Z": 0.0, "N": float(bias[5])}
+    return Planted("thrust_bias", parameters, apply, size)
+
+
 PLANTS: dict[str, Plant] = {
     plant.__name__: plant
     for plant in (
         quadratic_drag, drag_asymmetry, cross_flow_lift, coupled_damping, munk_moment, fouling, cg_offset,
         pitch_roll_coupling, net_buoyancy, entrained_water, added_payload, dvl_scale, depth_scale, dvl_bias,
         dvl_misalignment, dvl_lever_arm, dvl_delay, gyro_bias, imu_gravity_leak, wrong_feedback_log,
-        *plants_thrust.ALL, steady_current, varying_current, waves, free_surface, bottom_or_wall, tether,
+        thrust_gain, thrust_curve, reverse_thrust_loss, dead_zone, saturation, inflow_loss, hull_interaction,
+        weak_thruster, thruster_misalignment, thruster_lag, command_delay, battery_sag, load_sag, propeller_torque,
+        thrust_bias, steady_current, varying_current, waves, free_surface, bottom_or_wall, tether,
     )
 }  # fmt: skip
 """Effects by the name that a diagnosis must give."""

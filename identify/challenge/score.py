@@ -72,7 +72,7 @@ class Rate:
 
 
 @dataclass(frozen=True)
-class Found:
+class EffectScore:
     """Results for an effect over all cases that hide nothing else: how often it was named, and sizes over the floor."""
 
     name: str
@@ -87,7 +87,7 @@ class Score:
 
     rates: dict[str, Rate]
     numbers: dict[str, float | None]
-    found: tuple[Found, ...]
+    effects: tuple[EffectScore, ...]
     unanswered: tuple[str, ...]
 
 
@@ -216,7 +216,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         "calibration error of probabilities": _calibration(cases),
     }
     unanswered = tuple(str(case.truth["name"]) for case in cases if case.answer is None)
-    return Score(rates, numbers, _found(by["one"]), unanswered)
+    return Score(rates, numbers, _effect_scores(by["one"]), unanswered)
 
 
 def _rate(cases: Sequence[Judged], so: Callable[[Judged], bool]) -> Rate:
@@ -281,7 +281,7 @@ def _calibration(cases: Sequence[Judged]) -> float | None:
     return total / len(predictions) if predictions else None
 
 
-def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
+def _effect_scores(cases: Sequence[Judged]) -> tuple[EffectScore, ...]:
     names = sorted({case.truth["effects"][0]["name"] for case in cases})
     out = []
     for name in names:
@@ -289,7 +289,7 @@ def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
         found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.first()]
         missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.first()]
         out.append(
-            Found(
+            EffectScore(
                 name,
                 Rate(len(found_sizes), len(cases_of_name)),
                 min(found_sizes, default=math.nan),

@@ -120,7 +120,6 @@ def _recorded(
     ticks: kernel.Ticks,
     rng: np.random.Generator,
 ) -> Dive:
-    """The dive as it is recorded."""
     clock, water = setup.clock, Water()
     time_s = _times(0.0, clock.tick, len(reference))
     curve = site.vehicle.file.vehicle.thrust_curve

@@ -45,7 +45,6 @@ class DrawnForce(NamedTuple):
 
 
 def no_force() -> DrawnForce:
-    """A drawn force of zero."""
     return DrawnForce(
         np.zeros(6), np.full(2, NOTHING), np.zeros(2), np.ones(2), np.ones(2), np.zeros(2, np.int64), np.ones(1)
     )  # fmt: skip
@@ -208,10 +207,12 @@ def sized(low: float, size: float) -> float:
 Apply = Callable[[Site, np.random.Generator], None]
 
 
-def changed(part: Literal["hull", "prop", "faults"], **changes: Any) -> Apply:
-    """An effect that sets parameters of a part of the site, alike in every dive."""
+def changed(
+    part: Literal["hull", "prop", "faults"], **changes: Any
+) -> Callable[[Any, np.random.Generator], None]:
+    """An effect that sets parameters of a part of a site, alike in every dive."""
 
-    def apply(site: Site, _: np.random.Generator) -> None:
+    def apply(site: Any, _: np.random.Generator) -> None:
         setattr(site, part, getattr(site, part)._replace(**changes))
 
     return apply

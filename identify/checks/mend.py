@@ -36,7 +36,6 @@ class Mend:
 
 
 def mended(dive: Dive, mend: Mend) -> Dive:
-    """The dive with a mend."""
     signal: Signal = getattr(dive, mend.signal)
     factors = np.array(mend.factors)
     if mend.signal == "attitude":

@@ -65,7 +65,6 @@ class Miswired:
 
     @property
     def problem(self) -> str:
-        """The contradiction."""
         numbers = listed([str(number) for number in self.reversed or self.swapped])
         if len(self.reversed) == 1:
             wrong = f"Thruster {numbers} pushes the other way than the vehicle file says"
@@ -77,7 +76,6 @@ class Miswired:
 
     @property
     def mend(self) -> str:
-        """The change that ends it."""
         if self.reversed:
             return "turn their directions round in the vehicle file"
         return "exchange the two in the vehicle file, or their plugs on the vehicle"

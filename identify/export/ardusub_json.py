@@ -29,32 +29,32 @@ _UNDAMPED = (
     "`plant` is undamped there, and names it as unknown; `frame_property` keeps the drag that ArduSub's own submarine "
     f"has there; {KNOW}"
 )
-_OWN = "ArduSub's own submarine has {0}; the model's stands in `plant`"
+_SUBMARINE = "ArduSub's own submarine has {0}; the model's stands in `plant`"
 REASONS = {
     "model": "ArduPilot reads no file of a submarine: `plant` is for the physics process that answers its JSON "
     "backend, `frame_property` for SIM_Submarine.h, which is then compiled",
-    "lag": _OWN.format("no lag"),
-    "thrusters": _OWN.format(
+    "lag": _SUBMARINE.format("no lag"),
+    "thrusters": _SUBMARINE.format(
         "places and directions in its source, those of its frames vectored and vectored_6dof"
     ),
-    "gain": _OWN.format("one thrust for all thrusters"),
-    "reverse_gain": _OWN.format("the same thrust astern"),
-    "dead_zone": _OWN.format("a dead zone of 25 us instead"),
-    "least": _OWN.format("a dead zone of 25 us instead"),
+    "gain": _SUBMARINE.format("one thrust for all thrusters"),
+    "reverse_gain": _SUBMARINE.format("the same thrust astern"),
+    "dead_zone": _SUBMARINE.format("a dead zone of 25 us instead"),
+    "least": _SUBMARINE.format("a dead zone of 25 us instead"),
     "effects": "neither ArduSub's own submarine nor `plant` has them; the rest of the model was fitted beside them",
-    "curve": _OWN.format("a quadratic thrust curve of 400 us"),
-    "mass_by_axis": _OWN.format("one mass for all directions: {model.mean_mass_words}, is written"),
+    "curve": _SUBMARINE.format("a quadratic thrust curve of 400 us"),
+    "mass_by_axis": _SUBMARINE.format("one mass for all directions: {model.mean_mass_words}, is written"),
     "unknown_mass": f"`plant` has the rigid body's own there, with no added mass, and names it as unknown; {KNOW}",
     "unknown_inertia": f"`plant` has the rigid body's own there, and names it as unknown; {KNOW}",
     "undamped_moving": _UNDAMPED,
     "undamped_turning": _UNDAMPED,
-    "added": _OWN.format("no Coriolis force and no added mass but in its weight"),
-    "moving_damping": _OWN.format("quadratic drag alone"),
-    "turning_damping": _OWN.format(
+    "added": _SUBMARINE.format("no Coriolis force and no added mass but in its weight"),
+    "moving_damping": _SUBMARINE.format("quadratic drag alone"),
+    "turning_damping": _SUBMARINE.format(
         "quadratic drag about its axes alone, and one moment of inertia, computed from its mass"
     ),
-    "righting": _OWN.format("a righting moment of 6 N m in its source"),
-    "vertical_current": _OWN.format("currents along the horizon"),
+    "righting": _SUBMARINE.format("a righting moment of 6 N m in its source"),
+    "vertical_current": _SUBMARINE.format("currents along the horizon"),
 }
 
 

@@ -51,7 +51,7 @@ class Held:
     kept: bool | None
 
     @property
-    def what(self) -> str:
+    def name(self) -> str:
         """`surge as foretold`, `surge not as foretold`."""
         if not self.comparable:
             return f"{self.foretold.axis} in another mission than foretold"
@@ -153,7 +153,7 @@ class MadeUp:
         return not self.once and not self.twice
 
     @property
-    def what(self) -> str:
+    def name(self) -> str:
         how = "" if self.once else " twice" if self.twice else " too little"
         return f"thruster {self.credit.thruster} made up for{how}"
 

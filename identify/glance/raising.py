@@ -126,7 +126,6 @@ class Raising:
 
     @property
     def sentence(self) -> str:
-        """The verdict."""
         if not self.go:
             failed = [criterion for criterion in self.criteria if criterion.passed is False]
             mends = dict.fromkeys(criterion.mend for criterion in failed)
@@ -237,15 +236,15 @@ def beside_pid(
     return [*criteria, _size(f"{axis} damping", damping, of_damping, damping_error, units[1])]
 
 
-def _size(what: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
+def _size(name: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
     low, middle, high = (fed / max(value, 1e-9) for value in (seen + 1.96 * error, seen, seen - 1.96 * error))
     shown = f"{fed:.3g} {unit} fed, PID {seen:.3g} ± {1.96 * error:.2g}: "
     words = f"{shown}×{middle:.2f} ({SIZES[0]:.2f} to {SIZES[1]:.2f})"
     if high < SIZES[0] or low > SIZES[1]:
-        return Criterion(what, False, words, ANEW)
+        return Criterion(name, False, words, ANEW)
     if not (SIZES[0] <= middle <= SIZES[1] and FLOWN[0] <= low and high <= FLOWN[1]):
-        return Criterion(what, None, f"{shown}not shown well enough")
-    return Criterion(what, True, words)
+        return Criterion(name, None, f"{shown}not shown well enough")
+    return Criterion(name, True, words)
 
 
 def _fitted(x: Array, y: Array) -> tuple[Array, Array]:
@@ -317,8 +316,8 @@ def go_no_go(
     dvl = file.vehicle.sensors.dvl
     whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
     unasked = _unasked([error for error in whole if np.isfinite(error.unasked)])
-    foretold = [Criterion(each.what, each.kept, f"foretold {each.figures}", LOOK_CLOSER) for each in held]
-    credited = [Criterion(each.what, each.once, each.words, each.mend) for each in made_up]
+    foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", LOOK_CLOSER) for each in held]
+    credited = [Criterion(each.name, each.once, each.words, each.mend) for each in made_up]
     thrust = _thrust(dive, mode, thrusters)
     return Raising(mode, Mode.BOTH, (*changed, *criteria, *unasked, *foretold, *credited, thrust))
 
@@ -352,11 +351,11 @@ def _unasked(errors: Sequence[WholeError]) -> list[Criterion]:
 
 def _moving(error: WholeError) -> Criterion:
     """An axis that moves beyond its limit while others are asked to."""
-    what, most = f"{error.axis} not asked to move", speed(MOST_UNASKED[error.unit], error.unit)
+    name, most = f"{error.axis} not asked to move", speed(MOST_UNASKED[error.unit], error.unit)
     words = f"{speed(error.unasked, error.unit)} rms while others move, at most {most}"
     if error.unasked <= MOST_OF_REST * error.rest:
-        return Criterion(what, None, f"{words}; but {speed(error.rest, error.unit)} at rest: the sea")
-    return Criterion(what, False, words, LOOK_CLOSER)
+        return Criterion(name, None, f"{words}; but {speed(error.rest, error.unit)} at rest: the sea")
+    return Criterion(name, False, words, LOOK_CLOSER)
 
 
 def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:

@@ -21,7 +21,6 @@ from identify.checks.impossible import WILD_S, tame
 from identify.dive import Kind, Note
 from identify.ingest.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 
-GROUND_STATION = 6
 CLEARLY_MORE = 5.0
 REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
@@ -102,7 +101,7 @@ class Messages:
         `equal` asks for fields of a certain value (`id=0`). If several components send the message, the most frequent
         sender's messages are taken.
         """
-        fields = self._own(name)
+        fields = self._of_vehicle(name)
         keep = np.ones(len(fields), np.bool_)
         for field, value in equal.items():
             keep &= fields[field] == value
@@ -110,11 +109,11 @@ class Messages:
 
     def components(self, name: str) -> set[int]:
         """The vehicle's components that send the messages called `name`."""
-        return set(self.frames.component[self._own(name).rows].tolist())
+        return set(self.frames.component[self._of_vehicle(name).rows].tolist())
 
     def by_name(self, name: str) -> dict[str, Batch]:
         """The messages called `name`, grouped by their own field `name`, as in NAMED_VALUE_FLOAT."""
-        fields = self._own(name)
+        fields = self._of_vehicle(name)
         names = fields["name"]
         batches = {}
         for value in np.unique(names):
@@ -136,7 +135,7 @@ class Messages:
         is_near = np.abs(stated - arrived) < NEAR_S
         return _rising(np.where(is_near, stated, arrived) if is_near.mean() > NEARLY_ALL else arrived, fields)
 
-    def _own(self, name: str) -> Fields:
+    def _of_vehicle(self, name: str) -> Fields:
         rows = self._rows(name)
         return Fields(self.frames, name, rows[self.frames.system[rows] == self.system])
 

@@ -386,7 +386,6 @@ def _likelier(by_unit: dict[str, Match | None]) -> str:
 
 
 def map_of(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
-    """The column map of choices."""
     signals: dict[str, Any] = {choice.signal: choice.columns for choice in choices}
     velocity = signals.get("velocity")
     filtered = velocity is not None and is_filtered(filter(None, velocity.named))

@@ -18,7 +18,7 @@ BEYOND_US: Final = 20.0
 PULSE_US: Final = (800.0, 2200.0)
 HELD_S: Final = 1.0
 """Longest time for which a command counts, even if the next comes later."""
-TOLD: Final = 4
+MOST_LISTED: Final = 4
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def chosen(runs: Sequence[Run]) -> tuple[int, tuple[str, ...]]:
         if used.driven_s
         else "it is the longest"
     )
-    span_words = ", ".join(f"{span_s:.0f} s" for span_s in other_spans[:TOLD])
-    more = f" and {len(other_spans) - TOLD} shorter" if len(other_spans) > TOLD else ""
+    span_words = ", ".join(f"{span_s:.0f} s" for span_s in other_spans[:MOST_LISTED])
+    more = f" and {len(other_spans) - MOST_LISTED} shorter" if len(other_spans) > MOST_LISTED else ""
     subject = "the other lasts" if len(other_spans) == 1 else "the others last"
     times = f"{len(other_spans)} time{'s' if len(other_spans) > 1 else ''}"
     return best, (

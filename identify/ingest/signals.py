@@ -181,11 +181,11 @@ class _Rows:
 
     def signal(self, name: str, source: Columns, used: tuple[str | None, ...]) -> Signal:
         fields_used = [field for field in used if field is not None and field != NOTHING]
-        told = np.ones(len(self.time_s), np.bool_)
+        stated = np.ones(len(self.time_s), np.bool_)
         if fields_used and all(field in self.empty for field in fields_used):
-            told = ~np.logical_and.reduce([self.empty[field] for field in fields_used])
+            stated = ~np.logical_and.reduce([self.empty[field] for field in fields_used])
         value = np.column_stack([self._column(field) for field in used])
-        return Signal(self.time_s[told], _in_si(value[told], name, source))
+        return Signal(self.time_s[stated], _in_si(value[stated], name, source))
 
     def _column(self, field: str | None) -> Array:
         if field is None:

@@ -196,11 +196,11 @@ def _ends_open(line: str, names: Sequence[str], form: _Form) -> bool:
 
 def _told_apart(names: Sequence[str]) -> list[str]:
     """Name a column without a name by its number, and a name that stands again by its place as well."""
-    told: dict[str, None] = {}
+    distinct: dict[str, None] = {}
     for number, name in enumerate(names, start=1):
         new = name or f"column {number}"
-        told[new if new not in told else f"{new} (column {number})"] = None
-    return list(told)
+        distinct[new if new not in distinct else f"{new} (column {number})"] = None
+    return list(distinct)
 
 
 def _miscounted(lines: Sequence[str], kept: Sequence[int], width: int, form: _Form) -> dict[int, str]:

@@ -52,28 +52,28 @@ AS_OFTEN = 0.9
 
 
 @dataclass(frozen=True)
-class Told:
+class Velocity:
     """A velocity in body axes, and whether it comes from a filter that fuses it with accelerations."""
 
     signal: Signal
     filtered: bool
 
 
-def velocity_of(messages: Messages, attitude: Signal | None) -> Told | None:
+def velocity_of(messages: Messages, attitude: Signal | None) -> Velocity | None:
     """Velocity from the best source; None without a velocity, or if it needs an attitude that is missing."""
     if (odometry := messages.get("ODOMETRY")) is not None:
         signal = _odometry(odometry, attitude)
         if signal is not None:
-            return Told(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
+            return Velocity(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
     signal = _deltas(
         messages.get_from_anyone("VISION_POSITION_DELTA"), messages.components("DEBUG_FLOAT_ARRAY")
     )
     if signal is None:
         signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
     if signal is not None:
-        return Told(signal, False)
+        return Velocity(signal, False)
     signal = _of_earth(messages.get("LOCAL_POSITION_NED"), ("vx", "vy", "vz"), attitude)
-    return None if signal is None else Told(signal, True)
+    return None if signal is None else Velocity(signal, True)
 
 
 def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:

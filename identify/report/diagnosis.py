@@ -78,7 +78,6 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
 
 
 def subtitle(d: Diagnosis) -> str:
-    """Configuration of the diagnosis."""
     return f"Configuration {d.configuration}, computed in {seconds(d.seconds)}."
 
 
@@ -337,13 +336,12 @@ def against_report(comparison: Against) -> Report:
         (
             _change(comparison),
             *sections(replace(comparison.vehicle, verdict=comparison.verdict)),
-            _own(comparison),
+            _of_simulator(comparison),
         ),
     )
 
 
 def _change(comparison: Against) -> Section:
-    """Changes to make in the simulator."""
     rows = [
         *_thrust_rows(comparison.thrust),
         *_lacking_rows(comparison),
@@ -394,7 +392,7 @@ def _signed_percent(share: float) -> str:
     return f"{'+' if share > 0 else '−'}{wording.percent(abs(share))}"
 
 
-def _own(comparison: Against) -> Section:
+def _of_simulator(comparison: Against) -> Section:
     """Diagnosis of the simulator's own recording."""
     return Section(
         "What the simulator has",

@@ -309,7 +309,6 @@ def _noise_said(errors: Mapping[str, TrackingErrors], axis: str) -> str:
 
 
 def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
-    """Error of the mean speed, by the held speed."""
     runs = [run.axis(axis) for run in errors.values()]
     scale, unit = _shown(DOFS.index(axis))
     held = [{s.speed: s for s in run.speeds} if run else {} for run in runs]

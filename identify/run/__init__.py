@@ -1,6 +1,5 @@
 """The functions behind the verbs, with typed steps and results.
 
 `identify` · `diagnose` · `validate` · `plan` · `recordings` how all of them read dives · `together` several runs as
-one dive, `ballast` that changed between them · `repeats` short runs of one push, judged by accepted ones · `guess` the
-vehicle of a log.
+one dive · `repeats` short runs of one push, judged by accepted ones · `guess` the vehicle of a log.
 """

@@ -44,7 +44,6 @@ def tell(report: Report) -> None:
 
 
 def step(taken: Step) -> None:
-    """Report a step."""
     tell(Report(taken.of, taken.share, taken.words, "", dict(taken.values), taken.answered))
 
 

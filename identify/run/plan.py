@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
@@ -50,12 +49,7 @@ def plan(
 
 def before_dives(file: VehicleFile) -> Tank:
     """What is known from the vehicle file. Raises ConfigError if its configuration is open."""
-    names = list(file.vehicle.configurations)
-    if file.configuration is None and len(names) > 1:
-        raise ConfigError(
-            f"vehicle '{file.vehicle.name}' has {', '.join(names)}; name one: --vehicle FILE:CONFIGURATION"
-        )
-    name = file.configuration or names[0]
+    name = file.configuration_chosen()
     return Tank(file, name, before_any_dive(file, name))
 
 

@@ -13,6 +13,7 @@ from test_flights import BATTERY, LIMITS
 
 from bench.ardusub.firmware import Passing
 from bench.ardusub.flight import vehicle_file
+from bench.flying import InTurn
 from bridge.ardusub.companion import companion_file
 from bridge.ardusub.law import MANUAL
 from bridge.flight.flight import End
@@ -24,7 +25,7 @@ from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.limits import Limits
 from identify.run.plan import before_dives, plan
-from tui.flying import InTurn, recorded_crew
+from tui.flying import recorded_crew
 
 pytestmark = pytest.mark.soak
 DEATHS = 20

@@ -99,7 +99,7 @@ def test_of_causes_named_for_one_that_hides_only_the_first_counts() -> None:
     assert hits(result, "one hidden: named first, or called equally likely") == (1, 3)
     assert hits(result, "one hidden, 0.5 or more") == (1, 3)
     assert hits(result, "magnitudes within their 95 % intervals") == (1, 1)
-    (found,) = result.found
+    (found,) = result.effects
     assert found.rate == Rate(1, 3)
 
 
@@ -187,7 +187,7 @@ def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:
         (truth("b", "one", "waves", size=0.7), answer("explained", "waves")),
         (truth("c", "one", "waves", size=3.0), answer("explained", "waves")),
     )
-    (waves,) = result.found
+    (waves,) = result.effects
     assert (waves.rate, waves.smallest_found, waves.largest_missed) == (Rate(2, 3), 0.7, 0.4)
     assert hits(result, "one hidden, 0.5 or more") == (2, 2)
 

@@ -15,7 +15,7 @@ from bridge.flight.flight import End, State
 from bridge.flight.orders import (
     LEG,
     ORDER,
-    What,
+    Order,
     checksum,
     leg_numbers,
     leg_of,
@@ -108,7 +108,7 @@ class Deck:
         rows = limit_rows(LIMITS, 1.5)
         for row in rows:
             self.send(LIMIT_ROWS, *row)
-        return self.send(ORDER, What.BEGIN, number, checksum(rows), 3.0, len(rows))
+        return self.send(ORDER, Order.BEGIN, number, checksum(rows), 3.0, len(rows))
 
     @property
     def state(self):
@@ -117,7 +117,7 @@ class Deck:
 
 def test_limits_and_an_order_begin_a_flight():
     deck = Deck()
-    assert deck.begin() == (ACCEPTED, What.BEGIN)
+    assert deck.begin() == (ACCEPTED, Order.BEGIN)
     assert deck.state is State.COUNTDOWN
     assert deck.step() is None
     reading = deck.flights.reading(deck.ideal.now_s)
@@ -127,9 +127,9 @@ def test_limits_and_an_order_begin_a_flight():
 def test_a_repeated_order_is_acknowledged_and_not_obeyed_again():
     deck = Deck()
     deck.begin()
-    assert deck.send(ORDER, What.END, 8.0) == (ACCEPTED, What.END)
+    assert deck.send(ORDER, Order.END, 8.0) == (ACCEPTED, Order.END)
     assert deck.state is State.IDLE
-    assert deck.begin(number=8.0) == (ACCEPTED, What.BEGIN)
+    assert deck.begin(number=8.0) == (ACCEPTED, Order.BEGIN)
     assert deck.state is State.IDLE
 
 
@@ -137,17 +137,17 @@ def test_what_arrived_in_part_is_not_begun_and_asked_for_again():
     deck = Deck()
     rows = limit_rows(LIMITS, 1.5)
     deck.send(LIMIT_ROWS, *rows[0])
-    assert deck.send(ORDER, What.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (AGAIN, What.BEGIN)
-    assert deck.send(ORDER, What.FLY, 8.0, 0.0, 0.0, 0.0) == (AGAIN, What.FLY)
+    assert deck.send(ORDER, Order.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (AGAIN, Order.BEGIN)
+    assert deck.send(ORDER, Order.FLY, 8.0, 0.0, 0.0, 0.0) == (AGAIN, Order.FLY)
     assert deck.state is State.IDLE
     deck.send(LIMIT_ROWS, *rows[1])
-    assert deck.send(ORDER, What.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (ACCEPTED, What.BEGIN)
+    assert deck.send(ORDER, Order.BEGIN, 7.0, checksum(rows), 3.0, len(rows)) == (ACCEPTED, Order.BEGIN)
 
 
 def test_what_the_vehicle_refuses_it_tells_the_crew():
     deck = Deck()
     deck.ideal.voltage_v = 12.0
-    assert deck.begin() == (DENIED, What.BEGIN)
+    assert deck.begin() == (DENIED, Order.BEGIN)
     assert deck.send(ORDER, 9.0, 8.0) == (DENIED, 9)
     assert deck.flights.take_texts() == [
         "no flight: battery too low or unknown",
@@ -165,7 +165,7 @@ def test_more_legs_heard_before_than_are_flown_now_do_no_harm():
     rows = [leg_numbers(number, leg) for number, leg in enumerate(SURGE)]
     for row in rows:
         assert deck.send(LEG, *row) == (ACCEPTED, int(row[0]))
-    assert deck.send(ORDER, What.FLY, 9.0, checksum(rows), 0.0, len(rows)) == (ACCEPTED, What.FLY)
+    assert deck.send(ORDER, Order.FLY, 9.0, checksum(rows), 0.0, len(rows)) == (ACCEPTED, Order.FLY)
     assert deck.flights.flight.left_s == pytest.approx(8.0)
 
 

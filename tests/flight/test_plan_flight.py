@@ -23,7 +23,7 @@ from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.dives.recordings import length_s
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
-from gcs_plugin.flying.run import PlanFlight, Wanted, told
+from gcs_plugin.flying.run import PlanFlight, Wanted, known_so_far
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
@@ -238,7 +238,7 @@ def test_widths_are_half_the_interval_over_the_value_and_unknown_where_not_ident
         parameters = (known, unknown, replace(known, name="X_udot"))
 
     assert widths(Identified) == {"M_u": pytest.approx(0.02), "D_u": math.inf}
-    assert told({"M_u": 0.02}, Wanted(("M_u", "D_u"), 0.03)) == "known so far: M_u ± 2 %, D_u unknown"
+    assert known_so_far({"M_u": 0.02}, Wanted(("M_u", "D_u"), 0.03)) == "known so far: M_u ± 2 %, D_u unknown"
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ def test_it_is_told_in_mm_s_and_deg_s_with_the_mode_of_before_if_that_was_anothe
     assert change_words(SURGE) == "13 -> 6.0 mm/s"
     assert change_words(YAW) == "1.1 (ff) -> 0.17 deg/s"
     (held,) = held_against([error(0.0061)], [SURGE], Mode.BOTH)
-    assert (held.what, held.figures) == ("surge as foretold", "13 -> 6.0 mm/s, flown 6.1")
+    assert (held.name, held.figures) == ("surge as foretold", "13 -> 6.0 mm/s, flown 6.1")
     assert verdict_of([held]) == "As foretold: surge 13 -> 6.0 mm/s, flown 6.1."
 
 
@@ -50,7 +50,7 @@ def test_it_is_told_in_mm_s_and_deg_s_with_the_mode_of_before_if_that_was_anothe
 )
 def test_a_third_more_is_as_foretold_and_twice_is_not(flown, kept, what):
     (held,) = held_against([error(flown)], [SURGE], Mode.BOTH)
-    assert (held.kept, held.what) == (kept, what)
+    assert (held.kept, held.name) == (kept, what)
     assert verdict_of([held]).startswith(
         {True: "As foretold", None: "Nearly as foretold", False: "Not as foretold"}[kept]
     )
@@ -68,7 +68,7 @@ def test_another_mission_is_told_and_not_held_against_it(asked, alike):
     assert held.comparable is alike
     assert held.kept is (False if alike else None)
     if not alike:
-        assert held.what == "surge in another mission than foretold"
+        assert held.name == "surge in another mission than foretold"
         assert verdict_of([held]).startswith("Another mission than the one that was diagnosed")
 
 
@@ -89,7 +89,7 @@ def test_each_mode_has_its_own_and_nothing_foretold_is_no_word():
 )
 def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, what):
     found = MadeUp(Credit(3, 1.0, 0.8, 1.0, acting=False), went_by)
-    assert found.what == what
+    assert found.name == what
     assert found.words.startswith(f"asked as if it gave {100 * went_by:.0f} % of its curve; it gives 80 %")
     assert ("rollback" in found.mend) is (went_by == 0.64)
 

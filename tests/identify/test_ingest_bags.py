@@ -17,8 +17,8 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.ros.db3 import rows_in
 from identify.ingest.ros.recorded import ZSTD_MAGIC
-from identify.ingest.ros.sqlite_leaves import rows_in
 from identify.ingest.streams import Stream, Streams
 from tui import cli
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from bridge.errors import LogError
-from identify.ingest import matlab, matlab_objects
+from identify.ingest import matlab
 from identify.ingest.matlab import read_matlab
 from identify.ingest.streams import Stream, Streams
 
@@ -130,4 +130,4 @@ def test_an_object_that_the_library_can_not_read_is_refused_with_what_to_save(
 
 
 def test_the_library_is_looked_for_where_it_is_installed() -> None:
-    assert matlab_objects.can_read_objects()
+    assert matlab.can_read_objects()

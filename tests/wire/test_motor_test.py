@@ -7,8 +7,7 @@ from fakes.vehicle import FakeVehicle
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LinkError, LinkTimeout
-from bridge.onboard.motor_test import MotorTests
-from bridge.onboard.orders import answer_command
+from bridge.onboard.orders import MotorTests, answer_command
 from bridge.wire.framing import Encoder
 from gcs_plugin.doctor.pulses import arm, disarm
 

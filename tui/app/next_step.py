@@ -175,7 +175,6 @@ OF_OTHERS: Final = {
 
 
 def next_of(now: Situation) -> Next:
-    """The thing to do now."""
     if now.lost:
         return LOST
     if now.writing:

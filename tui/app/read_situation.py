@@ -34,7 +34,6 @@ SAME: Final = 5e-4
 
 
 def read_situation(desk: Desk, view: View) -> Situation:
-    """The situation now."""
     picture, dive = view.picture, _dive(desk)
     folders = desk.dives()
     values = values_of(*folders)

@@ -38,7 +38,6 @@ def hub() -> str:
 
 
 def options(links: Sequence[str], out: str, vehicle: str, sign_key: str = "") -> list[str]:
-    """Options for `seatrial record`."""
     named = ["--vehicle", vehicle] if vehicle else []
     key = ["--sign-key", sign_key] if sign_key else []
     return [*(word for link in links for word in ("--link", link)), "--out", out, *named, *key]

@@ -8,11 +8,10 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.ardusub.applet import NAME
 from bridge.command_line import check_folder
-from bridge.exit_codes import UsageError
 from bridge.links import secured
 from bridge.links.link import Link
 from bridge.links.reconnecting import Reconnecting
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import word_of
 from gcs_plugin.applet import Deployment, State
 from tui import links, show
@@ -38,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     link = Reconnecting(again, clock, first[0].name)
     try:
         with show.progress("looking for the vehicle"):
-            deployment = Deployment(link, clock, file, configuration_of(file), arguments.system)
+            deployment = Deployment(link, clock, file, file.configuration_chosen(), arguments.system)
         if arguments.action != "check" and not deployment.fault and not arguments.yes:
             question = QUESTIONS[arguments.action].format(deployment.target[0])
             if not show.agreed(deployment.client, question, arguments.action):
@@ -58,14 +57,6 @@ def run(arguments: argparse.Namespace) -> int:
     show.write_json(asdict(state) | {"good": state.good}, arguments.json)
     good = not state.runs and state.there is None if arguments.action == "remove" else state.good
     return exit_codes.DONE if good else exit_codes.NO
-
-
-def configuration_of(file: VehicleFile) -> str:
-    """The configuration that the vehicle file's name chose, or its only one. Raises UsageError."""
-    names = list(file.vehicle.configurations)
-    if file.configuration is None and len(names) > 1:
-        raise UsageError(f"{file.path} has {', '.join(names)}: name one, as FILE:{names[0]}")
-    return file.configuration or names[0]
 
 
 def lines(state: State) -> list[str]:

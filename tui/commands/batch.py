@@ -280,22 +280,11 @@ def effect_table(drifts: Sequence[EffectDrift], configuration: str) -> Table:
 
 def effects_to_json(effects: Mapping[str, Sequence[EffectDrift]]) -> dict[str, object]:
     """The drifts of effects as plain data, by configuration."""
+    names = ("label", "parameter", "unit", "per", "slope", "low95", "high95", "chance", "named", "sentence")
     return {
         configuration: [
-            {
-                "label": drift.label,
-                "parameter": drift.parameter,
-                "unit": drift.unit,
-                "per": drift.per,
-                "slope": drift.slope,
-                "low95": drift.low95,
-                "high95": drift.high95,
-                "chance": drift.chance,
-                "significant": drift.is_real,
-                "named": drift.named,
-                "trend": vars(drift.trend),
-                "sentence": drift.sentence,
-            }
+            {name: getattr(drift, name) for name in names}
+            | {"significant": drift.is_real, "trend": vars(drift.trend)}
             for drift in drifts
         ]
         for configuration, drifts in effects.items()

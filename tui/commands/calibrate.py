@@ -37,7 +37,7 @@ MOST_SPEED_M_S, MOST_ROOM_M = 0.5, 6.0
 def run(arguments: argparse.Namespace) -> int:
     limits = load_limits(Path(arguments.limits))
     file = load_vehicle(arguments.vehicle)
-    configuration = fly.configuration_of(file)
+    configuration = file.configuration_chosen()
     vehicle = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
     plan = Path(arguments.plan or Path(arguments.out) / "calibrate-plan.yaml")
     foretold = plan.with_suffix(".json")
@@ -67,20 +67,20 @@ def run(arguments: argparse.Namespace) -> int:
         show.write_json(fly.proposed(plan, flight_plan, limits, wanted, vague), arguments.json)
         return exit_codes.NO if vague else exit_codes.DONE
     outcome, folder = fly.flown(arguments, file, flight_plan, limits, wanted)
-    told = outcome.end is End.FINISHED and outcome.all_known
-    tell(f"{fly.sentence(outcome)}{'' if told else '; nothing is uploaded'}")
+    complete = outcome.end is End.FINISHED and outcome.all_known
+    tell(f"{fly.sentence(outcome)}{'' if complete else '; nothing is uploaded'}")
     done: dict[str, Any] = {"flight": fly.to_json(outcome, wanted), "folder": str(folder.path), "steps": {}}
-    if not told:
+    if not complete:
         show.write_json(done, arguments.json)
         return exit_codes.NO
     given = {"--link": arguments.link, "--sign-key": arguments.sign_key, "--system": arguments.system}
     link = [word for name, value in given.items() if value is not None for word in (name, str(value))]
     left = results_beside(folder.path)
-    beside = [word for option, path in left.items() for word in (option, str(path))]
+    outputs = [word for option, path in left.items() for word in (option, str(path))]
     receipts = ("--receipts", arguments.receipts)
     upload = ("upload", str(left["--param"]), "--vehicle", str(file.path), "--yes", *receipts)
     steps = {
-        "identify": (str(folder.path), "--vehicle", vehicle, *beside),
+        "identify": (str(folder.path), "--vehicle", vehicle, *outputs),
         "params": (*upload, *link),
         "ff": (Mode.SHADOW.word, "--yes", *link),
     }
@@ -102,10 +102,10 @@ def too_vague(plan: Mapping[str, Any], wanted: Wanted) -> str:
     vague = {name: widths[name] for name in wanted.names if widths[name] > wanted.share}
     if not vague:
         return ""
-    told = listed([f"{name} to {100 * width:.2g} %" for name, width in vague.items()])
+    known = listed([f"{name} to {100 * width:.2g} %" for name, width in vague.items()])
     sharp = " ".join(name for name in wanted.names if name not in vague)
     return (
-        f"all of this plan tells {told} alone, and --to asks for {100 * wanted.share:g} %: give "
+        f"all of this plan tells {known} alone, and --to asks for {100 * wanted.share:g} %: give "
         f"--to {math.ceil(100 * max(vague.values()))}, more --minutes, or wider limits"
         + (f", or --know {sharp}" if sharp else "")
     )

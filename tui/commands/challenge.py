@@ -96,7 +96,7 @@ def _show(result: Score, json_target: str | None) -> None:
             _size(effect.smallest_found),
             _size(effect.largest_missed),
         )
-        for effect in result.found
+        for effect in result.effects
     ]
     heads = ("effect", "named", "smallest named", "largest missed")
     show.put(console, show.Table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
@@ -131,7 +131,7 @@ def _plain(result: Score) -> dict[str, Any]:
         "effects": {
             effect.name: {"hits": effect.rate.hits, "of": effect.rate.of, "smallest_found": effect.smallest_found,
                        "largest_missed": effect.largest_missed}
-            for effect in result.found
+            for effect in result.effects
         },
         "unanswered": result.unanswered,
     }  # fmt: skip

@@ -281,13 +281,5 @@ def to_json(demo: Demo, rows: Any) -> dict[str, Any]:
         "inside": {c.configuration: inside(c) for c in demo.campaigns},
         "receipt": demo.receipt.to_json(),
         "modes": list(demo.runs),
-        "tracking": [
-            {
-                "axis": row.axis,
-                "phase": row.phase,
-                "unit": row.unit,
-                "values": row.values,
-            }
-            for row in rows
-        ],
+        "tracking": [vars(row) for row in rows],
     }

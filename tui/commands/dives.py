@@ -87,7 +87,6 @@ def said_of(row: DiveRow) -> Iterator[str]:
 
 
 def to_json(row: DiveRow) -> dict[str, Any]:
-    """A row as plain data."""
     data = vars(row) | vars(row.glance)
     for nested in ("glance", "relative_std", "spans"):
         del data[nested]

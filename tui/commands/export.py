@@ -16,9 +16,8 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import doubt_lines, doubted_in, estimates_in
 from identify.dive import Dive
 from identify.effects.library import library
-from identify.export.mcap import Written, write_mcap
+from identify.export.mcap import MODEL, PlotTopic, Written, flown, topics, write_mcap
 from identify.export.model import Model, model_of
-from identify.export.signals import MODEL, PlotTopic, flown, topics
 from identify.export.targets import TARGETS, export, is_held, with_effects
 from identify.ingest.open import read_dive
 from identify.run.recordings import read

@@ -35,7 +35,7 @@ from gcs_plugin.locks import merge_lock
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders
 from tui import links, show
-from tui.frame_words import beyond_words, guessed_words, lacking_words
+from tui.commands.merge import beyond_words, guessed_words, lacking_words
 
 FIND_S = 10.0
 

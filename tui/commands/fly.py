@@ -80,7 +80,7 @@ def flown(
 ) -> tuple[Outcome, DiveFolder]:
     """Fly the plan, recorded. Raises LinkError without a vehicle, ParamRejected for one of another configuration."""
     check_folder("--out", arguments.out)
-    configuration = configuration_of(file)
+    configuration = file.configuration_chosen()
     if not limits.shallowest_m <= plan.depth_m <= limits.deepest_m:
         raise UsageError(
             f"the plan begins at {plan.depth_m:g} m of depth, and the limits are {limits.shallowest_m:g} to "
@@ -161,16 +161,6 @@ def follower(wanted: Wanted) -> Callable[[Progress], None]:
         show.tell_program(Report(reports.FLIGHT, progress.share, progress.words, values=known))
 
     return follow
-
-
-def configuration_of(file: VehicleFile) -> str:
-    """The configuration named, or the only one."""
-    if file.configuration is None and len(file.vehicle.configurations) > 1:
-        raise UsageError(
-            f"vehicle '{file.vehicle.name}' has {', '.join(file.vehicle.configurations)}; name one: "
-            "--vehicle FILE:CONFIGURATION"
-        )
-    return file.configuration or next(iter(file.vehicle.configurations))
 
 
 def shown(plan: FlightPlan, limits: FlightLimits, wanted: Wanted) -> list[show.Table]:

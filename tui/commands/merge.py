@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from bridge import clock as clocks
 from bridge import exit_codes
@@ -14,14 +15,16 @@ from bridge.files import replacing
 from bridge.wire.tlog import SUFFIXES, load_recording, of_those_that_hold_frames, read_tlog
 from bridge.wire.whole import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
+from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
 from gcs_plugin.fetch.whole import Whole, made_whole
 from gcs_plugin.locks import merge_lock
 from identify.ingest.logs import merged
+from identify.ingest.messages import clock
 from identify.ingest.tlog import read_tlog as read_fields
+from identify.words import listed
 from tui import show
 from tui.cli import complain
-from tui.frame_words import beyond_words, guessed_words, lacking_words
 
 FEWEST, LEAST_SHARE = 20, 0.3
 """Least number of common frames, and least share of those heard meanwhile; two vehicles may send equal bytes."""
@@ -165,3 +168,38 @@ def _log(folder: DiveFolder, file: Path) -> Merged:
         with replacing(into, "merge again") as copied, file.open("rb") as log:
             shutil.copyfileobj(log, copied)
     return Merged(file, into, sentence)
+
+
+MOST_NAMED: Final = 3
+"""Number of entries that are named individually if there are many."""
+
+
+def lacking_words(holes: Sequence[Hole], lost: int) -> str:
+    """`58 s of it, from 0:18 on, nobody has`; "" if nothing shows that frames are missing."""
+    longest = sorted(
+        sorted(holes, key=lambda hole: -hole.length_s)[:MOST_NAMED], key=lambda hole: hole.after_s
+    )
+    parts = [f"{hole.length_s:.0f} s of it, from {clock(hole.after_s)} on" for hole in longest]
+    if len(holes) > len(longest):
+        parts.append(f"{len(holes) - len(longest)} shorter times")
+    if lost:
+        parts.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
+    return f"{listed(parts)}, nobody has" if parts else ""
+
+
+def beyond_words(beyond: int) -> str:
+    """Number of frames left out because of their time; "" for none."""
+    if not beyond:
+        return ""
+    were, are = ("frame of it was", "is") if beyond == 1 else ("frames of it were", "are")
+    return f"{beyond} {were} sent before the dive's first frame or after its last and {are} left out"
+
+
+def guessed_words(guessed: int) -> str:
+    """Number of frames that are dated by a guess; "" for none."""
+    if not guessed:
+        return ""
+    return (
+        f"When {guessed} frames of it were sent is a guess: between two of its starts nobody else heard any, and they "
+        "are dated from the end of the one before"
+    )

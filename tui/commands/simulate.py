@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
-    configuration = configuration_of(file, arguments.mission)
+    configuration = file.configuration_chosen(arguments.mission)
     if arguments.mission == ARDUSUB:
         return under_ardusub(arguments, file, configuration)
     if arguments.mission != IDLE and not vehicle.sensors.present():
@@ -94,17 +94,6 @@ class Troubles:
     def __call__(self, trouble: Trouble) -> None:
         secured.on_words(trouble)
         self.say(trouble.brief)
-
-
-def configuration_of(file: VehicleFile, mission: str) -> str:
-    """The named configuration; else the configuration with the mission's name, or the only one."""
-    configurations = file.vehicle.configurations
-    chosen = file.configuration or (mission if mission in configurations else None)
-    if chosen is None and len(configurations) > 1:
-        raise exit_codes.UsageError(
-            f"vehicle '{file.vehicle.name}' has {', '.join(configurations)}; name one: --vehicle FILE:CONFIGURATION"
-        )
-    return chosen or next(iter(configurations))
 
 
 def dive(

@@ -74,9 +74,9 @@ def _serve(arguments: argparse.Namespace) -> int:
     command += [] if arguments.control else ["--view-only"]
 
     def tell(sockets: list[tuple[str, int]]) -> None:
-        words, what = show.words(), "with every control" if arguments.control else "view-only"
+        words, rights = show.words(), "with every control" if arguments.control else "view-only"
         for address, number in sockets:
-            page = listening("TCP", address, number, f"the page, {what}")
+            page = listening("TCP", address, number, f"the page, {rights}")
             show.say(words, f"{page}: http://{in_url(address)}:{number}/")
         list_recording()
         if danger := warning(host, arguments.control):

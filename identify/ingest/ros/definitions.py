@@ -35,7 +35,7 @@ def types_of(topic: Topic, path: Path) -> Types:
     Its own definition comes first, then those in files beside the bag, and those of ROS fill the gaps. Types
     that are nowhere are missing. Raises LogError for a file that defines nothing, or if the library is missing.
     """
-    known = _of_ros(topic.encoding, path) | _beside(path)
+    known = _of_ros(topic.encoding, path) | _of_files(path)
     if topic.definition:
         typesys = library("rosbags.typesys", EXTRA, path)
         try:
@@ -64,7 +64,7 @@ def files_beside(path: Path) -> list[Path]:
     return [file for folder in folders for file in sorted(folder.glob(definition_file("*/msg/*")))]
 
 
-def _beside(path: Path) -> Types:
+def _of_files(path: Path) -> Types:
     """The types that files beside a bag define."""
     known: Types = {}
     for file in files_beside(path):

@@ -152,8 +152,8 @@ class _Walk:
             if node in (_BASE, _NAME):
                 self._value(node, says, prefix + name, depth)
             else:
-                (inner, what), count = says
-                self._list(inner, what, count if node == _ARRAY else self._length(), prefix + name, depth)
+                (inner, kind), count = says
+                self._list(inner, kind, count if node == _ARRAY else self._length(), prefix + name, depth)
 
     def _value(self, node: int, says: object, name: str, depth: int) -> None:
         if node == _NAME:

@@ -1,13 +1,16 @@
 """What a bag of any form holds: topics, and the bytes of their messages with the time at which they were recorded.
 
 Each form is read from its first byte on, and not by the index at its end, which a bag lacks whose recorder was killed.
+Messages, chunks and whole files that a recorder packed are unpacked here.
 """
 
 import bz2
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from bridge.errors import LogError
 from identify.ingest.extras import library
@@ -76,3 +79,37 @@ def unpacked_message(data: bytes, path: Path) -> bytes:
     if not data.startswith(ZSTD_MAGIC):
         return data
     return unpacked(data, "zstd", MOST_UNPACKED_BYTES, path)
+
+
+READ_BYTES = 1 << 22
+
+
+def of_packed(reader: Reader) -> Reader:
+    """The reader of files that `reader` reads once they are unpacked."""
+
+    def read(path: Path, wanted: Wanted) -> Iterator[Message]:
+        with tempfile.NamedTemporaryFile() as copy:
+            is_whole = _unpack(path, copy)
+            copy.flush()
+            try:
+                yield from reader(Path(copy.name), wanted)
+            except LogError as error:
+                if not is_whole:
+                    raise CutOff from None
+                raise LogError(error.reason, path) from None
+        if not is_whole:
+            raise CutOff
+
+    return read
+
+
+def _unpack(path: Path, copy: IO[bytes]) -> bool:
+    """Unpack a file as far as it is whole; whether it is. Raises LogError if the library is missing."""
+    zstd = library(ZSTD, EXTRA, path)
+    try:
+        with zstd.open(path) as packed:
+            while piece := packed.read1(READ_BYTES):
+                copy.write(piece)
+    except (zstd.ZstdError, EOFError):
+        return False
+    return True

@@ -250,7 +250,6 @@ def _dots(curve: Array, count: int, across: int, low: float, high: float, rows: 
 
 
 def _cut(line: Line, cells: int) -> Line:
-    """The line, cut to `cells`."""
     room, spans = cells, []
     for text, role in line:
         spans.append((text[:room], role))

@@ -122,7 +122,6 @@ class SectionScreen(DiveScreen):
         raise NotImplementedError
 
     def verdict(self, cells: int) -> Lines:
-        """The result in short."""
         raise NotImplementedError
 
     def section(self, name: str, cells: int, rows: int) -> Lines:
