@@ -43,7 +43,7 @@ from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.strip_chart import QUANTITIES, Quantity, chart
-from tui.app.view import STALE_S, Replayed, View, heard_of
+from tui.app.view import STALE_S, Replayed, View
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
@@ -314,7 +314,6 @@ class WatchScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
-        self._last_heard: Picture | None = None
         self.add_class("-first")
 
     def body(self) -> ComposeResult:
@@ -354,7 +353,7 @@ class WatchScreen(StationScreen):
 
     def _chart(self, quantity: Quantity, page: str) -> Drawn:
         def lines(now: Picture, cells: int, rows: int) -> Lines:
-            last = self._last_heard
+            last = self.view.last_heard if self.view is not None else None
             if not self._is_over or last is None:
                 return chart(quantity, now.traces.get(quantity.key), now.now_s, cells, rows)
             trace = last.traces.get(quantity.key)
@@ -422,8 +421,6 @@ class WatchScreen(StationScreen):
         return gap_lines(now.gap, now.lacks, cells, now.links[0].age_s if now.links else 0.0)
 
     def show(self, view: View) -> None:
-        if view.behind_s <= STALE_S and heard_of(view.picture) is not None:
-            self._last_heard = view.picture
         if self.has_class("-replay") != (view.replay is not None):
             self.set_class(view.replay is not None, "-replay")
             self.refresh_bindings()
