@@ -199,6 +199,9 @@ def test_words_come_newest_first_with_their_severity_in_a_word_and_are_counted()
     assert plain(words((Said(math.nan, 2, "x"),), 80))[0].startswith("--:--:-- CRITICAL")
     assert worst((*SAID, *SAID[2:3])) == "1 error, 2 warnings"
     assert worst(SAID[:2]) == ""
+    past = tuple(replace(message, past=True) for message in SAID)
+    assert worst((*past, SAID[2])) == "1 warning"
+    assert {role for line in words(past, 80) for _, role in line} == {"quiet"}
 
 
 LENGTH_S = 600.0

@@ -260,6 +260,8 @@ def words(said: tuple[Said, ...], cells: int) -> Lines:
 
 def _message(message: Said, cells: int) -> Lines:
     role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
+    if message.past:
+        role = "quiet"
     severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
     head: Line = (
         (f"{utc(message.utc_s)} ", "quiet"),
@@ -272,9 +274,9 @@ def _message(message: Said, cells: int) -> Lines:
 
 
 def worst(said: tuple[Said, ...]) -> str:
-    """Number of errors and warnings among the messages: `1 error, 2 warnings`."""
-    errors = sum(message.severity <= ERROR for message in said)
-    warnings = sum(message.severity == WARNING for message in said)
+    """Number of errors and warnings since the vehicle last started: `1 error, 2 warnings`."""
+    present = [message.severity for message in said if not message.past]
+    errors, warnings = sum(severity <= ERROR for severity in present), present.count(WARNING)
     counts = ((errors, "error"), (warnings, "warning"))
     return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)
 
