@@ -6,7 +6,8 @@ and it exceeds ALARM by chance once in some hundred thousand half minutes. The a
 HOLDS_S, which is half a minute after a large departure began. A second counts for no more than MOST: a kick of a few
 seconds is no departure that stays.
 
-A thruster's loss that stays below the floor raises the alarm as well (`losses`), later.
+A thruster's loss that stays below the floor raises the alarm as well (`losses`), later. How roll and pitch answer
+tells of it only where both are in the model: no dive identifies them unless something turned the vehicle in them.
 
 The floor is that of the dive itself: drift of its first minute and of all later seconds on which no doubt falls, with
 the upper bound of its uncertainty, and a share of the drift that thrust makes: twice the 3 % to which an
@@ -24,7 +25,7 @@ from bridge.vehicle.coefficients import DOFS
 from gcs_plugin.monitor.causes import Cause, likeliest, likeliest_thruster
 from gcs_plugin.monitor.losses import LossWatch
 from gcs_plugin.monitor.model import Model
-from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, SECOND, Drift
+from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, SECOND, TILTED, Drift
 
 SHOWN_S: Final = 10
 STAYS_S: Final = 30
@@ -164,7 +165,9 @@ class GapMonitor:
         columns = np.nan_to_num(drift.causes[: len(self._model.configuration.thrusters)] / floor)
         score = columns @ np.clip(np.nan_to_num(drift.drift) / floor, -MOST_FLOORS, MOST_FLOORS)
         self._slow.add(score, (columns**2).sum(axis=1), drift.drift, learns=learns)
-        variance = self._quick_square / self._weight / SECOND + LEAST_RATE_RAD_S**2
+        # A righting moment over the mass of a rigid body would sway like thrust: an axis without a model tells nothing.
+        told = np.isin(TILTED, self._dofs)
+        variance = np.where(told, self._quick_square / self._weight / SECOND + LEAST_RATE_RAD_S**2, np.inf)
         quick = (drift.quick.score / variance).sum(axis=1), (drift.quick.known / variance).sum(axis=1)
         self._quick.add(*quick, drift.drift, learns=learns)
 

@@ -85,7 +85,7 @@ SECOND: Final = 20
 """Steps of a second: the rate of commands."""
 
 STEP_S: Final = 1.0 / SECOND
-TILTING: Final = slice(3, 5)
+TILTED: Final = (3, 4)
 QUICK: Final = 0.5
 """Share of a step's departure of the rates of roll and pitch that its running mean takes up: a tenth of a second. Sea
 and trim are slower. The remainder is the gyro's white noise, and the thrust that a weak thruster lacks when the
@@ -186,7 +186,7 @@ class Predictor:
         for k in range(SECOND):
             z = left[k] * z + driving[k]
             total += z
-            quick[k] = z[rates, TILTING] - slow
+            quick[k] = z[rates][:, TILTED] - slow
             slow = slow + QUICK * quick[k]
         self._z, self._slow = z, slow
         mean, fade = total / SECOND, np.prod(left, axis=0)

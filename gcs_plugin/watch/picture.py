@@ -95,12 +95,14 @@ class ThrusterRow:
 @dataclass(frozen=True)
 class Said:
     """A STATUSTEXT, or a restart of the vehicle. `utc_s` is Unix time, NaN if neither side knows the date; severity
-    as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms."""
+    as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms. `past`: the vehicle started anew
+    since, so that it may hold no longer."""
 
     utc_s: float
     severity: int
     text: str
     heard_s: float = -math.inf
+    past: bool = False
 
 
 class Kind(Enum):

@@ -238,6 +238,10 @@ class Watcher:
             words = peer.restart.words(unix_s)
             rested = self._rested.pop(peer.source[1], False)
             severity = dialect.MAV_SEVERITY_INFO if rested else dialect.MAV_SEVERITY_WARNING
+            # When it booted is known to about a second, and it is silent for longer before.
+            booted_s = peer.restart.booted_s - SILENT_S
+            for place, said in enumerate(self._said):
+                self._said[place] = replace(said, past=said.past or said.heard_s < booted_s)
             self._said.append(Said(arrived_s + unix_s, severity, words, arrived_s))
 
     @property

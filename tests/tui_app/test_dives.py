@@ -39,6 +39,13 @@ def test_the_mark_stands_at_the_dive_that_is_meant_and_moves_by_keys_and_clicks(
     played(desk(), "2", *keys, click, Sees("deck ───"))
 
 
+def test_home_marks_the_newest_dive_flown_wherever_the_mark_stands_and_pressed_again_the_newest():
+    again = ("home", marked("deck"), "home", marked("hovering"))
+    played(
+        desk(), "2", marked("hovering"), "home", marked("hovering"), *again, "end", "home", marked("hovering")
+    )
+
+
 def test_enter_chooses_the_dive_that_the_other_screens_show_and_each_opening_reads_the_list_again():
     verbs = FakeVerbs()
     chosen = ("end", "enter", lambda app: app.desk.dive == Path(DIVES[0]["folder"]), Sees("▶◆"))
@@ -52,6 +59,19 @@ def test_a_folder_that_can_t_be_listed_or_is_empty_says_so(tmp_path):
     nothing = "holds no dive yet; a recording makes one"
     played(desk(FakeVerbs({"dives": None}, 2, ["no such folder"])), "2", Sees(f"dives: {nothing}"))
     played(desk(FakeVerbs({"dives": []})), "2", Sees("dives: holds no dive yet; a recording makes one"))
+
+
+def test_what_the_folder_lacked_is_said_no_more_once_it_is_read_again(tmp_path):
+    verbs = FakeVerbs({"dives": None}, 2, ["no such folder"])
+    folder = tmp_path / "dives"
+
+    def dive_begins(_):
+        (folder / "2026-11-21T0452Z-deck").mkdir(parents=True)
+        (folder / "2026-11-21T0452Z-deck" / "telemetry.tlog").touch()
+        verbs.held = ("dives",)
+
+    now_there = (dive_begins, "2", Lacks("no such folder"), Sees("2026-11-21 04:52 -- -- … … deck"))
+    played(desk(verbs, out=folder), "2", "1", *now_there)
 
 
 @pytest.fixture
@@ -144,7 +164,7 @@ def lines_of_form(app):
 
 def test_conditions_are_asked_with_the_dive_befores_filled_in_and_kept(dives_on_disk):
     folder, at = dives_on_disk()
-    asked = ("2", "home", "c", shows(FormScreen), Sees("as in the dive before"))
+    asked = ("2", "home", "home", "c", shows(FormScreen), Sees("as in the dive before"))
     filled = (lambda app: lines_of_form(app)[:2] == ["11", "35"],)
     played(at, *asked, *filled, "backspace", "backspace", *"9,5", "down", "down", *"40", "enter")
     assert folder.about().conditions == Conditions(9.5, 35.0, 40.0)
@@ -154,7 +174,7 @@ def test_what_is_typed_into_a_form_in_one_go_lands_in_the_lines_that_it_is_for(d
     folder, at = dives_on_disk()
 
     async def work(app, pilot):
-        await play(app, pilot, "2", "home")
+        await play(app, pilot, "2", "home", "home")
         first, second = (["backspace", "backspace", *typed] for typed in ("9.5", "34"))
         for key in ("c", *first, "down", *second, "tab", "7", "enter"):
             app.post_message(events.Key(key, key if len(key) == 1 else None))
@@ -177,7 +197,7 @@ def test_a_bad_number_is_told_at_its_line_and_all_that_was_typed_stays_until_it_
         assert lines_of_form(app) == ["11x", "35", "40", "", "", "", "swell"]
         assert folder.about().conditions == Conditions()
 
-    typed = ("2", "home", "c", "x", "down", "down", *"40", *["down"] * 4, *"swell", Sees(why))
+    typed = ("2", "home", "home", "c", "x", "down", "down", *"40", *["down"] * 4, *"swell", Sees(why))
     beyond = (*"00", "enter", Sees("▲ must lie from -2 to 40, it is 1100; mend it"), "backspace", "backspace")
     played(at, *typed, "enter", stays, "backspace", Lacks("no number"), *beyond, "enter")
     assert folder.about().conditions == Conditions(11.0, 35.0, 40.0, weather="swell")
@@ -192,7 +212,7 @@ def test_conditions_that_can_not_be_written_stay_in_the_form(dives_on_disk):
     def give_folder(_):
         folder.path.mkdir()
 
-    typed = ("2", "home", "c", *["down"] * 6, *"calm", take_folder, "enter")
+    typed = ("2", "home", "home", "c", *["down"] * 6, *"calm", take_folder, "enter")
     played(at, *typed, Sees("dive.yaml: can't be written"), Sees("calm"), give_folder, "enter")
     assert folder.about().conditions == Conditions(11.0, 35.0, weather="calm")
 

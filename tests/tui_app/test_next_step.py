@@ -69,6 +69,8 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
         (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read what to dive next"),
+        # What mode it is in, nobody knows until it speaks.
+        (replace(UPLOADED, heard=False, mode=""), Task.TO_SHADOW, "uploaded: switch the vehicle on; the mode of"),
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),

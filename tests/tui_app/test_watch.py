@@ -199,6 +199,9 @@ def test_words_come_newest_first_with_their_severity_in_a_word_and_are_counted()
     assert plain(words((Said(math.nan, 2, "x"),), 80))[0].startswith("--:--:-- CRITICAL")
     assert worst((*SAID, *SAID[2:3])) == "1 error, 2 warnings"
     assert worst(SAID[:2]) == ""
+    past = tuple(replace(message, past=True) for message in SAID)
+    assert worst((*past, SAID[2])) == "1 warning"
+    assert {role for line in words(past, 80) for _, role in line} == {"quiet"}
 
 
 LENGTH_S = 600.0
@@ -405,8 +408,12 @@ def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
     assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──────────── heard 3 min ago"]
 
 
-def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age():
+def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age_whatever_screen_it_was_on():
     views = FixedViews()
+    slower = {"u": replace(picture().traces["u"], value=picture().traces["u"].value - 0.1)}
+
+    def go_on(_):
+        views.shown = replace(view(), picture=replace(picture(), traces=picture().traces | slower))
 
     def end(_):
         gone = tuple(replace(link, age_s=100.0, lost=True) for link in picture().links)
@@ -420,8 +427,9 @@ def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age():
         views.shown = replace(view(), picture=now)
 
     live = (Sees("surge u 0.349 m/s ref 0.400"), Lacks("its last 60 s"))
-    over = (Sees("DIVE OVER"), Sees("its last 60 s"), Sees("surge u 0.349 m/s 100 s ago"), Sees("-60 s"))
-    played(desk(), *live, end, *over, views=views, size=WIDE)
+    elsewhere = ("3", go_on, Lacks("surge u"), end, "1")
+    over = (Sees("DIVE OVER"), Sees("its last 60 s"), Sees("surge u 0.249 m/s 100 s ago"), Sees("-60 s"))
+    played(desk(), *live, *elsewhere, *over, views=views, size=WIDE)
 
 
 @pytest.mark.parametrize("size", [NARROW, (80, 30), (40, 24), (48, 30)])

@@ -123,7 +123,7 @@ def test_a_kick_however_hard_is_no_alarm():
     assert first_alarm(monitor, [*steady(1.0, 10), *drifts_of(rng, 60)]) is None
 
 
-def test_ten_hours_of_sea_and_noise_are_no_alarm():
+def test_an_hour_of_sea_and_noise_is_no_alarm():
     monitor = GapMonitor(MODEL)
     assert first_alarm(monitor, held_drifts(np.random.default_rng(5), 3600)) is None
     assert HOLDS_S > 0 < ALARM
@@ -192,6 +192,13 @@ def test_a_loss_that_shows_only_in_how_rates_answer_dither_is_found_within_a_min
     assert monitor.gap.causes[0].label == "weak_thruster of thruster 6"
     assert monitor.gap.causes[0].probability > 0.5
     assert re.fullmatch(r"thruster 6 gives \d\d % less", monitor.gap.causes[0].words)
+
+
+def test_how_roll_and_pitch_answer_tells_nothing_where_the_model_has_not_both_identified():
+    rng = np.random.default_rng(13)
+    lacking = {name: value for name, value in TRUTH.model.items() if name not in ("I_p", "I_q")}
+    monitor = GapMonitor(model_of(lacking, RUVIFIST, "survey"))
+    assert first_alarm(monitor, answering(rng, 200) + answering(rng, 200, share=0.7)) is None
 
 
 def test_dither_of_sound_thrusters_and_a_loss_from_the_first_minute_on_are_no_alarm():

@@ -321,6 +321,19 @@ def test_a_vehicle_that_was_switched_off_disarmed_and_comes_back_is_no_warning(a
     assert said.severity == severity
 
 
+def test_what_a_vehicle_said_before_it_started_anew_is_past():
+    watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
+    vehicle = OnAir(watcher)
+    for at_s in (*range(30), *range(60, 90)):
+        vehicle.beats(float(at_s))
+        boot_s = at_s + 100 if at_s < 30 else at_s - 55
+        vehicle.says(mav.MAVLink_system_time_message(0, boot_s * 1000), float(at_s))
+        if at_s in (20, 60):
+            vehicle.says(mav.MAVLink_statustext_message(4, b"FF surge off"), float(at_s))
+    texts = [(said.past, said.text.startswith("FF")) for said in watcher.picture(90.0).said]
+    assert sorted(texts) == [(False, False), (False, True), (True, True)]
+
+
 def test_a_vehicle_that_starts_anew_is_told_of_among_its_words_and_another_is_not():
     watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
     ours, other = OnAir(watcher), OnAir(watcher, 7)

@@ -26,7 +26,7 @@ from gcs_plugin.bell import Bell
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
-from gcs_plugin.watch.picture import Armed
+from gcs_plugin.watch.picture import Armed, Picture
 from tui.app import themes
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
@@ -43,7 +43,7 @@ from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import ARMED, WRITE, agrees
 from tui.app.terminal import AnsweringDriver, RefreshRate, keep_trace
-from tui.app.view import View, Views, aged, silent_after
+from tui.app.view import STALE_S, View, Views, aged, heard_of, silent_after
 from tui.show import harmless
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
@@ -100,6 +100,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._before: Holding | None = None
         self._ended: Path | None = None
         self._is_over = self._was_armed = self._rests = False
+        self._last_heard: Picture | None = None
         self._declinable_until_s = -math.inf
         self._step: tuple[float, Situation] | None = None
         self._ordered: JobState | None = None
@@ -624,11 +625,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def _show(self) -> None:
         view = self._views.view()
         self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
+        if view.behind_s <= STALE_S and heard_of(view.picture) is not None:
+            self._last_heard = view.picture
         silent = silent_after(view)
         ended = self._was_armed and silent
         over = self._is_over or ended or (self._rests and silent)
         situation = self._situation(replace(view, over=ended))
-        view = replace(view, over=over, situation=situation, next=next_of(situation))
+        view = replace(
+            view, over=over, last_heard=self._last_heard, situation=situation, next=next_of(situation)
+        )
         self._bell.hear(view.alarms)
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

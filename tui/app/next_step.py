@@ -151,6 +151,11 @@ ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
+TO_HEAR = Next(
+    Task.TO_SHADOW,
+    ("screen.watch",),
+    "uploaded: switch the vehicle on; the mode of its feed-forward tells what is next",
+)
 FLY_SHADOW = Next(
     Task.FLY_SHADOW, ("recording.next",), "once it has flown a minute in shadow: begin the next dive"
 )
@@ -268,6 +273,8 @@ def _after_upload(now: Situation) -> Next:
         return _to_vehicle(now, FLY)
     if now.mode == Mode.SHADOW.word:
         return TO_BOTH if raised_to(now)[0] is Mode.BOTH else _to_vehicle(now, FLY_SHADOW)
+    if now.recording and not (now.mode or now.heard or now.contested):
+        return TO_HEAR
     if now.gate is not None and now.gate[1]:
         return _to_vehicle(now, TO_SHADOW if now.mode == Mode.OFF.word else TO_BOTH)
     return _to_vehicle(now, TO_SHADOW)

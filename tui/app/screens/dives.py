@@ -72,6 +72,7 @@ class DivesScreen(StationScreen):
         self._over: Path | None = None
         self._stale = False
         self._then = ""
+        self._by_home: Path | None = None
         self._trouble = self._unkept = ""
 
     def body(self) -> ComposeResult:
@@ -84,6 +85,7 @@ class DivesScreen(StationScreen):
         self.action_again()
 
     def on_screen_suspend(self) -> None:
+        self._by_home = None
         if self in self.app.screen_stack:
             return  # only covered, by a question or the help
         if self._then in WORK:
@@ -109,19 +111,20 @@ class DivesScreen(StationScreen):
         super().show(view)
 
     def action_again(self) -> None:
-        if self.desk.read_dives():
-            self._dives = with_unread(self._dives, self.desk.out)
+        self.desk.read_dives()
+        self._dives = with_unread(self._dives, self.desk.out)
 
     def action_go(self, rows: int) -> None:
         if self._dives:
             self._go(max(0, min(self._index() + rows, len(self._dives) - 1)))
 
     def action_newest(self) -> None:
-        """Mark the newest dive that tells something; if it is marked already, the newest of all."""
+        """Mark the newest dive that tells something; if this key has just marked it, the newest of all."""
         flown = usual(self._dives, None)
         at = next((n for n, dive in enumerate(self._dives) if dive.folder == flown), 0)
         if self._dives:
-            self._go(0 if at == self._index() else at)
+            self._go(0 if self._by_home == self._at == self._dives[at].folder else at)
+            self._by_home = self._at
 
     def _go_to_line(self, y: int) -> None:
         """Move the mark to the dive in line `y` of the widget, whose first line is a heading."""
@@ -262,9 +265,9 @@ class DivesScreen(StationScreen):
     def _none(self, cells: int) -> tuple[Line, ...]:
         if not self.desk.out.exists():
             return hanging(self.desk.no_dive, "plain", cells)
-        if self._trouble:
+        if self._trouble and not self.desk.jobs.runs(LIST):
             return hanging(self._trouble, "bad", cells)
-        if self._list is None:
+        if self._list is None or self.desk.jobs.runs(LIST):
             return (((f"reading {self.desk.out}", "quiet"),),)
         return hanging(self.desk.no_dive, "plain", cells)
 

@@ -43,7 +43,7 @@ from tui.app.header import Tab
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.strip_chart import QUANTITIES, Quantity, chart
-from tui.app.view import STALE_S, Replayed, View, heard_of
+from tui.app.view import STALE_S, Replayed, View
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
@@ -260,6 +260,8 @@ def words(said: tuple[Said, ...], cells: int) -> Lines:
 
 def _message(message: Said, cells: int) -> Lines:
     role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
+    if message.past:
+        role = "quiet"
     severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
     head: Line = (
         (f"{utc(message.utc_s)} ", "quiet"),
@@ -272,9 +274,9 @@ def _message(message: Said, cells: int) -> Lines:
 
 
 def worst(said: tuple[Said, ...]) -> str:
-    """Number of errors and warnings among the messages: `1 error, 2 warnings`."""
-    errors = sum(message.severity <= ERROR for message in said)
-    warnings = sum(message.severity == WARNING for message in said)
+    """Number of errors and warnings since the vehicle last started: `1 error, 2 warnings`."""
+    present = [message.severity for message in said if not message.past]
+    errors, warnings = sum(severity <= ERROR for severity in present), present.count(WARNING)
     counts = ((errors, "error"), (warnings, "warning"))
     return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)
 
@@ -314,7 +316,6 @@ class WatchScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
-        self._last_heard: Picture | None = None
         self.add_class("-first")
 
     def body(self) -> ComposeResult:
@@ -354,7 +355,7 @@ class WatchScreen(StationScreen):
 
     def _chart(self, quantity: Quantity, page: str) -> Drawn:
         def lines(now: Picture, cells: int, rows: int) -> Lines:
-            last = self._last_heard
+            last = self.view.last_heard if self.view is not None else None
             if not self._is_over or last is None:
                 return chart(quantity, now.traces.get(quantity.key), now.now_s, cells, rows)
             trace = last.traces.get(quantity.key)
@@ -422,8 +423,6 @@ class WatchScreen(StationScreen):
         return gap_lines(now.gap, now.lacks, cells, now.links[0].age_s if now.links else 0.0)
 
     def show(self, view: View) -> None:
-        if view.behind_s <= STALE_S and heard_of(view.picture) is not None:
-            self._last_heard = view.picture
         if self.has_class("-replay") != (view.replay is not None):
             self.set_class(view.replay is not None, "-replay")
             self.refresh_bindings()
