@@ -44,7 +44,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (Situation(), Task.CONNECT, "connect the vehicle"),
         (replace(DIVED, vehicle=False), Task.VEHICLE, "say which vehicle this is"),
         (Situation(linked=True), Task.RECORD, "record a dive"),
-        (HERE, Task.DIVE, "dive surge, sway and yaw: it is being recorded"),
+        (HERE, Task.DIVE, "once surge, sway and yaw are dived: begin the next dive"),
         (replace(HERE, heard=False), Task.DIVE, "switch the vehicle on, and dive surge, sway and yaw"),
         (replace(HERE, flies=True), Task.DIVE, "let it fly by itself what calibrates it"),
         (replace(DIVED, flies=True, determined=5, lacking=("D_v",)), Task.DIVE_MORE,
