@@ -120,12 +120,14 @@ def _nats_instead(weighing: Weighing) -> float:
     """Nats that generic forces save in place of all causes, by the same filters and on the same held-out pieces.
 
     Only forces that are selected one after another count, and those of the witnesses: the nats of bursts, lines and
-    slow forces are not what these add to the others.
+    slow forces are not what these add to the others. Behind an autopilot's filter none counts, for many forces take
+    some of what its fitted lateness and smoothing leave.
     """
     course, fit = _foreseen(weighing.now), weighing.fitted(())
     known = _known(weighing, fit)
+    axes = [axis for axis in _judged_axes(weighing, fit, known) if axis.dof not in weighing.now.filtered]
     tests = [
-        *_of_axes(weighing, _judged_axes(weighing, fit, known), course),
+        *_of_axes(weighing, axes, course),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
     return sum(item.gain for item in _found(tests) if beyond_chance(item.shape, item.gain))
