@@ -138,7 +138,7 @@ CALIBRATE = Next(
 DIVE = Next(
     Task.DIVE,
     ("recording.next",),
-    "it is being recorded; once surge, sway and yaw are dived: begin the next dive",
+    "once surge, sway and yaw are dived: begin the next dive",
 )
 END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
