@@ -181,8 +181,9 @@ def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
     effects = tuple(setting for setting in effects if setting.parameters and not setting.refit_absorbs)
     if 0 < period_s < SEAS_S:
         effects += (waves(period_s), varying_current(period_s))
-    settings, acts = settings_of(effects, course)
-    table = np.column_stack([(_force(act, course)[::every] / std).reshape(-1) for act in acts])
+    settings, causes = settings_of(effects, course)
+    forces = (_force(cause.act(course), course) for cause in causes)
+    table = np.column_stack([(force[::every] / std).reshape(-1) for force in forces])
     nominal = model_columns(course.nu[::every], course.nu_dot[::every]) / std[None, :, None]
     base = np.linalg.svd(nominal.reshape(-1, nominal.shape[2]), full_matrices=False)[0]
     assert simulated.dive.pwm is not None
