@@ -26,8 +26,8 @@ def timed(cache: Path, section: str, code: str) -> Iterator[None]:
 
 
 def wall_s(cache: Path, section: str, code: str) -> float:
-    """Wall time of a section of this code in all runs so far, s; 0 if none was kept."""
-    return _kept_s(Remembered(cache / "wall.jsonl"), section, code)
+    """Wall time of a section of this code in all runs so far, whole seconds as the page keeps it; 0 if none was kept."""
+    return float(round(_kept_s(Remembered(cache / "wall.jsonl"), section, code)))
 
 
 def _kept_s(kept: Remembered, section: str, code: str) -> float:

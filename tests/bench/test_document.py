@@ -97,7 +97,7 @@ def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top() -> 
 def test_the_time_of_a_section_adds_up_over_the_runs_of_one_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock = iter((0.0, 30.0, 100.0, 112.0, 200.0, 201.0))
+    clock = iter((0.0, 30.0, 100.0, 112.4, 200.0, 200.6))
     monkeypatch.setattr(document.time, "perf_counter", lambda: next(clock))
     with pytest.raises(KeyboardInterrupt), document.timed(tmp_path, "a", "12"):
         raise KeyboardInterrupt
