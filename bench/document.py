@@ -26,7 +26,7 @@ def timed(cache: Path, section: str, code: str) -> Iterator[None]:
 
 
 def wall_s(cache: Path, section: str, code: str) -> float:
-    """Wall time of a section of this code in all runs so far, whole seconds as the page keeps it; 0 if none was kept."""
+    """Wall time of a section of this code in all runs so far, in whole seconds as on the page; 0 if none was kept."""
     return float(round(_kept_s(Remembered(cache / "wall.jsonl"), section, code)))
 
 
