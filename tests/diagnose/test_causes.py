@@ -16,9 +16,9 @@ from identify.diagnose import search
 from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
+from identify.diagnose.findings import parameters_of, strongest_first, trials_of
 from identify.diagnose.result import Disturbance, Finding
 from identify.diagnose.search import explained_by, remainder_nats
-from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
 from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
 from identify.effects.effect import Effect

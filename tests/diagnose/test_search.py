@@ -10,6 +10,7 @@ from fakes.planted import explained
 from identify.diagnose import confidence, search
 from identify.diagnose import verdict as findings
 from identify.diagnose.candidates import Cause
+from identify.diagnose.findings import probability
 from identify.diagnose.nominal import refitted
 from identify.diagnose.search import (
     explained_by,
@@ -17,7 +18,6 @@ from identify.diagnose.search import (
     required_gain,
     with_one_more,
 )
-from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act

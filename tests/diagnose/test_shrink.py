@@ -9,6 +9,7 @@ import pytest
 
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import Block, Blocks
+from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.result import Prediction, Shrink
 from identify.diagnose.shrink import (
@@ -24,7 +25,6 @@ from identify.diagnose.shrink import (
     without_seas,
 )
 from identify.diagnose.simulation import EACH
-from identify.diagnose.verdict import braking_of, feedforward_gain_by
 from identify.effects.environment import varying_current, waves
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 

@@ -18,7 +18,7 @@ from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.verdict import parameters_of
+from identify.diagnose.findings import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.effects.actuators import SATURATION, thruster_lag
