@@ -44,9 +44,9 @@ def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():
     lacking = np.zeros((750, 6))
     lacking[:, 0] = 1.0
     plain, wild = (
-        drifts(still(30.0, lacking=lacking, slope=one), np.full((3, 6), 0.01)) for one in (0.0 * slope, slope)
+        drifts(still(30.0, lacking=lacking, slope=by), np.full((3, 6), 0.01)) for by in (0.0 * slope, slope)
     )
-    assert all(one.ran_away == 0.0 and np.isfinite(one.total) for one in plain)
+    assert all(drift_of.ran_away == 0.0 and np.isfinite(drift_of.total) for drift_of in plain)
     assert wild[2].ran_away == 1.0
     assert wild[2].by_axis[0] == pytest.approx(1000.0)
     assert ran_away(plain, plain) == ()
@@ -79,8 +79,8 @@ def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at
 def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nominal):
     force = np.concatenate([drawn(nominal, np.random.default_rng(seed))[0] for seed in range(8)])
     for problem, position in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
-        own, dof = nominal.theta[position], problem.axis.dof
-        sigma, memory_s = np.exp(own[DISTURBANCE]), np.exp(own[TIME_CONSTANT])
+        theta, dof = nominal.theta[position], problem.axis.dof
+        sigma, memory_s = np.exp(theta[DISTURBANCE]), np.exp(theta[TIME_CONSTANT])
         assert np.std(force[:, dof]) == pytest.approx(sigma, rel=0.25)
         together = np.mean(force[1:, dof] * force[:-1, dof]) / np.mean(force[:, dof] ** 2)
         assert together == pytest.approx(np.exp(-STEP_S / memory_s), abs=0.05)
@@ -115,14 +115,14 @@ def test_a_model_without_a_gap_drifts_by_its_floor_and_one_with_a_force_too_much
     model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     floors = floors_of(nominal, model, np.random.default_rng(0))
     plain = drifts(model, floors)
-    assert [one.horizon_s for one in plain] == [1.0, 5.0, 20.0]
-    for one in plain:
-        assert one.total == pytest.approx(1.0, abs=0.25)
+    assert [horizon.horizon_s for horizon in plain] == [1.0, 5.0, 20.0]
+    for calm in plain:
+        assert calm.total == pytest.approx(1.0, abs=0.25)
     wrench = np.zeros_like(model.nu)
     wrench[:, 0] = 4.0 * np.sqrt(np.mean(model.nu[:, 0] ** 2)) * model.damping[0]
     pushed = drifts(model.less(-wrench), floors)
-    for one, other in zip(plain, pushed, strict=True):
-        assert other.by_axis[0] > 2 * one.by_axis[0]
+    for calm, other in zip(plain, pushed, strict=True):
+        assert other.by_axis[0] > 2 * calm.by_axis[0]
 
 
 MASS = np.array([20.0, 30.0, 40.0, 0.5, 0.6, 0.7])
