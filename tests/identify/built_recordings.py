@@ -64,7 +64,7 @@ def contract_dive(seconds: int = 10) -> list[Stamped]:
     said: list[Stamped] = []
     for k in range(10 * seconds):
         t = 5.0 + k / 10
-        own = [
+        messages = [
             odometry(t, (t / 10, 0.2, -0.1)) if k != 3 else odometry(t, (NAN, NAN, NAN), -1),
             imu(t, 0, 0b111111, (0.1, 0.2, 0.3)),
             imu(t, 1, 32, (0.0, 0.0, 0.35)),
@@ -75,7 +75,7 @@ def contract_dive(seconds: int = 10) -> list[Stamped]:
             mav.MAVLink_attitude_quaternion_message(int(t * 1e3), 1, 0, 0, 0, 0, 0, 0),
             mav.MAVLink_scaled_pressure2_message(int(t * 1e3), 1100.5, 0, 2000),
         ]
-        said += [(t + 0.02, 1, 1, message) for message in own]
+        said += [(t + 0.02, 1, 1, message) for message in messages]
         if k % 10 == 0:
             slow = [
                 heartbeat(),

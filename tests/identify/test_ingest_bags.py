@@ -260,12 +260,12 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
         "Left out, since the bag does not define what they hold: /depth (deep_msgs/msg/Depth). Put the "
         "definition beside the bag, as deep_msgs/msg/Depth.msg, or record it as .mcap, which has the definitions."
     ) in recorded.notes
-    beside = file.parent / "deep_msgs" / "msg" / "Depth.msg"
-    beside.parent.mkdir(parents=True)
-    beside.write_text("float64 depth\n", encoding="utf-8")
+    definition = file.parent / "deep_msgs" / "msg" / "Depth.msg"
+    definition.parent.mkdir(parents=True)
+    definition.write_text("float64 depth\n", encoding="utf-8")
     for place in (file.parent, file.parent.parent):
-        beside.parents[1].rename(place / "deep_msgs")
-        beside = place / "deep_msgs" / "msg" / "Depth.msg"
+        definition.parents[1].rename(place / "deep_msgs")
+        definition = place / "deep_msgs" / "msg" / "Depth.msg"
         recorded = read_bag([file])
         assert topics(recorded)["/depth"].columns["depth"].tolist() == [1.0]
         assert not any("Left out" in note for note in recorded.notes)
@@ -281,7 +281,7 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
         encoding="utf-8"
     ) == "float64 depth\n"
     assert read_dive(tmp_path / "dive").depth.value.tolist() == [[1.0]]
-    beside.write_text("float64", encoding="utf-8")
+    definition.write_text("float64", encoding="utf-8")
     with pytest.raises(LogError, match=r"Depth\.msg: can't be read as the definition of a type"):
         read_bag([file])
 

@@ -102,7 +102,7 @@ def test_infinite_angles_are_unknown_and_warn_nobody(tmp_path: Path) -> None:
     for k, angle in enumerate((math.inf, 0.2, -math.inf) * 100):
         message = attitude(5.0 + k / 30, angle)
         said.append((5.0 + k / 30, 1, 1, message))
-    dive = read_dive(write(tmp_path / "a.tlog", recording(sorted(said, key=lambda one: one[0]))))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(sorted(said, key=lambda entry: entry[0]))))
     assert np.isfinite(dive.attitude.value).all(axis=1).tolist() == [False, True, False] * 100
     assert dive.attitude.value[1] == pytest.approx([math.cos(0.1), 0.0, 0.0, math.sin(0.1)])
 
@@ -259,15 +259,15 @@ def assert_alike(path: Path) -> None:
     """`locate` and TlogReader agree on every good frame, its time and every count."""
     reader = TlogReader(path)
     careful = [(stamp, frame) for stamp, frame in reader if frame.known]
-    found = locate(path)
-    assert found.counts == reader.counts
-    assert set(found.counts) == set(reader.counts)
-    assert found.stamp_us.tolist() == [stamp for stamp, _ in careful]
+    located = locate(path)
+    assert located.counts == reader.counts
+    assert set(located.counts) == set(reader.counts)
+    assert located.stamp_us.tolist() == [stamp for stamp, _ in careful]
     for name in ("system", "component"):
-        assert getattr(found, name).tolist() == [getattr(frame, name) for _, frame in careful]
-    assert found.message.tolist() == [frame.message_id for _, frame in careful]
-    content = found.data.tobytes()
-    places = zip(found.message, found.start, found.length, strict=True)
+        assert getattr(located, name).tolist() == [getattr(frame, name) for _, frame in careful]
+    assert located.message.tolist() == [frame.message_id for _, frame in careful]
+    content = located.data.tobytes()
+    places = zip(located.message, located.start, located.length, strict=True)
     payloads = [keyless(number, content[a : a + n]) for number, a, n in places]
     assert payloads == [frame.payload for _, frame in careful]
 

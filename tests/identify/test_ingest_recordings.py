@@ -50,8 +50,8 @@ def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> Non
 
 def test_the_configuration_is_that_of_most_of_the_dive_and_none_if_no_number_was_told() -> None:
     time_s = np.arange(4.0)
-    told = Signal(time_s, np.array([[np.nan], [2.0], [1.0], [1.0]]))
-    dive = Dive("a", Path("a.tlog"), "0" * 64, veh_cfg=told)
+    configurations = Signal(time_s, np.array([[np.nan], [2.0], [1.0], [1.0]]))
+    dive = Dive("a", Path("a.tlog"), "0" * 64, veh_cfg=configurations)
     assert dive.configuration_index() == 1
     silent = Signal(time_s, np.full((4, 1), np.nan))
     assert replace(dive, veh_cfg=silent).configuration_index() is None
@@ -136,7 +136,7 @@ def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
     said: list[Stamped] = []
     for k in range(100):
         t = boot_s + k / 10
-        own = [
+        messages = [
             attitude(t, np.pi / 2),
             ned_velocity(t, (1.0, 0.0, 0.2)),
             servos(round(t * 1e6), [1500, 1600, 0, 1400]),
@@ -144,7 +144,7 @@ def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
             mav.MAVLink_scaled_imu2_message(int(t * 1e3), 0, 0, -1000, 0, 0, 250, 0, 0, 0),
             mav.MAVLink_global_position_int_message(int(t * 1e3), 0, 0, 0, -2500, 0, 0, 0, 0),
         ]
-        said += [(t, 1, 1, message) for message in own]
+        said += [(t, 1, 1, message) for message in messages]
         if k % 10 == 0:
             said.append((t, 1, 1, heartbeat(autopilot=3, armed=k >= 50)))
             said.append((t, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)))

@@ -265,12 +265,12 @@ def test_import_copies_every_part_of_a_bag(tmp_path: Path) -> None:
 
 def test_two_bags_are_one_dive_only_if_they_are_the_same(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
-    one = [bag(tmp_path)]
+    first = [bag(tmp_path)]
     other = [write_bag(tmp_path / "other", "mcap", swim(ROS2, COUNT - 1))]
-    assert of_one_dive(one, one) == SAME
-    assert of_one_dive(one, other) == ""
-    (tmp_path / "half.mcap").write_bytes(one[0].read_bytes()[:5000])
-    assert of_one_dive([tmp_path / "half.mcap"], one) == ""
+    assert of_one_dive(first, first) == SAME
+    assert of_one_dive(first, other) == ""
+    (tmp_path / "half.mcap").write_bytes(first[0].read_bytes()[:5000])
+    assert of_one_dive([tmp_path / "half.mcap"], first) == ""
 
 
 def test_all_lists_of_forms_agree() -> None:
