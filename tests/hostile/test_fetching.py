@@ -145,23 +145,23 @@ def test_no_number_of_answers_stops_a_fetch(tmp_path: Path) -> None:
 EACH = [(op, name) for op, lies in LIES.items() for name in lies]
 
 
-@pytest.mark.parametrize(("op", "name"), EACH, ids=lambda one: str(getattr(one, "name", one)))
+@pytest.mark.parametrize(("op", "name"), EACH, ids=lambda value: str(getattr(value, "name", value)))
 def test_each_lie_told_for_ever_comes_to_an_end(
     op: Op, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
-    told({op: LIES[op][name]}, tmp_path)
+    fetch_with_lies({op: LIES[op][name]}, tmp_path)
 
 
-def told(lies: dict[Op, Lie], root: Path) -> None:
+def fetch_with_lies(lies: dict[Op, Lie], root: Path) -> None:
     """To all requests of a kind, without an end; all others are answered truly."""
     dive = heard(root)
 
-    def one(asked: Packet, true: Packet, rng: random.Random) -> Packet:
+    def answer(asked: Packet, true: Packet, rng: random.Random) -> Packet:
         lie = lies.get(Op(asked.op))
         return true if lie is None else lie(asked, true, rng)
 
-    fetched(Vehicle(ring(root / "ring", SEGMENTS), one, random.Random(0), 1e9, LONGEST_S), dive)
+    fetched(Vehicle(ring(root / "ring", SEGMENTS), answer, random.Random(0), 1e9, LONGEST_S), dive)
     keeps_to_its_place(root)
     is_fetched_whole(root, dive)
 
@@ -278,5 +278,5 @@ def test_every_pair_of_lies_told_for_ever_comes_to_an_end(
     for number, pair in enumerate(combinations(EACH, 2)):
         lies = {op: LIES[op][name] for op, name in pair}
         if len(lies) == 2:
-            told(lies, tmp_path / str(number))
+            fetch_with_lies(lies, tmp_path / str(number))
             shutil.rmtree(tmp_path / str(number))

@@ -163,12 +163,12 @@ def test_a_control_tick_is_told_whole():
     six = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     reference = Reference(six, tuple(2 * v for v in six), 7.5, 0.5)
     tick = Actuation(3.0, six, six, six, six, reference, (1500.0, 1600.0), 2, 1)
-    told = {r.signal: r for r in telemetry.actuation_readings(tick)}
-    assert set(told) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
-    got, m = over_the_wire(told["nu_ref"])
+    by_signal = {r.signal: r for r in telemetry.actuation_readings(tick)}
+    assert set(by_signal) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
+    got, m = over_the_wire(by_signal["nu_ref"])
     assert got.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
     assert (m["name"], m["array_id"], m["time_usec"]) == ("NU_REF", 256, 3_000_000)
-    _, m = over_the_wire(told["pwm"])
+    _, m = over_the_wire(by_signal["pwm"])
     assert (m["active"], m["actuator"][:3]) == (3, [1500.0, 1600.0, 0.0])
 
 
@@ -236,12 +236,12 @@ def value_of(wire: str, count: int) -> st.SearchStrategy[Any]:
     if wire == "char":
         return st.text(PRINTED, max_size=count).map(lambda text: text.encode("ascii"))
     if wire == "float":
-        one = FLOATS
+        element = FLOATS
     else:
         low, high = (-(1 << BITS[wire]) if wire[0] == "i" else 0), (1 << BITS[wire]) - 1
-        one = st.sampled_from((low, 0, 1, high)) | st.integers(low, high)
+        element = st.sampled_from((low, 0, 1, high)) | st.integers(low, high)
     # Arrays that end in zeros are cut on the wire, those that do not are not.
-    return st.lists(one, min_size=count, max_size=count) if count else one
+    return st.lists(element, min_size=count, max_size=count) if count else element
 
 
 def values_of(name: str) -> st.SearchStrategy[tuple[Any, ...]]:
@@ -275,7 +275,7 @@ def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     (frame,) = framer.feed(raw) or framer.flush()
     message = framing_decode(frame)
     assert exact([getattr(message, field) for field in kind.fieldnames]) == exact(values)
-    one = [np.array([number]) for number in (10, raw[1], 1, 191, kind.id)]
-    frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *one, counts={})
+    places = [np.array([number]) for number in (10, raw[1], 1, 191, kind.id)]
+    frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *places, counts={})
     fields = Fields(frames, name, frames.rows(name))
     assert exact([fields[field][0] for field in kind.fieldnames]) == exact(values)

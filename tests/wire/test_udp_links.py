@@ -89,15 +89,15 @@ def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it():
         link.write(encoder.frame(0, bytes(9)))
         assert ground.read(SOON_S)
 
-    one = Encoder(1, 1)
+    vehicle = Encoder(1, 1)
     for link in (old, old, new, new):
-        says(link, one)
+        says(link, vehicle)
         says(other, Encoder(1, 191))
     assert ground.contested == frozenset()
-    says(old, one)
+    says(old, vehicle)
     assert ground.contested == {(1, 1)}
     for _ in range(201):
-        says(old, one)
+        says(old, vehicle)
     assert ground.contested == frozenset()
     for link in (ground, old, new, other):
         link.close()
