@@ -216,24 +216,27 @@ def moved(model: kernel.Model, x: np.ndarray, tau: np.ndarray) -> np.ndarray:
 
 
 def test_the_jacobian_is_the_slope_of_the_motion(mission: Mission, state: np.ndarray) -> None:
-    model, tau, a = model_of(mission), np.arange(6.0), np.zeros((kernel.STATES, kernel.STATES))
-    kernel._jacobian(state, model.mass, model, a)
-    h = 1e-6
+    model, tau, jacobian = model_of(mission), np.arange(6.0), np.zeros((kernel.STATES, kernel.STATES))
+    kernel._jacobian(state, model.mass, model, jacobian)
+    step = 1e-6
     slope = np.column_stack(
-        [(moved(model, state + h * e, tau) - moved(model, state - h * e, tau)) / (2 * h) for e in np.eye(17)]
+        [
+            (moved(model, state + step * e, tau) - moved(model, state - step * e, tau)) / (2 * step)
+            for e in np.eye(17)
+        ]
     )
     slope[6:12, 6:12] = -np.diag(1 / model.disturbance_time_s)
-    assert a == pytest.approx(slope, abs=1e-6)
+    assert jacobian == pytest.approx(slope, abs=1e-6)
 
 
 def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state: np.ndarray) -> None:
     model, tau = model_of(mission), np.arange(6.0)
     out = np.zeros((kernel.STATES, kernel.PARAMETERS))
     kernel._by_parameter(state, moved(model, state, tau), model, out)
-    h = 1e-6
+    step = 1e-6
     for dof in range(6):
         scaled = np.ones(6)
-        scaled[dof] = np.exp(h)
+        scaled[dof] = np.exp(step)
         for column, up, down in (
             (dof, model._replace(mass=model.mass * scaled), model._replace(mass=model.mass / scaled)),
             (
@@ -242,7 +245,7 @@ def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state:
                 model._replace(damping=model.damping / scaled),
             ),
         ):
-            slope = (moved(up, state, tau) - moved(down, state, tau))[:6] / (2 * h)
+            slope = (moved(up, state, tau) - moved(down, state, tau))[:6] / (2 * step)
             assert out[:6, column] == pytest.approx(slope, abs=1e-5)
 
 
@@ -252,18 +255,18 @@ def likelihood_at(mission: Mission, **changes: np.ndarray) -> float:
 
 @pytest.mark.soak
 def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
-    bound, drawn, h = information(mission), mission.drawn, 1e-4
+    bound, drawn, step = information(mission), mission.drawn, 1e-4
     spread = np.sqrt(np.diag(bound.information))
     for dof in (0, 1, 5):
         scaled = np.ones(6)
-        scaled[dof] = np.exp(h)
+        scaled[dof] = np.exp(step)
         by_mass = [
             likelihood_at(mission, mass=drawn.mass * s, disturbance_std=drawn.disturbance_std * s)
             for s in (scaled, 1 / scaled)
         ]
         by_damping = [likelihood_at(mission, damping=drawn.damping * s) for s in (scaled, 1 / scaled)]
         for place, (up, down) in ((dof, by_mass), (6 + dof, by_damping)):
-            slope = (up - down) / (2 * h)
+            slope = (up - down) / (2 * step)
             assert bound.gradient[place] / spread[place] == pytest.approx(slope / spread[place], abs=0.15)
 
 

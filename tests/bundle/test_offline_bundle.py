@@ -199,10 +199,10 @@ def test_the_script_installs_from_the_folder_alone(here, tmp_path):
     for words, package in (([], "seatrial[ground,logs]"), (["--bridge"], "seatrial")):
         done = installed(folder, *words, str(tmp_path / "environment"), PYTHON=python)
         assert done.returncode == 0, done.stderr
-        words_of_pip = (tmp_path / "environment" / "told").read_text(encoding="utf-8").split()
-        assert words_of_pip[-1] == package
-        assert "--no-index" in words_of_pip
-        assert (str(folder / "wheels" / "ground") in words_of_pip) == (package != "seatrial")
+        arguments = (tmp_path / "environment" / "told").read_text(encoding="utf-8").split()
+        assert arguments[-1] == package
+        assert "--no-index" in arguments
+        assert (str(folder / "wheels" / "ground") in arguments) == (package != "seatrial")
 
 
 def test_a_damaged_wheel_is_not_installed(here, tmp_path):

@@ -162,10 +162,9 @@ def test_the_hand_written_solver_solves() -> None:
 
 
 def propellers(**hidden: float) -> Propellers:
-    propellers_made = Propellers(
+    return Propellers(
         np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3)), np.ones(1), np.zeros(4), np.zeros(1), 0.03, 40.0
-    )
-    return propellers_made._replace(**hidden)
+    )._replace(**hidden)
 
 
 def test_the_dead_zone_is_soft_inside_and_takes_its_width_outside() -> None:

@@ -63,8 +63,8 @@ def answer(
 
 
 def judged(*pairs: tuple[dict[str, Any], Answer | None]) -> Score:
-    answers = {truth_told["name"]: given for truth_told, given in pairs if given is not None}
-    return score([truth_told for truth_told, _ in pairs], answers)
+    answers = {hidden["name"]: given for hidden, given in pairs if given is not None}
+    return score([hidden for hidden, _ in pairs], answers)
 
 
 def hits(result: Score, beginning: str) -> tuple[int, int]:

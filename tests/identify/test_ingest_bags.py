@@ -26,7 +26,7 @@ COUNT = 200
 LATER = (
     "`stamp` is when the log got a message, later by what the way takes; a diagnosis shows that as a delay."
 )
-K = np.arange(COUNT)
+ROWS = np.arange(COUNT)
 
 
 def topics(recorded: Streams) -> dict[str, Stream]:
@@ -46,11 +46,11 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
     recorded = read_bag([write_bag(tmp_path, form, swim(store_of(form), COUNT))])
     read = topics(recorded)
     assert set(read) == {"/imu", "/thrusters", "/dvl/twist"}
-    assert read["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
+    assert read["/imu"].columns["angular_velocity.z"].tolist() == (ROWS / 8).tolist()
     assert read["/imu"].columns["angular_velocity_covariance.5"].tolist() == [5.0] * COUNT
     assert read["/imu"].columns["linear_acceleration.z"].tolist() == [-9.8] * COUNT
-    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 64).tolist()
-    assert read["/thrusters"].columns["data.5"].tolist() == (K + 5.0).tolist()
+    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (ROWS / 64).tolist()
+    assert read["/thrusters"].columns["data.5"].tolist() == (ROWS + 5.0).tolist()
     assert "data.6" not in read["/thrusters"].columns
     assert recorded.notes == (f"No header time in /thrusters: {LATER}",)
 
@@ -58,7 +58,7 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
 def test_stamp_is_the_headers_time_and_received_the_logs(tmp_path: Path, form: str) -> None:
     read = topics(read_bag([write_bag(tmp_path, form, swim(store_of(form), COUNT))]))
-    stamp_s = START_NS * 1e-9 + K * (STEP_NS * 1e-9)
+    stamp_s = START_NS * 1e-9 + ROWS * (STEP_NS * 1e-9)
     for name in ("/imu", "/dvl/twist"):
         assert read[name].columns["stamp"] == pytest.approx(stamp_s, abs=1e-6, rel=0)
     for stream in read.values():
@@ -244,7 +244,7 @@ def without_definitions(file: Path) -> Path:
 
 def test_types_of_ros_need_no_definition_in_the_bag(tmp_path: Path) -> None:
     file = without_definitions(write_bag(tmp_path, "db3", swim(ROS2, COUNT)))
-    assert topics(read_bag([file]))["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
+    assert topics(read_bag([file]))["/imu"].columns["angular_velocity.z"].tolist() == (ROWS / 8).tolist()
 
 
 def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: Path) -> None:
@@ -313,7 +313,7 @@ def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_pat
         for stream in recorded.streams:
             if stream.name == "/imu":
                 rates = stream.columns["angular_velocity.z"]
-                assert rates.tolist() == (K / 8)[: len(rates)].tolist()
+                assert rates.tolist() == (ROWS / 8)[: len(rates)].tolist()
                 assert len(rates) >= longest
                 longest = len(rates)
     assert longest > COUNT / 3

@@ -43,15 +43,15 @@ def flown(mode: Mode, mass: float = 1.0, damping: float = 1.0, axes: tuple[int, 
     reference = np.zeros((count, 14))
     nu, pid, ff = (np.zeros((count, 6)) for _ in range(3))
     for dof in axes:
-        m, d, top = TRUTH[dof]
+        mass_kg, d, top = TRUTH[dof]
         wanted, slope = _runs(top, 10.0 + 55.0 * PLACE[dof], count)
         reference[:, dof], reference[:, 6 + dof] = wanted, slope
         motion = np.zeros(count)
         for k in range(1, count):
             motion[k] = motion[k - 1] + (wanted[k - 1] - motion[k - 1]) / (LAG_S * RATE_HZ)
         nu[:, dof] = motion
-        pid[:, dof] = m * np.gradient(motion, 1 / RATE_HZ) + d * motion
-        ff[:, dof] = mass * m * slope + damping * d * wanted
+        pid[:, dof] = mass_kg * np.gradient(motion, 1 / RATE_HZ) + d * motion
+        ff[:, dof] = mass * mass_kg * slope + damping * d * wanted
     flat = np.full((count, 1), float(mode))
     commanded = {Mode.ALONE: ff, Mode.BOTH: pid + ff}.get(mode, pid)
     return Dive(
