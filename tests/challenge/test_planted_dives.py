@@ -93,9 +93,9 @@ def test_its_masses_are_identified_from_the_recording(honest: Case, recorded) ->
 
 
 def test_a_seed_gives_the_same_case_again() -> None:
-    first, two = (draw_case(SEED + 1, seconds=20.0) for _ in range(2))
-    assert first.truth() == two.truth()
-    assert dive_of(first).sha256 == dive_of(two).sha256
+    first, second = (draw_case(SEED + 1, seconds=20.0) for _ in range(2))
+    assert first.truth() == second.truth()
+    assert dive_of(first).sha256 == dive_of(second).sha256
 
 
 def test_of_two_effects_each_has_a_size_of_its_own() -> None:

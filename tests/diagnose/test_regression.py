@@ -73,17 +73,17 @@ def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
 
 def test_nor_does_it_know_a_thrust_that_a_controller_gives_in_answer_to_a_reading_of_that_time(nominal):
     """Readings and the grid share times here: the commands that follow a reading carry its noise."""
-    problem = nominal.joint.problems[0]
-    read = problem.axis.time_s[np.isfinite(problem.reading)]
+    first = nominal.joint.problems[0]
+    read = first.axis.time_s[np.isfinite(first.reading)]
     at = float(read[len(read) // 2])
     problems = tuple(
         replace(
-            part,
+            problem,
             axis=replace(
-                part.axis, force=part.axis.force + np.where(part.axis.time_s > at, 5.0, 0.0)[:, None]
+                problem.axis, force=problem.axis.force + np.where(problem.axis.time_s > at, 5.0, 0.0)[:, None]
             ),
         )
-        for part in nominal.joint.problems
+        for problem in nominal.joint.problems
     )
     joint = replace(nominal.joint, problems=problems)
     step_s = float(nominal.motion.time_s[1] - nominal.motion.time_s[0])
