@@ -149,7 +149,9 @@ def test_with_the_dvl_alone_the_firmware_knows_how_fast_it_is(tmp_path):
         arm(autopilot, aboard, pilot, dvl)
         pilot.sticks["x"] = 300
         autopilot.run(6.0, aboard, pilot, dvl)
-        said = pilot.of("LOCAL_POSITION_NED")[-1]
-        assert math.hypot(said.vx, said.vy) == pytest.approx(math.hypot(*autopilot.body.state[7:9]), abs=0.05)
+        position = pilot.of("LOCAL_POSITION_NED")[-1]
+        assert math.hypot(position.vx, position.vy) == pytest.approx(
+            math.hypot(*autopilot.body.state[7:9]), abs=0.05
+        )
     finally:
         autopilot.close()

@@ -69,12 +69,12 @@ def test_the_true_motion_obeys_the_models_equations() -> None:
     attitude = 0.5 * (mission.attitude[1:] + mission.attitude[:-1])
     push = 0.5 * (mission.disturbance[1:] + mission.disturbance[:-1]) + drawn.trim
     tau = forces.mean_between(mission.time_s[:-1], mission.time_s[1:]) + push
-    said = np.column_stack(
+    expected = np.column_stack(
         acceleration(drawn.mass, drawn.damping, nu.T, tau.T, restoring(drawn.configuration, attitude.T))
     )
     nu_dot = np.diff(mission.nu, axis=0) / np.diff(mission.time_s)[:, None]
     for dof in range(6):
-        left = np.std((nu_dot - said)[inner, dof])
+        left = np.std((nu_dot - expected)[inner, dof])
         assert left < 0.15 * np.std(nu_dot[inner, dof]), f"axis {dof}"
 
 

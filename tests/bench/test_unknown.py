@@ -90,8 +90,10 @@ def test_a_slow_drift_is_a_random_walk_of_its_own_seed() -> None:
 
 def test_a_sentence_becomes_the_force_that_it_says() -> None:
     factors = (Factor("velocity", 1, True, 2.0), Factor("thrust", 5, False, 0.5))
-    said = replace(PLAIN, dofs=(1, 5), gains=(0.8, -0.1), factors=factors, memory="delay", remembered=0.9)
-    force = force_of(said, TIME_S, np.array([0.0, 0.0]), np.array([0.2, 3.0]))
+    drawn_force = replace(
+        PLAIN, dofs=(1, 5), gains=(0.8, -0.1), factors=factors, memory="delay", remembered=0.9
+    )
+    force = force_of(drawn_force, TIME_S, np.array([0.0, 0.0]), np.array([0.2, 3.0]))
     assert force.size.tolist() == [0.0, 0.8, 0.0, 0.0, 0.0, -0.1]
     assert force.signal.tolist() == [VELOCITY + 1, THRUST + 5]
     assert (force.even.tolist(), force.power.tolist()) == ([1, 0], [2.0, 0.5])
@@ -102,8 +104,8 @@ def test_a_drawn_square_of_the_speed_is_known_as_drag_and_one_late_by_far_is_not
     case = draw_case(391_003, kind="none", seconds=300.0)
     square = replace(PLAIN, gains=(-1.0,), factors=(Factor("velocity", 0, False, 2.0),))
     nearness = []
-    for said in (square, replace(square, memory="delay", remembered=3.0)):
-        force = planted(said, 3.0 * case.vehicle.share, np.zeros(1), np.full(1, 0.2))
+    for drawn_force in (square, replace(square, memory="delay", remembered=3.0)):
+        force = planted(drawn_force, 3.0 * case.vehicle.share, np.zeros(1), np.full(1, 0.2))
         nearness.append(likeness(*replace(case, planted=(force,)).simulated(0), 0.0))
     assert nearness[0] > 0.95
     assert nearness[1] < 0.8

@@ -274,8 +274,8 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
 
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
     (cause,) = heavy.causes
-    mine = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
-    tried = trials_of(heavy, (mine,))
+    weight = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
+    tried = trials_of(heavy, (weight,))
     assert {trial.name for trial in tried} == {effect.name for effect in LIBRARY}
     assert [trial.label for trial in tried if trial.accepted] == [cause.effect.label]
     twin = next(

@@ -126,21 +126,21 @@ def without_velocity(dive):
 
 
 def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
-    said = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
-    *unread, unseen = said.provisos
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
+    *unread, unseen = diagnosis.provisos
     assert [proviso.split(" was")[0] for proviso in unread] == ["Surge", "Sway", "Heave"]
     assert "depth alone does not determine it" in unread[2]
     assert all("no velocity" in proviso and "record the DVL" in proviso for proviso in unread)
     assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
-    assert "I_r" in said.numbers
+    assert "I_r" in diagnosis.numbers
 
 
 def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_curve(case):
-    said = diagnosed(case, DEAD_ZONE, QUADRATIC_DRAG, dive=replace(dive_of(case), pwm=None, rpm=None))
-    assert {trial.name for trial in said.tried} == {"quadratic_drag"}
-    (proviso,) = said.provisos
+    diagnosis = diagnosed(case, DEAD_ZONE, QUADRATIC_DRAG, dive=replace(dive_of(case), pwm=None, rpm=None))
+    assert {trial.name for trial in diagnosis.tried} == {"quadratic_drag"}
+    (proviso,) = diagnosis.provisos
     assert "record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW" in proviso
-    assert [finding.name for finding in said.findings] == ["quadratic_drag"]
+    assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]
 
 
 @pytest.mark.parametrize(
@@ -170,9 +170,9 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
 
 
 def test_how_late_an_autopilot_s_filter_is_stands_among_the_notes_and_not_beside_the_verdict(case):
-    said = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive_of(case), velocity_is_filtered=True))
-    assert any("a late DVL was not judged" in note for note in said.notes)
-    assert not any("DVL" in proviso for proviso in said.provisos)
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive_of(case), velocity_is_filtered=True))
+    assert any("a late DVL was not judged" in note for note in diagnosis.notes)
+    assert not any("DVL" in proviso for proviso in diagnosis.provisos)
 
 
 def with_pulses(dive, of_neutral):

@@ -109,13 +109,13 @@ def is_fetched_whole(root: Path, dive: DiveFolder, segments: int = SEGMENTS) -> 
 
 def attack(kind: str, total: int, seed: int, root: Path) -> None:
     """Vehicle after vehicle lies, knowing the honest one's names, until they have said `total` bytes."""
-    rng, said, dive = random.Random(f"{kind} {seed}"), 0, heard(root)
+    rng, said_bytes, dive = random.Random(f"{kind} {seed}"), 0, heard(root)
     mirror, before_mb = root / "dives" / MIRROR, most_mb()
-    while said < total:
+    while said_bytes < total:
         lie: Lie = {"random": noise, "mutated": mutated}.get(kind) or Crafted()
         vehicle = Vehicle(ring(root / "ring", SEGMENTS), lie, rng, A_VEHICLE_BYTES, LONGEST_S)
         fetched(vehicle, dive, rng.random() < 0.3)
-        said += max(vehicle.said, 1)
+        said_bytes += max(vehicle.said, 1)
         keeps_to_its_place(root)
         if rng.random() < 0.3:
             # Once it has begun another: of one that grows no checksum is there, and its middle may be hurt.
@@ -231,18 +231,18 @@ def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_f
 ) -> None:
     """It had made up the bytes and their checksum."""
     dive, name = heard(tmp_path), segment(0).name
-    said = random.Random(0).randbytes((ring(tmp_path / "ring", 2) / name).stat().st_size)
+    data = random.Random(0).randbytes((ring(tmp_path / "ring", 2) / name).stat().st_size)
 
     def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
         if asked.op == Op.READ:
-            return replace(true, data=said[asked.offset :][: asked.size])
-        return acknowledged(asked, crc32(said).to_bytes(4, "little")) if asked.op == Op.CRC32 else true
+            return replace(true, data=data[asked.offset :][: asked.size])
+        return acknowledged(asked, crc32(data).to_bytes(4, "little")) if asked.op == Op.CRC32 else true
 
     fetched(Vehicle(tmp_path / "ring", lie, random.Random(0), 1e9, LONGEST_S), dive)
     mirror = tmp_path / "dives" / MIRROR
-    assert (mirror / name).read_bytes() == said
+    assert (mirror / name).read_bytes() == data
     is_fetched_whole(tmp_path, dive)
-    assert (mirror / f"{name}.other-1").read_bytes() == said
+    assert (mirror / f"{name}.other-1").read_bytes() == data
     keeps_to_its_place(tmp_path)
 
 

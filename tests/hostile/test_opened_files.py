@@ -74,14 +74,14 @@ def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
     (tmp_path / "folder.yaml").mkdir()
     for name in ("fifo", "fifo.yaml"):
         os.mkfifo(tmp_path / name)
-    said = about(tmp_path, named)
-    assert said.vehicle_path is None
-    assert vehicle_named(said, "ruvifist") == "ruvifist"
+    dive = about(tmp_path, named)
+    assert dive.vehicle_path is None
+    assert vehicle_named(dive, "ruvifist") == "ruvifist"
     if named:
         with pytest.raises(
             ConfigError, match="the dive's vehicle file is not there; give one with --vehicle"
         ):
-            vehicle_named(said)
+            vehicle_named(dive)
 
 
 def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path: Path) -> None:

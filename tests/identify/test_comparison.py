@@ -181,30 +181,30 @@ def counted():
 
 def test_two_who_ask_at_the_same_time_get_one_result_of_one_piece_of_work_and_nothing_is_kept():
     of, asked = counted()
-    both, thing, got = Barrier(2), Made(), []
+    both, made, values = Barrier(2), Made(), []
 
     def ask():
-        held = of(thing, "survey")
+        held = of(made, "survey")
         both.wait(10)
-        got.append(held.value)
+        values.append(held.value)
 
     threads = [Thread(target=ask) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join(10)
-    assert got[0] is got[1]
+    assert values[0] is values[1]
     assert len(asked) == 1
-    first = of(thing, "hovering").value
-    assert of(thing, "hovering").value is not first
+    first = of(made, "hovering").value
+    assert of(made, "hovering").value is not first
 
 
 def test_text_and_tuples_are_the_same_where_they_are_equal_and_all_else_where_it_is_the_same_object():
     of, _ = counted()
-    thing, like = Made(), Made()
-    held = of(thing, "survey", (1, 2))
-    assert of(thing, "".join(("sur", "vey")), (1, *[2])) is held
-    assert of(thing, "hovering", (1, 2)) is not held
+    made, like = Made(), Made()
+    held = of(made, "survey", (1, 2))
+    assert of(made, "".join(("sur", "vey")), (1, *[2])) is held
+    assert of(made, "hovering", (1, 2)) is not held
     assert of(like, "survey", (1, 2)) is not held
 
 

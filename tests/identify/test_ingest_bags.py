@@ -153,7 +153,9 @@ def test_texts_and_lists_of_any_length_leave_every_field_in_its_place(tmp_path: 
     file = write_bag(tmp_path, form, messages, store)
     columns = read_bag([file]).streams[0].columns
     with AnyReader([file]) as reader:
-        decoded: list[Any] = [reader.deserialize(raw, said.msgtype) for said, _, raw in reader.messages()]
+        decoded: list[Any] = [
+            reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()
+        ]
     assert len(decoded) == 300
     for k, message in enumerate(decoded):
         for name in ("flag", "small", "wide", "octet", "big", "last"):

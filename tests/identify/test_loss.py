@@ -106,10 +106,10 @@ def busy(count, ring=False):
     """Fifty frames a second, each telling the boot clock; a vehicle with a ring tells its boot once a second."""
     encoder, frames = Encoder(1, 1), []
     for k in range(count):
-        said = mav.MAVLink_attitude_quaternion_message(20 * k, 1.0, 0, 0, 0, 0, 0, 0)
+        message = mav.MAVLink_attitude_quaternion_message(20 * k, 1.0, 0, 0, 0, 0, 0, 0)
         if ring and k % 50 == 0:
-            said = mav.MAVLink_named_value_int_message(20 * k, b"BOOT_ID", 77)
-        frames.append((k, encoder.encode(said)))
+            message = mav.MAVLink_named_value_int_message(20 * k, b"BOOT_ID", 77)
+        frames.append((k, encoder.encode(message)))
     return frames
 
 

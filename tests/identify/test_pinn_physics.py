@@ -18,8 +18,8 @@ def test_the_forms_give_the_coriolis_forces_of_the_one_definition():
     draw = np.random.default_rng(0)
     for _ in range(5):
         mass, nu = draw.uniform(1.0, 100.0, 6), draw.normal(size=6)
-        said = np.einsum("ijkl,j,k,l->i", coriolis_forms(), mass, nu, nu)
-        np.testing.assert_allclose(said, np.array(coriolis(mass.tolist(), nu.tolist())), atol=1e-9)
+        forces = np.einsum("ijkl,j,k,l->i", coriolis_forms(), mass, nu, nu)
+        np.testing.assert_allclose(forces, np.array(coriolis(mass.tolist(), nu.tolist())), atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -191,9 +191,9 @@ def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differenc
         row = torch.zeros_like(middle)
         row[index] = MOVE
         above, below = (network_tasks.at_row(trainer, point, middle + sign * row) for sign in (1, -1))
-        said = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
-        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[index]) + 1e-4
-        assert float(point.slope[index]) == pytest.approx(said, abs=allowed), index
+        central = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
+        allowed = 1e-3 * abs(central) + 5e-3 * float(one_error[index]) + 1e-4
+        assert float(point.slope[index]) == pytest.approx(central, abs=allowed), index
 
 
 SHAPE = Configuration(

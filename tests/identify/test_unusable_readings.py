@@ -130,8 +130,8 @@ def test_an_honest_dive_is_left_as_it_is():
 
 @pytest.mark.parametrize("name", ["ff_mode", "veh_cfg"])
 def test_a_mode_or_configuration_that_is_no_whole_number_is_left_out_and_told(name):
-    said = Signal(np.arange(5.0), np.array([[np.nan], [1.0], [np.inf], [0.5], [2.0]]))
-    dive = replace(closed_loop.dive(np.random.default_rng(1), seconds=10.0), **{name: said})
+    signal = Signal(np.arange(5.0), np.array([[np.nan], [1.0], [np.inf], [0.5], [2.0]]))
+    dive = replace(closed_loop.dive(np.random.default_rng(1), seconds=10.0), **{name: signal})
     cleaned = without_impossible(dive)
     assert cleaned.signals()[name].value[:, 0].tolist() == [1.0, 2.0]
     assert cleaned.signals()[name].time_s.tolist() == [1.0, 4.0]

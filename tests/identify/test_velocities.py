@@ -46,9 +46,9 @@ def attitude(t):
 
 
 def read(tmp_path: Path, message_at, late_s: float = 0.0, system: int = 255):
-    said = [(t, 1, 1, attitude(t)) for t in TIMES_S]
-    said += [(t + late_s, system, 0 if system == 255 else 1, message_at(t)) for t in TIMES_S[2:-2]]
-    return read_dive(write(tmp_path / "circle.tlog", recording(sorted(said, key=lambda entry: entry[0]))))
+    stamped = [(t, 1, 1, attitude(t)) for t in TIMES_S]
+    stamped += [(t + late_s, system, 0 if system == 255 else 1, message_at(t)) for t in TIMES_S[2:-2]]
+    return read_dive(write(tmp_path / "circle.tlog", recording(sorted(stamped, key=lambda entry: entry[0]))))
 
 
 def odometry(t, velocity, frame=20, child=12, quaternion=(1.0, 0.0, 0.0, 0.0), kind=0):

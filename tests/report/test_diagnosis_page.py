@@ -151,20 +151,20 @@ def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline()
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
     lag = finding_of("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
-    said = diagnosis(verdict="ambiguous", findings=(lag,))
-    assert wording.verdict_sentence(said).startswith(
+    unclear = diagnosis(verdict="ambiguous", findings=(lag,))
+    assert wording.verdict_sentence(unclear).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
     current = finding_of("steady_current", also=("thrust_bias",), likeness={"thrust_bias": 0.97})
     both = wording.verdict_sentence(diagnosis(verdict="ambiguous", findings=(lag, current)))
     assert "can't tell thruster lag from command delay and steady current from thrust bias: " in both
-    (line,) = wording.cause_lines(said)
+    (line,) = wording.cause_lines(unclear)
     sentence = (
         "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
         "log of 50 Hz."
     )
     assert line.endswith(sentence)
-    assert f"{sentence}\nLikeness: at 1 no method could tell" in read(said)
+    assert f"{sentence}\nLikeness: at 1 no method could tell" in read(unclear)
 
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
@@ -192,15 +192,17 @@ def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
 
 
 def test_what_no_candidate_explains_is_described():
-    said = diagnosis(verdict="unknown", character=UNKNOWN)
-    assert wording.verdict_sentence(said) == (
+    unknown = diagnosis(verdict="unknown", character=UNKNOWN)
+    assert wording.verdict_sentence(unknown) == (
         "Something is there that no candidate explains: most of it lies in surge, steady, mostly above 0.30 m/s; it "
         "is fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag "
         "explains part of the gap."
     )
     left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
-    assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(replace(said, gap=left))
-    page = read(said)
+    assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(
+        replace(unknown, gap=left)
+    )
+    page = read(unknown)
     assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
     assert "It goes with heading and yaw rate." in page
 

@@ -72,9 +72,9 @@ def test_all_that_goes_out_is_signed_each_at_a_later_time(side):
 
 def test_a_long_write_goes_out_in_parts_that_fit_a_datagram(side):
     side.link.write(Encoder(1, 1).encode(BEAT) * 100)
-    got = [side.outside.read(0.0) for _ in range(3)]
-    assert max(map(len, got)) <= 1400
-    assert sum(map(len, got)) == 34 * 100
+    datagrams = [side.outside.read(0.0) for _ in range(3)]
+    assert max(map(len, datagrams)) <= 1400
+    assert sum(map(len, datagrams)) == 34 * 100
 
 
 def test_each_kind_of_frame_that_is_refused_is_counted(side):
@@ -268,8 +268,8 @@ def test_times_go_on_over_a_restart_though_the_clock_was_set_back(tmp_path):
 def test_a_process_that_was_killed_never_says_a_time_twice(tmp_path):
     file = tmp_path / "times.json"
     killed = Times(SimulatedClock(), file)
-    said = [killed.next() for _ in range(1000)]
-    assert Times(SimulatedClock(), file).next() > said[-1]
+    times = [killed.next() for _ in range(1000)]
+    assert Times(SimulatedClock(), file).next() > times[-1]
 
 
 def test_rubbish_for_kept_times_is_no_hindrance(tmp_path):

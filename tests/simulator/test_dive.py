@@ -237,9 +237,9 @@ def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_
     vehicle.tick(ahead)
     assert vehicle.body.pwm_us == (1500.0,) * 8
     messages = [m for f in Framer().feed(far.read(0.0)) if (m := decode(f)).get_type() == "DEBUG_FLOAT_ARRAY"]
-    said = {m.name: m.data[:6] for m in messages}
-    assert said["TAU_CMD"] == said["TAU_PID"] == [0.0] * 6
-    assert said["NU_REF"][0] == pytest.approx(0.4)
+    arrays = {m.name: m.data[:6] for m in messages}
+    assert arrays["TAU_CMD"] == arrays["TAU_PID"] == [0.0] * 6
+    assert arrays["NU_REF"][0] == pytest.approx(0.4)
 
 
 def test_armed_again_the_controller_starts_without_an_old_integral():

@@ -89,10 +89,10 @@ def test_what_is_encoded_is_decoded_as_float32_and_has_the_bytes_that_pymavlink_
     time_s = data.draw(st.integers(0, 4_000_000)) / 1000
     raw = Encoder(1, 1).frame(*encode(Reading(row.name, time_s, values)))
     (frame,) = Framer().feed(raw)
-    got = decode(frame)
-    assert got.signal == row.name
-    assert got.time_s == time_s or (math.isnan(got.time_s) and row.name in ("battery", "alive"))
-    assert all(same(a, b) for a, b in zip(got.values, values, strict=True))
+    reading = decode(frame)
+    assert reading.signal == row.name
+    assert reading.time_s == time_s or (math.isnan(reading.time_s) and row.name in ("battery", "alive"))
+    assert all(same(a, b) for a, b in zip(reading.values, values, strict=True))
     message = pymavlink_decode(frame)
     # Its objects cut char fields to text when they decode, so the name goes back in as bytes.
     fields = [getattr(message, name) for name in message.fieldnames]
@@ -165,8 +165,8 @@ def test_a_control_tick_is_told_whole():
     tick = Actuation(3.0, six, six, six, six, reference, (1500.0, 1600.0), 2, 1)
     by_signal = {r.signal: r for r in telemetry.actuation_readings(tick)}
     assert set(by_signal) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
-    got, m = over_the_wire(by_signal["nu_ref"])
-    assert got.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
+    reading, m = over_the_wire(by_signal["nu_ref"])
+    assert reading.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
     assert (m["name"], m["array_id"], m["time_usec"]) == ("NU_REF", 256, 3_000_000)
     _, m = over_the_wire(by_signal["pwm"])
     assert (m["active"], m["actuator"][:3]) == (3, [1500.0, 1600.0, 0.0])

@@ -110,9 +110,9 @@ def answered(rig: Rig, kind: str, message: Any, count: int, encoder: Encoder | N
         rig.ground.write((encoder or rig.encoder).encode(message))
     got = idle = 0
     while idle < 20:
-        said = rig.step()
-        got += sum(m.get_type() == kind for m in said)
-        idle = 0 if said else idle + 1
+        messages = rig.step()
+        got += sum(m.get_type() == kind for m in messages)
+        idle = 0 if messages else idle + 1
     return got
 
 

@@ -45,16 +45,16 @@ def test_udpin_answers_the_vehicle_whatever_strangers_send():
     vehicle, beat = open_link(f"udpout:127.0.0.1:{ground.port}"), Encoder(1, 1).frame(0, bytes(9))
     strangers = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(24)]
     for stranger in strangers:
-        for link, said in ((vehicle, beat), (stranger, b"no frame")):
-            link.write(said)
-            assert ground.read(SOON_S) == said
+        for link, data in ((vehicle, beat), (stranger, b"no frame")):
+            link.write(data)
+            assert ground.read(SOON_S) == data
     ground.write(b"to those who speak MAVLink")
     assert vehicle.read(SOON_S) == b"to those who speak MAVLink"
     assert [stranger.read(0.0) for stranger in strangers] == [b""] * len(strangers)
     for n, stranger in enumerate(strangers):
-        for link, said in ((vehicle, beat), (stranger, Encoder(2 + n, 1).frame(0, bytes(9)))):
-            link.write(said)
-            assert ground.read(SOON_S) == said
+        for link, data in ((vehicle, beat), (stranger, Encoder(2 + n, 1).frame(0, bytes(9)))):
+            link.write(data)
+            assert ground.read(SOON_S) == data
     ground.write(b"to those who spoke last")
     assert vehicle.read(SOON_S) == b"to those who spoke last"
     assert sum(bool(stranger.read(0.0)) for stranger in strangers) == 7
