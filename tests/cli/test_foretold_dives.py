@@ -34,14 +34,14 @@ def kept(path: Path, about: Sidecar | None) -> str:
 
 
 def test_a_named_file_says_what_was_foretold_and_of_what(tmp_path):
-    told = foretelling(kept(tmp_path / "mended.param", ABOUT), tmp_path, [DIVE], FILE)
-    assert (told.vehicle, told.configuration, told.dive, told.sha256) == (
+    foretold = foretelling(kept(tmp_path / "mended.param", ABOUT), tmp_path, [DIVE], FILE)
+    assert (foretold.vehicle, foretold.configuration, foretold.dive, foretold.sha256) == (
         "ruvifist",
         "hovering",
         "lake",
         "ab",
     )
-    assert (told.dived, told.effects, told.rows) == (ABOUT.dived, ("weak thruster 1",), (ROW,))
+    assert (foretold.dived, foretold.effects, foretold.rows) == (ABOUT.dived, ("weak thruster 1",), (ROW,))
 
 
 @pytest.mark.parametrize("about", [None, replace(ABOUT, foretold=())], ids=["no sidecar", "nothing foretold"])

@@ -180,8 +180,8 @@ def test_a_thruster_loses_in_the_wash_of_the_one_before_it(course: Made) -> None
 
 
 def test_the_reaction_of_a_propeller_is_about_its_own_axis(course: Made) -> None:
-    rest = course(asked_n=0.0)
-    aside = np.sign(np.round(rest.allocation[1], 9))
+    unpowered = course(asked_n=0.0)
+    aside = np.sign(np.round(unpowered.allocation[1], 9))
     sway = course(asked_n=10 * aside)
     pushes = sway.wrench_of(10 * aside)[:3]
     assert abs(pushes[1]) > 1.0

@@ -418,8 +418,8 @@ def test_headers_that_are_half_a_second_older_than_others_are_asked_about() -> N
 
 def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
     streams = tuple(
-        Stream(one.name, {name: cells for name, cells in one.columns.items() if name != "received"}, {})
-        for one in bagged(-1.7e9)
+        Stream(stream.name, {name: cells for name, cells in stream.columns.items() if name != "received"}, {})
+        for stream in bagged(-1.7e9)
     )
     proposal = propose(streams, LOG)
     assert proposal.columns.time == TimeColumn("stamp", "s")
@@ -435,8 +435,8 @@ def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
     assert alone.columns.quaternion is None
     assert any("not used for quaternion. They never change" in note for note in alone.notes)
     angles = {f"vector.{axis}": READ["euler"][:, k] for k, axis in enumerate("xyz")}
-    beside = propose((imu, Stream("/attitude/rpy", {"stamp": READ["t"], **angles}, {})), LOG)
-    assert beside.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
+    proposal = propose((imu, Stream("/attitude/rpy", {"stamp": READ["t"], **angles}, {})), LOG)
+    assert proposal.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
 
 
 def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion() -> None:

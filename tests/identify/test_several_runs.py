@@ -102,10 +102,10 @@ def test_the_likelihood_and_the_score_of_runs_together_are_the_sums_of_those_alo
         gradient, information = problem.score(theta)
         value, slope, bend = 0.0, 0.0, 0.0
         for k, trim in enumerate(trims):
-            own = np.concatenate([theta[:FORCES], [trim], theta[FORCES + 3 :]])
+            of_part = np.concatenate([theta[:FORCES], [trim], theta[FORCES + 3 :]])
             part = alone[k][dof]
-            value += part.log_likelihood(own)
-            by_own, of_own = part.score(own)
+            value += part.log_likelihood(of_part)
+            by_own, of_own = part.score(of_part)
             slope, bend = slope + by_own[0], bend + of_own[0, 0]
             assert gradient[FORCES + k] == pytest.approx(by_own[FORCES], rel=1e-4, abs=1e-3)
         # Readings of a DVL before the thrust is known are smoothed with the rest of the run alone: hardly a difference.
@@ -121,8 +121,8 @@ def test_the_speed_that_the_readings_show_is_that_of_each_run_alone(survey):
     problem = problems(drawn, dive)[5]
     parts = [problems(drawn, part)[5] for part in runs]
     theta = problem.prior_mean
-    own = np.delete(theta, [FORCES + 1, FORCES + 2])
-    speeds = np.concatenate([part.speed(own) for part in parts])
+    of_part = np.delete(theta, [FORCES + 1, FORCES + 2])
+    speeds = np.concatenate([part.speed(of_part) for part in parts])
     np.testing.assert_allclose(problem.speed(theta), speeds, atol=1e-10)
 
 
@@ -216,9 +216,9 @@ def test_the_same_recording_twice_is_refused():
 
 
 def test_two_recordings_of_the_same_time_are_refused():
-    one, other = (replace(run(seed), unix_at_boot_s=2e9 + 5.0 * seed) for seed in (0, 1))
+    first, other = (replace(run(seed), unix_at_boot_s=2e9 + 5.0 * seed) for seed in (0, 1))
     with pytest.raises(LogError, match=r"were recorded at the same time.*seatrial merge"):
-        together(read(one, other))
+        together(read(first, other))
 
 
 def test_runs_of_vehicles_with_other_thrusters_are_refused():

@@ -97,7 +97,7 @@ def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_milli
 
 
 ROOT = REFERENCE.parents[1]
-PROMISES = {one.name: one for one in reliability.promises()}
+PROMISES = {promise.name: promise for promise in reliability.promises()}
 
 
 def test_the_page_is_what_its_files_make():
@@ -180,9 +180,9 @@ def test_there_are_commands_and_links_to_check():
 
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("seatrial ")])
 def test_each_seatrial_line_is_taken_by_its_verb(line):
-    verb, *rest = shlex.split(line)[1:]
+    verb, *options = shlex.split(line)[1:]
     assert verb in cli.VERBS
-    cli.verb_parser(verb).parse_args(rest)
+    cli.verb_parser(verb).parse_args(options)
 
 
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("make ")])
