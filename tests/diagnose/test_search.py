@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from fakes.planted import explained
 
-from identify.diagnose import confidence, search
-from identify.diagnose import verdict as findings
+from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.findings import probability
 from identify.diagnose.nominal import refitted
