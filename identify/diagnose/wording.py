@@ -470,16 +470,16 @@ def sorted_by_likelihood(findings: Sequence[Finding]) -> tuple[tuple[Finding, ..
     return likely, tuple(cause for cause in findings if cause.probability < LIKELY)
 
 
-def _explain(findings: Sequence[Finding], what: str) -> str:
-    return f"{_all(findings)} {'explain' if len(findings) > 1 else 'explains'} {what}"
+def _explain(findings: Sequence[Finding], gap: str) -> str:
+    return f"{_all(findings)} {'explain' if len(findings) > 1 else 'explains'} {gap}"
 
 
-def _may_explain(findings: Sequence[Finding], what: str) -> str:
+def _may_explain(findings: Sequence[Finding], gap: str) -> str:
     """Clause on possible causes: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
     named = listed(
         [f"{name_of(cause)} ({percent_bounded(cause.probability)} probable)" for cause in findings]
     )
-    return f"{named} may explain {what}"
+    return f"{named} may explain {gap}"
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:

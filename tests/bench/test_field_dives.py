@@ -16,7 +16,7 @@ from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, re
 from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
 from bench.field.draw import NONE, FieldCase, draw, effects_of, felt, missing_wrench, stays_down
-from bench.field.export import STATION, euler, positions, tlog_of, told
+from bench.field.export import STATION, euler, positions, telemetry_of, tlog_of
 from bench.field.plants import PLANTS
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
@@ -58,7 +58,7 @@ def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
     flown = case().flown(0)
     flown = replace(flown, noise=np.zeros_like(flown.noise))
     rng = np.random.default_rng(0)
-    by_type = messages(tlog_of(told(flown, QUIET, HONEST, case().autopilot, rng), 0.0, rng))
+    by_type = messages(tlog_of(telemetry_of(flown, QUIET, HONEST, case().autopilot, rng), 0.0, rng))
     ticks, nu = flown.ticks, flown.ticks.state[:, 7:13]
     attitude = [m for _, m in by_type["ATTITUDE"]]
     read = np.array(
@@ -131,7 +131,7 @@ def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight: int) -> None:
 
 def test_three_frames_in_a_thousand_are_lost() -> None:
     drawn, rng = case(), np.random.default_rng(1)
-    heard = told(drawn.flown(0), drawn.sensors, drawn.filter, drawn.autopilot, rng)
+    heard = telemetry_of(drawn.flown(0), drawn.sensors, drawn.filter, drawn.autopilot, rng)
     whole = sum(map(len, messages(tlog_of(heard, 0.0, rng)).values()))
     kept = sum(map(len, messages(tlog_of(heard, 0.3, rng)).values()))
     assert kept == pytest.approx(0.7 * whole, rel=0.05)
