@@ -19,6 +19,8 @@ SIGNALS = (
     "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
     "voltage", "tau_cmd", "armed",
 )  # fmt: skip
+MEASURED = frozenset(SIGNALS) - {"pwm", "rpm", "voltage", "tau_cmd", "armed"}
+"""Signals that change in every dive."""
 FAVOURED = {
     "velocity": "dvl", "gyro": "imu|gyro|angular_velocity", "specific_force": "imu|accel", "quaternion": "imu|attitude",
     "altitude": "dvl|range|altimeter|ping", "depth": "depth", "voltage": "battery",
@@ -156,11 +158,11 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                     f"{', '.join(parts)}: not used for velocity. It is a part of one in earth axes, and only the whole "
                     "can be turned to the body's."
                 )
-            elif signal == "quaternion" and not candidate.moves:
+            elif signal in MEASURED and not candidate.moves:
                 parts = map(candidate.stream.full_name, candidate.fields.values())
+                never = "It never changes" if len(candidate.fields) == 1 else "They never change"
                 notes.append(
-                    f"{', '.join(parts)}: not used for quaternion. They never change, as where a sensor tells no "
-                    "attitude."
+                    f"{', '.join(parts)}: not used for {signal}. {never}, as where no sensor fills a field."
                 )
             elif signal != "quaternion" or len(candidate.fields) == 4:
                 usable.append(candidate)

@@ -439,6 +439,26 @@ def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
     assert beside.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
 
 
+def test_a_field_that_no_sensor_fills_is_not_taken_for_a_depth() -> None:
+    rows = len(READ["t"])
+    odom = Stream("/odom", {"stamp": READ["t"], "pose.position.z": np.zeros(rows)}, {})
+    pressure = Stream(
+        "/pressure", {"stamp": READ["t"], "fluid_pressure": 101325.0 + 9790.0 * READ["depth"]}, {}
+    )
+    proposal = propose((odom, pressure), LOG)
+    assert proposal.columns.depth is None
+    assert proposal.columns.pressure is not None
+    assert "/odom.pose.position.z: not used for depth. It never changes" in str(proposal.notes)
+
+
+@pytest.mark.parametrize("name", ["thr", "u_cmd", "commands"])
+def test_an_array_of_thrusters_is_known_by_the_names_that_a_thesis_gives_it(name: str) -> None:
+    columns = {f"{name}.{k}": np.sin(READ["t"] + k) for k in range(6)}
+    found = proposed({"t": READ["t"], **columns}).columns
+    assert found.pwm.columns == tuple(columns)
+    assert proposed({"t": READ["t"], **columns, "tau_cmd.0": READ["t"]}).columns.pwm.columns == tuple(columns)
+
+
 def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion() -> None:
     angles = {name: READ["euler"][:, k] for k, name in enumerate(("roll", "pitch", "yaw"))}
     assert "attitude and depth alone tell the motion" in proposed({"t": READ["t"], **angles}).notes[-1]
