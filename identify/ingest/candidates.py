@@ -149,6 +149,7 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
     notes: list[str] = []
     for signal in SIGNALS:
         usable: list[Candidate] = []
+        still: list[Candidate] = []
         for candidate in candidates:
             if candidate.signal != signal:
                 continue
@@ -159,11 +160,7 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                     "can be turned to the body's."
                 )
             elif signal in MEASURED and not candidate.moves:
-                parts = map(candidate.stream.full_name, candidate.fields.values())
-                never = "It never changes" if len(candidate.fields) == 1 else "They never change"
-                notes.append(
-                    f"{', '.join(parts)}: not used for {signal}. {never}, as where no sensor fills a field."
-                )
+                still.append(candidate)
             elif signal != "quaternion" or len(candidate.fields) == 4:
                 usable.append(candidate)
         for candidate in sorted(usable, key=lambda each: each.worth, reverse=True):
@@ -173,12 +170,20 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                     choices.append(choice)
                 break
             notes.append(note)
+        if not usable:
+            notes += map(_never_changes, still)
     names = {choice.signal for choice in choices}
     if "quaternion" in names:
         choices = [choice for choice in choices if choice.signal != "euler"]
     if any(choice.signal == "specific_force" and choice.columns.unit == "ft/s2" for choice in choices):
         choices = [_in_feet(choice) for choice in choices]
     return tuple(choices), tuple(notes)
+
+
+def _never_changes(candidate: Candidate) -> str:
+    parts = map(candidate.stream.full_name, candidate.fields.values())
+    never = "It never changes" if len(candidate.fields) == 1 else "They never change"
+    return f"{', '.join(parts)}: not used for {candidate.signal}. {never}, as where no sensor fills a field."
 
 
 def _in_feet(choice: Choice) -> Choice:
@@ -207,6 +212,9 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     guess = Guess(named_unit, "") if named_unit else unit_of(signal, values)
     if signal == "pwm" and not named_unit and np.nanmax(np.abs(values)) > 1.0 and _are_forces(names):
         guess = Guess("N", "By their name, they are forces: taken for newtons.", False)
+    if signal == "specific_force" and named_unit and len(fields) == width:
+        by_size = unit_of(signal, values)
+        guess = guess if by_size.unit else by_size
     if signal == "pressure" and named_unit:
         guess = from_surface(values, named_unit) or guess
     if not guess.unit:
