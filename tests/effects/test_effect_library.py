@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bridge.vehicle.config import load_vehicle
-from identify.effects.course import Course, delayed, lagged
+from identify.effects.course import Course, delayed, lagged, thrust_of
 from identify.effects.effect import ARRAYS, Act, Effect
 from identify.effects.library import library
 
@@ -211,6 +211,15 @@ def test_a_lag_by_blocks_is_the_lag_step_by_step(count: int, width: int, lag_s: 
 def test_without_a_lag_comes_what_is_asked_for() -> None:
     asked = np.random.default_rng(100002).normal(size=(50, 3))
     assert np.array_equal(lagged(asked, 0.02, 0.0), asked)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.1])
+def test_thrust_comes_a_lag_after_the_step_of_its_demand_and_no_half_step_before(lag_s: float) -> None:
+    asked, at_s = np.zeros((400, 1)), 0.02 * np.arange(400)
+    asked[200:] = 10.0
+    grown = np.diff(thrust_of(asked, 0.02, lag_s)[:, 0])
+    middle_s = 0.5 * (at_s[1:] + at_s[:-1])
+    assert np.average(middle_s, weights=grown) == pytest.approx(200 * 0.02 + lag_s, abs=1e-3)
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.05, 0.12, -0.07, 100.0, -100.0])

@@ -110,7 +110,8 @@ def test_a_lag_in_two_stages_begins_as_the_nominal_lag_and_ends_in_equal_halves(
 
 def test_a_delay_lacks_the_whole_step_until_it_is_over(course: Made) -> None:
     sharp = replace(stepping(course), lag_s=0.0)
-    for steps, lacking in ((-1, 0.0), (0, -10.0), (1, -10.0), (2, 0.0)):
+    # At the instants of the demand's step and of the thrust's, thrust is midway between before and after.
+    for steps, lacking in ((-1, 0.0), (0, -5.0), (1, -10.0), (2, -5.0), (3, 0.0)):
         result = more(actuators.COMMAND_DELAY, sharp, 0.1, at=200 + steps)
         assert result == pytest.approx(lacking * SURGE, abs=1e-9)
 

@@ -160,15 +160,20 @@ def test_settings_with_which_a_companion_takes_no_sticks_are_named():
     assert companion_hints({"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0}) == ()
 
 
-def moved(signs, order):
-    """A dive of a body that answers its thrusters at once behind a lag of 1 s, wired by `signs` and `order`."""
+def moved(signs, order, file=FILE, together=0.0):
+    """A dive of a body that answers its thrusters at once behind a lag of 1 s, wired by `signs` and `order`.
+
+    together: pulse, us, by which all vertical motors are driven alike.
+    """
     from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 
     rng = np.random.default_rng(3)
     time_s = np.arange(0.0, 120.0, 0.05)
-    pwm = 1500 + 150 * np.repeat(rng.uniform(-1, 1, (60, 6)), 40, axis=0)
-    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
-    force = curve.thrust(pwm)[:, order] * signs @ allocation_matrix(FILE.vehicle.configurations["standard"]).T
+    pwm = 1500 + 150 * np.repeat(rng.uniform(-1, 1, (60, len(order))), 40, axis=0)
+    pwm[:, 4:] += together * np.repeat(rng.uniform(-1, 1, (60, 1)), 40, axis=0)
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    (configuration,) = file.vehicle.configurations.values()
+    force = curve.thrust(pwm)[:, order] * signs @ allocation_matrix(configuration).T
     nu = np.zeros_like(force)
     for i in range(1, len(nu)):
         nu[i] = nu[i - 1] + 0.05 * (force[i - 1] / 20 - nu[i - 1])
@@ -190,6 +195,15 @@ def moved(signs, order):
 def test_the_motors_that_the_motion_contradicts_are_named(signs, order, motors):
     miswiring = miswired(moved(np.array(signs, dtype=float), np.array(order)), FILE, "standard")
     assert (miswiring and (miswiring.reversed, miswiring.swapped)) == motors
+
+
+@pytest.mark.parametrize("motor", [5, 8])
+def test_one_of_four_vertical_motors_is_named_by_heave_alone(motor):
+    heavy = load_vehicle("bluerov2_heavy")
+    signs = np.where(np.arange(1, 9) == motor, -1.0, 1.0)
+    found = miswired(moved(signs, np.arange(8), heavy, 150.0), heavy, "heavy")
+    assert (found.reversed, found.swapped) == ((motor,), ())
+    assert miswired(moved(np.ones(8), np.arange(8), heavy, 150.0), heavy, "heavy") is None
 
 
 def test_a_motor_that_hardly_ran_is_not_called_reversed():

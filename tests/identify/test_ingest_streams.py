@@ -121,8 +121,19 @@ def test_times_that_run_backwards_are_sorted_and_said(tmp_path: Path) -> None:
     assert (np.diff(dive.velocity.time_s) > 0).all()
     assert dive.velocity.value[[9, 10, 11], 0].tolist() == [9 / 64, 11 / 64, 10 / 64]
     assert len(dive.velocity) == COUNT - 1
-    assert "The times run backwards 1 times: the rows were sorted." in dive.notes
+    assert "The times run backwards once: the rows were sorted." in dive.notes
     assert "1 rows without a time of their own were left out." in dive.notes
+
+
+def test_a_clock_that_begins_anew_is_refused_and_rows_that_come_late_are_sorted(tmp_path: Path) -> None:
+    text = column_map(tmp_path, "time: {column: t}\nvelocity: {columns: [u, '-', '-'], unit: m/s}\n")
+    t = np.arange(COUNT) / 10.0
+    twice = npz(tmp_path, t=np.concatenate([t, t + 0.05]), u=np.arange(2.0 * COUNT))
+    with pytest.raises(LogError, match=r"its clock falls back from 9.90 to 0.05 s and goes on from there"):
+        read_dive(twice, text)
+    late = np.concatenate([t[:20], t[80:], t[20:80]])
+    dive = read_dive(npz(tmp_path, t=late, u=late), text)
+    assert dive.velocity.value[:, 0].tolist() == t.tolist()
 
 
 TWO = """

@@ -12,8 +12,11 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Water
 from identify.dive import Signal
+from identify.estimators.alike_runs import Kinds, unlike_doubts
 from identify.estimators.axes import build_axes
+from identify.estimators.forms import Kind
 from identify.estimators.innovations import VELOCITY, innovations, smoothed_velocity, transitions
+from identify.estimators.lacking import Lack
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_axis import FORCES, likelihood_of, rigid_mass
 from identify.forces import wrench
@@ -162,6 +165,15 @@ def test_runs_of_a_second_vehicle_are_named_and_those_of_one_vehicle_are_not():
     spread = [heavier(each, 1.0 + 0.02 * k) for k, each in enumerate(runs)]
     for alike in (runs, ballasted, spread, of_two[:4]):
         assert not any("heavy" in each.problem for each in identified(joined(alike)).doubts)
+
+
+def test_runs_that_lack_a_force_of_other_axes_thrust_are_not_taken_for_two_vehicles():
+    kinds = {0: Kinds(("run 1", "run 2"), 1.4, 5), 5: Kinds(("run 1", "run 2"), 1.3, 5)}
+    (doubt,) = unlike_doubts(kinds, ())
+    assert doubt.problem.startswith("In surge and yaw the runs run 1 and run 2 respond as if about 1.4")
+    lacks = [Lack(dof, kind, 50.0, np.ones(3)) for dof, kind in ((5, Kind.ACROSS), (0, Kind.THRUST))]
+    (doubt,) = unlike_doubts(kinds, lacks)
+    assert doubt.about == ("M_u", "D_u")
 
 
 def test_runs_that_each_lean_on_another_trim_do_not_spoil_the_mass():

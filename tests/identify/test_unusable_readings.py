@@ -432,3 +432,21 @@ def test_an_axis_that_hardly_moves_is_told_in_a_note_if_it_was_pushed():
     (note,) = loud_note(heard)
     assert "in surge (the DVL" in note
     assert loud(fit.joint, fit.theta, ()) == ()
+
+
+def test_a_depth_that_stands_still_while_pressure_sinks_is_left_out_and_one_at_the_surface_is_not():
+    time_s = np.arange(0.0, 100.0, 0.1)
+    pulses = np.full((len(time_s), 1), 1700.0)
+    sinking = 101325.0 + 9789.0 * (1.0 + np.sin(time_s / 10.0))
+    still = Signal(time_s, np.zeros((len(time_s), 1)))
+    dive = replace(
+        closed_loop.dive(np.random.default_rng(1), 100.0),
+        pwm=Signal(time_s, pulses),
+        depth=still,
+        pressure=Signal(time_s, sinking[:, None]),
+    )
+    kept = without_frozen(dive)
+    assert kept.depth is None
+    assert "The depth repeats one value" in kept.notes[-1]
+    at_surface = replace(dive, pressure=Signal(time_s, np.full((len(time_s), 1), 101325.0)))
+    assert without_frozen(at_surface).depth is still
