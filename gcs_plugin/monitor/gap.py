@@ -20,7 +20,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.arrays import Array
+from bridge.arrays import Array, Mask
 from bridge.vehicle.coefficients import DOFS
 from gcs_plugin.monitor.causes import Cause, likeliest, likeliest_thruster
 from gcs_plugin.monitor.losses import LossWatch
@@ -56,6 +56,9 @@ LEAST_RATE_RAD_S: Final = 1e-5
 
 LEAST_EXPLAINED, LEAST_EXPLAINED_SLOWLY = 0.5, 0.05
 """Of the mean square; a cause that explains less isn't named. Noise is most of a departure below the floor."""
+
+LEAST_MOVED: Final = 0.5
+"""Of the largest drift, in floors, that a thruster's loss makes in any axis."""
 
 KNOWN_SHARE: Final = 0.06
 LEAST_FLOOR: Final = np.array([0.5e-3] * 3 + [0.2e-3] * 3)
@@ -187,14 +190,25 @@ class GapMonitor:
         shown = [drift for drift, _ in self._recent][-SHOWN_S:]
         rms = np.sqrt(np.mean([drift.drift**2 for drift in shown], axis=0))
         floor = np.sqrt(np.mean([self._floor(drift) ** 2 for drift in shown], axis=0))
-        alarm = self._since is not None
+        high = self._high(size)
         axes = tuple(
-            AxisGap(dof, float(rms[dof]), float(floor[dof]), alarm and bool(s >= min(ALARM, size.max())))
-            for dof, s in zip(self._dofs, size, strict=True)
+            AxisGap(dof, float(rms[dof]), float(floor[dof]), bool(is_high))
+            for dof, is_high in zip(self._dofs, high, strict=True)
         )
         if self._since is None:
             return Gap(axes)
         return Gap(axes, since_s=float(self._seconds - self._since), causes=self._causes())
+
+    def _high(self, size: Array) -> Mask:
+        """Of each axis with a model, whether the alarm is about it: of a loss below the floor, those that it moves."""
+        if self._since is None:
+            return np.zeros(len(size), bool)
+        loss = None if self._raised_by is None else self._raised_by.loss
+        if loss is None:
+            return np.asarray(size >= min(ALARM, size.max()))
+        moved = [drift.causes[loss.thruster] / self._floor(drift) for drift in self._departed]
+        each = np.sqrt(np.mean(np.square(moved), axis=0))[self._dofs]
+        return np.asarray(each >= LEAST_MOVED * each.max())
 
     def _causes(self) -> tuple[Cause, ...]:
         """The likeliest causes of the departure that the alarm is about."""

@@ -26,9 +26,10 @@ LEAST, MOST = 0.1, 1.3
 
 @dataclass(frozen=True)
 class Loss:
-    """A thruster lacks something for `seconds`, in `z` standard errors, the most of all; before (6,): the mean drift
-    until then. Of each thruster: share (k,) that is missing, and evidence (k,) for it, in nats."""
+    """`thruster`, counted from 0, lacks something for `seconds`, in `z` standard errors, the most of all; before (6,):
+    the mean drift until then. Of each thruster: share (k,) that is missing, and evidence (k,) for it, in nats."""
 
+    thruster: int
     seconds: int
     z: float
     before: Array
@@ -81,9 +82,12 @@ class LossWatch:
         )
         share, variance = score / known - before, alike_s * (1.0 / known + 1.0 / known_before)
         share = np.where((share > LEAST) & (share < MOST), share, 0.0)
-        best = float(np.max(share / np.sqrt(variance + KNOWN**2)))
+        sure = share / np.sqrt(variance + KNOWN**2)
+        best = int(sure.argmax())
         evidence = 0.5 * share**2 / variance
-        return Loss(window, best, earlier[-6:] / seconds, share, evidence) if best > 0 else None
+        if sure[best] <= 0:
+            return None
+        return Loss(best, window, float(sure[best]), earlier[-6:] / seconds, share, evidence)
 
     def _parts(self, total: Array) -> Array:
         """The sums (5, k) of score, information, score², score times information, and information²."""

@@ -151,6 +151,7 @@ def test_a_loss_below_the_floor_is_an_alarm_within_two_minutes_and_is_named():
     assert 30 < first_alarm(monitor, weak[:120]) < 110
     assert max(axis.drift / axis.floor for axis in monitor.gap.axes) < 1.6
     assert monitor.gap.causes[0].label == "weak_thruster of thruster 6"
+    assert [axis.dof for axis in monitor.gap.axes if axis.high] == [2, 3]  # what a vertical thruster moves
     for drift in weak[120:]:
         monitor.add(drift)
     assert monitor.gap.since_s > 100  # it lasts as long as the loss
