@@ -491,8 +491,8 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
     if not shown(foretold, measured):
         return (
             f"The check dive shows no such effect: {_both_drifts(measured)}. Either it was dived before the causes set "
-            "in, or they are no more than a guess. Dive again as the diagnosed dive was flown and check on that, before "
-            "anything of them is sent to the vehicle.",
+            "in, or they are no more than a guess. Dive again as the diagnosed dive was flown, check on that, and "
+            "send nothing of them to the vehicle before.",
         )
     return (
         f"The check dive does not bear the causes out: {_both_shrinks(foretold, measured)}. "
@@ -503,7 +503,9 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
 
 def _both_drifts(measured: Shrink) -> str:
     """The drift of a check dive that does not show the causes."""
-    without, with_them = (significant(drift / measured.floor, 2) for drift in (measured.before, measured.after))
+    without, with_them = (
+        significant(drift / measured.floor, 2) for drift in (measured.before, measured.after)
+    )
     return f"its 5 s drift is {without} times what noise makes it without the causes, and {with_them} times with them"
 
 

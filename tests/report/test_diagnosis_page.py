@@ -150,7 +150,9 @@ def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline()
 
 
 @pytest.mark.parametrize("share", [math.nan, -0.5])
-def test_where_the_check_dive_shows_no_such_effect_that_is_said_and_the_drift_is_that_of_pieces_held_out(share):
+def test_where_the_check_dive_shows_no_such_effect_that_is_said_and_the_drift_is_that_of_pieces_held_out(
+    share,
+):
     sound = shrink(1.1, 3.1, share, share - 0.2, share + 0.2)
     told = wording.verdict_sentence(diagnosis(heldout=shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=sound))
     assert told.startswith(
