@@ -294,10 +294,7 @@ def how_far(answer: Answer, cells: int) -> Lines:
     every = [axis for shrink in answer.shrinks.values() for axis in shrink.by_axis if axis.floor > 0]
     most = max((axis.before / axis.floor for axis in every), default=1.0)
     for what, shrink in answer.shrinks.items():
-        known = math.isfinite(shrink.value)
-        closed = (
-            f"closes {_share(shrink)} of what is beyond noise" if known else "nothing beyond noise to close"
-        )
+        closed = f"closes {_share(shrink)} of what is beyond noise" if math.isfinite(shrink.value) else ""
         fits = len(what) + len(closed) < cells
         lines += (
             (apart(((what, "strong"),), ((closed, "strong"),), cells),)
