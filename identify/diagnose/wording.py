@@ -18,7 +18,7 @@ from identify.diagnose.result import (
     Share,
     Value,
 )
-from identify.diagnose.shrink import CHANCE, closed, contradiction_clause
+from identify.diagnose.shrink import CHANCE, closed, contradiction_clause, shown
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
@@ -549,8 +549,9 @@ def _whole_dive(diagnosis: Diagnosis) -> str:
 
 
 def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
-    """Drift before and after, and its source by best evidence: check dive, held-out pieces, the dive itself."""
-    if diagnosis.check is not None:
+    """Drift before and after, and its source by best evidence: check dive if that shows the causes, held-out pieces,
+    the dive itself."""
+    if diagnosis.check is not None and shown(diagnosis.heldout, diagnosis.check):
         return diagnosis.check, " on the check dive"
     if diagnosis.heldout is not None:
         return diagnosis.heldout, " on pieces held out"

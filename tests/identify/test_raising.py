@@ -143,6 +143,17 @@ def test_a_dive_in_which_thrusters_were_pushed_beside_the_controller_tells_nothi
     )
 
 
+def test_an_axis_that_an_autopilot_holds_later_is_not_pushed_beside_the_controller() -> None:
+    """Flown by sticks in MANUAL, then in STABILIZE: the companion has no say over that axis any more."""
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_pid is not None
+    pid, time_s = dive.tau_pid.value.copy(), dive.tau_pid.time_s
+    pid[time_s > 75.0, 0] = 0.0
+    commanded = pid.copy()
+    commanded[:, 0] += np.where(time_s > 75.0, 5.0 * np.sign(np.sin(time_s)), 0.0)
+    assert judged(replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))).go
+
+
 def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
     dive = flown(Mode.SHADOW)
     zeroed = dive.tau_ff.value.copy()

@@ -149,6 +149,19 @@ def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline()
     assert but in wording.verdict_sentence(replace(unborne, verdict="unknown"))
 
 
+@pytest.mark.parametrize("share", [math.nan, -0.5])
+def test_where_the_check_dive_shows_no_such_effect_that_is_said_and_the_drift_is_that_of_pieces_held_out(
+    share,
+):
+    sound = shrink(1.1, 3.1, share, share - 0.2, share + 0.2)
+    told = wording.verdict_sentence(diagnosis(heldout=shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=sound))
+    assert told.startswith(
+        "Quadratic drag explains the gap, but the check dive shows no such effect (its 5 s drift is 1.1 times what "
+        "noise makes it without the causes, and 3.1 times with them): with it the model's 5 s drift falls from "
+    )
+    assert "on pieces held out, which closes 98 % of what is beyond noise" in told
+
+
 def test_causes_that_can_not_be_told_apart_are_named_together():
     lag = finding_of("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
     unclear = diagnosis(verdict="ambiguous", findings=(lag,))
