@@ -224,9 +224,9 @@ def _lines(results: dict[str, Data]) -> list[str]:
             "likeliest cause at the moment of the alarm is the right one, and the right thruster, as a share of the",
             f"dives with an alarm within {AFTER_S:g} s. The vehicle is 1 N light, so that each of its four vertical",
             "thrusters holds 0.25 N of it while the depth is held: what it then lacks is less than the 0.35 N",
-            "(standard deviation) by which the simulated sea pushes. It would show in roll and pitch, which no longer",
-            "answer as before what the controller does about the noise of its own sensors; a model that has not",
-            "both can't tell that from the sea.",
+            "(standard deviation) by which the simulated sea pushes. It shows in roll and pitch: all four answer the",
+            "noise of the depth and of the DVL alike, by which a sound vehicle neither rolls nor pitches. A model",
+            "without either names the thruster by that, and not how much it lacks.",
         ),
         "",
     ]

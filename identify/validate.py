@@ -138,7 +138,7 @@ class TrackingErrors:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: a phase of an axis, with a value for each run."""
+    """A line of a table: a phase of an axis, or a part of the mission, with a value for each run."""
 
     axis: str
     phase: str
@@ -177,6 +177,21 @@ def compare(runs: Mapping[str, Dive], lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tup
         for phase in PHASES:
             values = tuple(math.nan if axis is None else axis.phase(phase) for axis in of_axis)
             rows.append(Row(DOFS[dof], phase, _unit(dof), values))
+    return tuple(rows)
+
+
+PARTS = {"rms": "whole mission", "unasked": "while others move", "rest": "at rest"}
+"""The words for each part of the mission in which every axis is measured."""
+
+
+def whole_rows(errors: Mapping[str, TrackingErrors]) -> tuple[Row, ...]:
+    """Every axis over the whole mission, asked to move or not, in the parts of PARTS; none if no run tells it."""
+    rows = []
+    for dof in EVERY:
+        of_axis = [next((e for e in run.whole if e.axis == DOFS[dof]), None) for run in errors.values()]
+        for part, words in PARTS.items() if any(of_axis) else ():
+            values = tuple(math.nan if error is None else getattr(error, part) for error in of_axis)
+            rows.append(Row(DOFS[dof], words, _unit(dof), values))
     return tuple(rows)
 
 

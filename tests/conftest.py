@@ -65,8 +65,8 @@ def _lines_as_wide_as_they_like(monkeypatch: pytest.MonkeyPatch) -> None:
 def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
     """No test meets a recording of whoever runs the tests, nor the state or the OFF of another test."""
     state = tmp_path_factory.getbasetemp() / "state"
-    for told in ("recording.json", "off-ordered-*"):
-        for file in (state / "seatrial").glob(told):
+    for pattern in ("recording.json", "off-ordered-*"):
+        for file in (state / "seatrial").glob(pattern):
             file.unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
 

@@ -8,9 +8,11 @@ import pytest
 
 def rest_in_soak(values: Iterable[Any], keep: int = 1) -> list[Any]:
     """For `parametrize` with one name: the first `keep` values as they are, the rest for `make soak`."""
-    return [one if n < keep else pytest.param(one, marks=pytest.mark.soak) for n, one in enumerate(values)]
+    return [
+        value if n < keep else pytest.param(value, marks=pytest.mark.soak) for n, value in enumerate(values)
+    ]
 
 
 def rows_rest_in_soak(rows: Iterable[tuple[Any, ...]], keep: int = 1) -> list[Any]:
     """The same for `parametrize` with several names."""
-    return [one if n < keep else pytest.param(*one, marks=pytest.mark.soak) for n, one in enumerate(rows)]
+    return [row if n < keep else pytest.param(*row, marks=pytest.mark.soak) for n, row in enumerate(rows)]

@@ -4,11 +4,11 @@ import threading
 from contextlib import contextmanager
 
 
-def until(found, seconds=120.0):
-    """The first true result of `found`; fails after `seconds` without one."""
+def until(look, seconds=120.0):
+    """The first true result of `look`; fails after `seconds` without one."""
     looking = threading.Event()
     for _ in range(round(seconds / 0.005)):
-        result = found()
+        result = look()
         if result:
             return result
         looking.wait(0.005)

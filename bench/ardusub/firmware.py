@@ -256,10 +256,10 @@ class Passing(Link):
         """The firmware's own link stays open."""
 
 
-def wait_until(clock: BodyClock, met: Callable[[], object], seconds: float, what: str) -> Script:
-    """Wait for a condition. Raises LinkError with `what` did not come if it takes longer."""
+def wait_until(clock: BodyClock, met: Callable[[], object], seconds: float, awaited: str) -> Script:
+    """Wait for a condition. Raises LinkError with `awaited` did not come if it takes longer."""
     until_s = clock.boot_s() + seconds
     while not met():
         if clock.boot_s() > until_s:
-            raise LinkError(f"{what} did not come within {seconds:g} s")
+            raise LinkError(f"{awaited} did not come within {seconds:g} s")
         yield

@@ -83,13 +83,13 @@ def identification(
     dive: Dive,
     file: VehicleFile,
     name: str,
-    found: dict[int, AxisAnswer],
+    answers: dict[int, AxisAnswer],
     samples: int,
     wall_s: float,
 ) -> Identification:
     """The result of a regression in the product's own form."""
     parameters = tuple(
-        _parameter(c.name, found.get(c.dof), c.kind == "mass", DOFS[c.dof]) for c in COEFFICIENTS
+        _parameter(c.name, answers.get(c.dof), c.kind == "mass", DOFS[c.dof]) for c in COEFFICIENTS
     )
     return Identification(
         method,

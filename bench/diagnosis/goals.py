@@ -43,8 +43,8 @@ def rate(name: str) -> Callable[[Score], Rate]:
     """A function that takes a rate from a score, by the beginning of its sentence."""
 
     def of(score: Score) -> Rate:
-        (found,) = [value for words, value in score.rates.items() if words == name]
-        return found
+        (wanted,) = [value for words, value in score.rates.items() if words == name]
+        return wanted
 
     return of
 

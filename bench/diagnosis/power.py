@@ -40,10 +40,10 @@ def jobs_of(plan: Sequence[Planned]) -> dict[str, Job]:
     return {f"{dive.name}:{stamp(*DECIDED)}": partial(power_job, dive) for dive in plan}
 
 
-def power_job(one: Planned) -> Data:
+def power_job(planned: Planned) -> Data:
     """Diagnose a dive: hidden effect, its size over the noise floor, whether it or its class came first, and the
     answer."""
-    answered = trial(trial_job(one))
+    answered = trial(trial_job(planned))
     answer_judged = judged(answered)
     return {
         "effect": answered.truth["effects"][0]["name"],

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from bench.diagnosis.plan import BENCH, DEVELOPMENT, SPEED
@@ -88,6 +88,7 @@ def field_dive(i: int, first: int, folder: Path) -> str:
 
 
 def _timed(make: Callable[[int, int, Path], str], i: int, first: int) -> Data:
+    _kernels_compiled()
     with tempfile.TemporaryDirectory() as name:
         vehicle = make(i, first, Path(name))
         every = os.sched_getaffinity(0)
@@ -99,6 +100,14 @@ def _timed(make: Callable[[int, int, Path], str], i: int, first: int) -> Data:
             finally:
                 os.sched_setaffinity(0, every)
     return data
+
+
+@cache
+def _kernels_compiled() -> None:
+    """Diagnose a dive, so that no dive that is timed waits until the kernels of a fresh clone are compiled."""
+    with tempfile.TemporaryDirectory() as name:
+        vehicle = contract_dive(0, DEVELOPMENT, Path(name))
+        _verb(Path(name) / DIVE, vehicle, {})
 
 
 def _verb(log: Path, vehicle: str, environment: dict[str, str]) -> float:

@@ -61,10 +61,10 @@ def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Tria
     return [trial(data) for data in kept.fill(jobs, words).values()]
 
 
-def trial_job(one: Planned) -> Data:
+def trial_job(planned: Planned) -> Data:
     """Diagnose a dive; return a `Trial` as JSON."""
-    case = one.case()
-    check = recorded_check(case) if one.group in CHECKED else None
+    case = planned.case()
+    check = recorded_check(case) if planned.group in CHECKED else None
     dive, effects = recorded_dive(case), effects_for(case)
     diagnosed: Diagnosis | None = None
     refusal = ""
@@ -77,7 +77,7 @@ def trial_job(one: Planned) -> Data:
         refusal = str(error)
     seconds = time.process_time() - began
     return {
-        "group": one.group,
+        "group": planned.group,
         "truth": case.truth(),
         "answer": None if diagnosed is None else plain(diagnosed),
         "refusal": refusal,
@@ -100,9 +100,9 @@ def trial(data: Data) -> Trial:
     return Trial(data["group"], data["truth"], answer, data["refusal"], data["seconds"], *rows)
 
 
-def _drifts(found: Diagnosis) -> list[list[float | None]]:
+def _drifts(diagnosis: Diagnosis) -> list[list[float | None]]:
     """Rms drift before and after, and the floor, by axis, at the ends of the windows."""
-    flown = found.prediction
+    flown = diagnosis.prediction
     if flown is None:
         return []
     ends = np.flatnonzero(np.diff(flown.window, append=flown.window[-1] + 1))

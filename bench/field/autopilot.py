@@ -40,16 +40,20 @@ def draw_filter(rng: np.random.Generator) -> VelocityFilter:
 
 
 def estimated(
-    moving: Array, step_s: float, every: int, one: VelocityFilter, rng: np.random.Generator
+    moving: Array, step_s: float, every: int, velocity_filter: VelocityFilter, rng: np.random.Generator
 ) -> Array:
     """Estimated velocity (m, 3), m/s, at every `every` steps, from the true velocity (n, 3) at each step."""
     steps = np.arange(len(moving), dtype=np.float64)
-    late = np.column_stack([np.interp(steps - one.late_s / step_s, steps, column) for column in moving.T])
-    if one.smooth_s > 0:
-        keep = float(np.exp(-step_s / one.smooth_s))
+    late = np.column_stack(
+        [np.interp(steps - velocity_filter.late_s / step_s, steps, column) for column in moving.T]
+    )
+    if velocity_filter.smooth_s > 0:
+        keep = float(np.exp(-step_s / velocity_filter.smooth_s))
         late = lfilter([1.0 - keep], [1.0, -keep], late, axis=0, zi=keep * late[:1])[0]
     seen = late[::every]
-    noise = coloured(rng, len(seen), every * step_s, one.memory_s, 1, np.full(3, one.noise_m_s))
+    noise = coloured(
+        rng, len(seen), every * step_s, velocity_filter.memory_s, 1, np.full(3, velocity_filter.noise_m_s)
+    )
     return np.asarray(seen + noise)
 
 

@@ -64,7 +64,7 @@ class Regressed:
     delay_s: float
 
 
-def foretold_by(folder: Path, own: Foretold, truth: dict[str, Any]) -> dict[str, Array]:
+def foretold_by(folder: Path, foretold: Foretold, truth: dict[str, Any]) -> dict[str, Array]:
     """Velocities (n, 6) by each plain method and by the truth; by PySINDy if the extra `bench` is installed."""
     file = load_vehicle(str(folder / "vehicle.yaml"))
     name = next(iter(file.vehicle.configurations))
@@ -73,7 +73,7 @@ def foretold_by(folder: Path, own: Foretold, truth: dict[str, Any]) -> dict[str,
     models = {NAMES[2]: squares, NAMES[4]: true_one(truth)}
     if find_spec("pysindy"):
         models[NAMES[3]] = sindy(dive, file, name, squares.delay_s)
-    return {title: fly(model, check, file, name, own) for title, model in models.items()}
+    return {title: fly(model, check, file, name, foretold) for title, model in models.items()}
 
 
 def _terms(
@@ -167,7 +167,7 @@ def _regressed(rows: Sequence[Array], delay_s: float) -> Regressed:
     return Regressed(gain, drag, square, np.column_stack([first_product, second_product]), offset, delay_s)
 
 
-def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, own: Foretold) -> Array:
+def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, foretold: Foretold) -> Array:
     """Velocities (n, 6) by the recorded thrust and attitude alone, each window from the measured velocity at its start.
 
     Rates of roll and pitch are the measured ones. NaN once the model has run away, and in roll and pitch after the
@@ -175,15 +175,15 @@ def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, own: Foreto
     """
     assert check.attitude is not None
     history, shape = wrench(check, file, name), file.vehicle.configurations[name]
-    starts = np.flatnonzero(np.diff(own.window, prepend=-1))
-    length = len(own.window) // len(starts)
-    at_s = own.time_s[starts]
-    nu = np.nan_to_num(own.measured[starts])
+    starts = np.flatnonzero(np.diff(foretold.window, prepend=-1))
+    length = len(foretold.window) // len(starts)
+    at_s = foretold.time_s[starts]
+    nu = np.nan_to_num(foretold.measured[starts])
     out = np.full((len(starts), length, 6), np.nan)
     out[:, 0] = nu
-    each = max(round(float(own.time_s[1] - own.time_s[0]) / STEP_S), 1)
-    h = float(own.time_s[1] - own.time_s[0]) / each
-    measured = np.nan_to_num(own.measured).reshape(len(starts), length, 6)
+    each = max(round(float(foretold.time_s[1] - foretold.time_s[0]) / STEP_S), 1)
+    h = float(foretold.time_s[1] - foretold.time_s[0]) / each
+    measured = np.nan_to_num(foretold.measured).reshape(len(starts), length, 6)
     for row in range(1, length):
         nu[:, 3:5] = measured[:, row, 3:5]
         for part in range(each):
@@ -211,15 +211,15 @@ def _rate(model: Regressed, nu: Array, push: Array) -> Array:
     return out
 
 
-def drifts_of(own: Foretold, way: Array) -> list[list[float | None]]:
+def drifts_of(foretold: Foretold, way: Array) -> list[list[float | None]]:
     """For each horizon and axis: rms drift, m/s and rad/s, or None without data or if half the windows ran away."""
-    starts = np.flatnonzero(np.diff(own.window, prepend=-1))
-    length = len(own.window) // len(starts)
-    step_s = float(own.time_s[1] - own.time_s[0])
+    starts = np.flatnonzero(np.diff(foretold.window, prepend=-1))
+    length = len(foretold.window) // len(starts)
+    step_s = float(foretold.time_s[1] - foretold.time_s[0])
     rows: list[list[float | None]] = []
     for horizon_s in HORIZONS_S:
         at = starts + min(round(horizon_s / step_s), length) - 1
-        off = way[at] - own.measured[at]
+        off = way[at] - foretold.measured[at]
         rows.append([_rms(off[:, dof]) for dof in AXES])
     return rows
 

@@ -35,9 +35,9 @@ class Planned:
         return f"{self.seed} {self.number:03d} {self.effect}"
 
 
-def planned_job(one: Planned) -> Data:
+def planned_job(planned: Planned) -> Data:
     """Make a dive of the plan, diagnose it, and return the result."""
-    case = replace(draw(one.seed, one.number, one.effect), rates=one.rates)
+    case = replace(draw(planned.seed, planned.number, planned.effect), rates=planned.rates)
     with tempfile.TemporaryDirectory() as folder:
         for name, data in case.files().items():
             (Path(folder) / name).write_bytes(data)
@@ -74,14 +74,14 @@ def folder_job(folder: Path) -> Data:
         }
 
 
-def _drifts(folder: Path, own: Foretold, truth: Data) -> Data:
+def _drifts(folder: Path, foretold: Foretold, truth: Data) -> Data:
     """Rms drift by method, after 1 s and 5 s, of each axis; None if it ran away or was not flown. Nothing of a log in
     which the plain regressions know no force, since pulses come too seldom."""
     try:
-        ways = {NAMES[0]: own.after, NAMES[1]: own.before} | foretold_by(folder, own, truth)
+        ways = {NAMES[0]: foretold.after, NAMES[1]: foretold.before} | foretold_by(folder, foretold, truth)
     except FitError:
         return {}
-    return {name: drifts_of(own, way) for name, way in ways.items()}
+    return {name: drifts_of(foretold, way) for name, way in ways.items()}
 
 
 def read_foretold(text: str) -> Foretold:
@@ -90,11 +90,11 @@ def read_foretold(text: str) -> Foretold:
     columns = rows[0].split(",")
     values = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])
 
-    def way(what: str) -> Array:
+    def way(quantity: str) -> Array:
         out = np.full((len(values), 6), np.nan)
         for dof, symbol in enumerate(SYMBOLS):
-            if f"{what}_{symbol}" in columns:
-                out[:, dof] = values[:, columns.index(f"{what}_{symbol}")]
+            if f"{quantity}_{symbol}" in columns:
+                out[:, dof] = values[:, columns.index(f"{quantity}_{symbol}")]
         return out
 
     window = values[:, columns.index("window")].astype(np.int64)

@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from bench.field.autopilot import Autopilot, VelocityFilter, draw_autopilot, draw_filter
-from bench.field.export import COMPANION, Rates, down, packed, tlog_of, told
+from bench.field.export import COMPANION, Rates, down, packed, telemetry_of, tlog_of
 from bench.field.mission import TICK_S, Pilot, draw_mission, draw_pilot, sticks_of
 from bench.field.plants import PLANTS
 from bench.field.simulate import Flown, Sea, Sensors, draw_sea, draw_sensors, fly
@@ -154,7 +154,10 @@ class FieldCase:
         """The `.tlog` of a dive."""
         rng = np.random.default_rng([self.seed, self.number, 33, which])
         return tlog_of(
-            told(self.flown(which), self.sensors, self.filter, self.autopilot, rng), LOST, rng, self.rates
+            telemetry_of(self.flown(which), self.sensors, self.filter, self.autopilot, rng),
+            LOST,
+            rng,
+            self.rates,
         )
 
     def files(self) -> dict[str, bytes]:

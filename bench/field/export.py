@@ -87,8 +87,12 @@ def down(state: Array) -> Array:
     return np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
 
 
-def told(
-    flown: Flown, sensors: Sensors, own: VelocityFilter, autopilot: Autopilot, rng: np.random.Generator
+def telemetry_of(
+    flown: Flown,
+    sensors: Sensors,
+    velocity_filter: VelocityFilter,
+    autopilot: Autopilot,
+    rng: np.random.Generator,
 ) -> Told:
     """Contents of a dive's messages. The reported attitude and depth are the readings that the autopilot flew by."""
     ticks, noise = flown.ticks, flown.noise
@@ -96,7 +100,7 @@ def told(
     attitude = np.column_stack([euler(ticks.state), nu[:, 3:]]) + noise[:, :6]
     force = ticks.nu_dot[:, :3] + np.cross(nu[:, 3:], nu[:, :3]) - GRAVITY_M_S2 * down(ticks.state)
     gyro = nu[:, 3:] + noise[:, 3:6]
-    velocity = estimated(ticks.moving, STEP_S, EACH * SLOW, own, rng)
+    velocity = estimated(ticks.moving, STEP_S, EACH * SLOW, velocity_filter, rng)
     height = ticks.state[::SLOW, 2] + sensors.height * rng.standard_normal(len(velocity))
     position = np.column_stack([reckoned(velocity, TICK_S * SLOW)[:, :2], height])
     supply = ticks.supply[::SECOND].copy()

@@ -75,7 +75,9 @@ class Judged:
 
     def false(self) -> tuple[Named, ...]:
         """Accepted causes that are not present, and whose alternatives do not include the hidden effect."""
-        return tuple(one for one in self.accepted if not self._is(one) and self.effect not in one.also)
+        return tuple(
+            named for named in self.accepted if not self._is(named) and self.effect not in named.also
+        )
 
     def errors(self) -> dict[str, float]:
         """Error of each parameter of the right cause, relative to its true size."""
@@ -89,11 +91,11 @@ class Judged:
             return None
         return abs(right.parameters["delay"][0] - float(self.truth["effect_parameters"]["delay"]))
 
-    def _is(self, one: Named) -> bool:
+    def _is(self, named: Named) -> bool:
         """Whether a cause matches the hidden effect by name and, if both give one, by thruster number."""
-        if one.name != self.effect:
+        if named.name != self.effect:
             return False
-        said, true = one.parameters.get("thruster"), self.truth["effect_parameters"].get("thruster")
+        said, true = named.parameters.get("thruster"), self.truth["effect_parameters"].get("thruster")
         return said is None or true is None or round(said[0]) == round(true)
 
 

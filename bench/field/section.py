@@ -244,9 +244,9 @@ def prediction(cases: Sequence[Judged]) -> list[str]:
     return table(("by", *heads, "dives in which it ran away"), rows)
 
 
-def _median(own: Sequence[Sequence[Sequence[float | None]]], horizon: int, axes: tuple[int, ...]) -> str:
+def _median(rows: Sequence[Sequence[Sequence[float | None]]], horizon: int, axes: tuple[int, ...]) -> str:
     values = []
-    for row in own:
+    for row in rows:
         parts = [row[horizon][axis] for axis in axes]
         known = [value for value in parts if value is not None]
         if len(known) == len(parts):

@@ -143,19 +143,19 @@ def _counted(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}` ({count})" for name, count in Counter(names).most_common()) or "none"
 
 
-def _row(part: str, word: str, own: Sequence[Judged]) -> tuple[object, ...]:
-    no_gap = sum(dive.verdict == "no_gap" for dive in own)
-    called, by_cause = (_rate(own, what) for what in (_called, _by_cause))
-    return part, word, len(own), f"{100 * called.share:.0f} %", by_cause.hits, no_gap
+def _row(part: str, word: str, dives: Sequence[Judged]) -> tuple[object, ...]:
+    no_gap = sum(dive.verdict == "no_gap" for dive in dives)
+    called, by_cause = (_rate(dives, counts) for counts in (_called, _by_cause))
+    return part, word, len(dives), f"{100 * called.share:.0f} %", by_cause.hits, no_gap
 
 
-def _called(one: Judged) -> bool:
-    return one.called
+def _called(dive: Judged) -> bool:
+    return dive.called
 
 
-def _by_cause(one: Judged) -> bool:
-    return not one.called and one.verdict in ("explained", "ambiguous", "partly")
+def _by_cause(dive: Judged) -> bool:
+    return not dive.called and dive.verdict in ("explained", "ambiguous", "partly")
 
 
-def _rate(dives: Sequence[Judged], what: Callable[[Judged], bool]) -> Rate:
-    return Rate(sum(what(dive) for dive in dives), len(dives))
+def _rate(dives: Sequence[Judged], counts: Callable[[Judged], bool]) -> Rate:
+    return Rate(sum(counts(dive) for dive in dives), len(dives))

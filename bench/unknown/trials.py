@@ -65,8 +65,8 @@ def known_jobs(first: int, count: int) -> dict[str, Job]:
 
 def unknown_job(seed: int) -> Data:
     """Diagnose a drawn force."""
-    one = unknown_of(seed)
-    sentence = one.sentence
+    unknown = unknown_of(seed)
+    sentence = unknown.sentence
     parts = {
         "goes with": sentence.goes_with,
         "parity": sentence.parity,
@@ -75,7 +75,7 @@ def unknown_job(seed: int) -> Data:
         "rhythm": sentence.rhythm,
     }
     dofs = [DOFS[dof] for dof in sentence.dofs]
-    return _diagnosed(one.case) | {"parts": parts, "dofs": dofs, "multiple": one.multiple}
+    return _diagnosed(unknown.case) | {"parts": parts, "dofs": dofs, "multiple": unknown.multiple}
 
 
 def known_job(seed: int, name: str) -> Data:

@@ -63,11 +63,11 @@ def likeliest(
     return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
 
 
-def likeliest_thruster(loss: Loss) -> tuple[Cause, ...]:
-    """The thrusters that lack thrust, the likeliest first."""
+def likeliest_thruster(loss: Loss, *, sized: bool) -> tuple[Cause, ...]:
+    """The thrusters that lack thrust, the likeliest first, and how much where the loss is `sized`."""
     odds = np.exp(loss.evidence - loss.evidence.max())
     causes = (
-        Cause(f"weak_thruster of thruster {number}", odd, f"thruster {number} gives {100 * lost:.0f} % less")
+        Cause(f"weak_thruster of thruster {number}", odd, _weak(number, lost) if sized else _weak(number))
         for number, (odd, lost) in enumerate(
             zip((odds / odds.sum()).tolist(), loss.share.tolist(), strict=True), 1
         )
@@ -91,8 +91,7 @@ def _words(label: str, size: Array, place: Array) -> str:
     """A fit in words, at a place (2,), north and east; "" for a size that the cause can't have."""
     if label.startswith("weak_thruster"):
         lost = float(size[0])
-        number = label.rpartition(" ")[2]
-        return f"thruster {number} gives {100 * lost:.0f} % less" if LEAST_LOST < lost < MOST_LOST else ""
+        return _weak(int(label.rpartition(" ")[2]), lost) if LEAST_LOST < lost < MOST_LOST else ""
     if label == "steady_current":
         return f"a current of {np.hypot(*size):.2f} m/s towards {_heading(size)}"
     if label == "tether":
@@ -102,6 +101,14 @@ def _words(label: str, size: Array, place: Array) -> str:
         return f"{abs(size[0]):.1f} N {'heavier' if size[0] > 0 else 'lighter'} than its ballast"
     dof = int(label.rpartition(" ")[2])
     return f"more drag {OF_AXES[dof]}: something on the hull" if size[0] > 0 else ""
+
+
+def _weak(number: int, lost: float | None = None) -> str:
+    return (
+        f"thruster {number} gives less thrust"
+        if lost is None
+        else f"thruster {number} gives {100 * lost:.0f} % less"
+    )
 
 
 def _heading(size: Array) -> str:

@@ -6,8 +6,8 @@ and it exceeds ALARM by chance once in some hundred thousand half minutes. The a
 HOLDS_S, which is half a minute after a large departure began. A second counts for no more than MOST: a kick of a few
 seconds is no departure that stays.
 
-A thruster's loss that stays below the floor raises the alarm as well (`losses`), later. How roll and pitch answer
-tells of it only where both are in the model: no dive identifies them unless something turned the vehicle in them.
+A thruster's loss that stays below the floor raises the alarm as well (`losses`): soon by how roll and pitch answer,
+else later. Where the model has neither, that names the thruster and not how much it lacks.
 
 The floor is that of the dive itself: drift of its first minute and of all later seconds on which no doubt falls, with
 the upper bound of its uncertainty, and a share of the drift that thrust makes: twice the 3 % to which an
@@ -20,10 +20,10 @@ from typing import Final
 
 import numpy as np
 
-from bridge.arrays import Array
+from bridge.arrays import Array, Mask
 from bridge.vehicle.coefficients import DOFS
 from gcs_plugin.monitor.causes import Cause, likeliest, likeliest_thruster
-from gcs_plugin.monitor.losses import LossWatch
+from gcs_plugin.monitor.losses import MOST_LOST, LossWatch
 from gcs_plugin.monitor.model import Model
 from gcs_plugin.monitor.predictor import CORRELATED_S, OVER_S, SECOND, TILTED, Drift
 
@@ -40,13 +40,16 @@ ALARM: Final = 6.0
 DOUBT: Final = 2.5
 OVER: Final = 3.0
 MOST: Final = 16.0
-LOSS_ALARM, QUICK_ALARM = 4.0, 4.5
+LOSS_ALARM, QUICK_ALARM = 4.0, 5.0
 """Standard errors, of a loss in the drift and in the quick answers; in hours of sea and noise the surest loss of eight
 thrusters was of 3.7."""
 
 LOSS_OVER: Final = 2.5
 SLOW_S, QUICK_S = (60, 120), (20, 40, 80)
 """Windows in which a loss is looked for in the drift, and in the quick answers."""
+
+MOST_GUESSED: Final = 2.0 * MOST_LOST
+"""Largest share of a thruster's thrust that may seem to lack where roll's and pitch's inertia is guessed."""
 
 MOST_FLOORS: Final = 3.0
 """Of the drift of a second: a kick is no loss."""
@@ -56,6 +59,9 @@ LEAST_RATE_RAD_S: Final = 1e-5
 
 LEAST_EXPLAINED, LEAST_EXPLAINED_SLOWLY = 0.5, 0.05
 """Of the mean square; a cause that explains less isn't named. Noise is most of a departure below the floor."""
+
+LEAST_MOVED: Final = 0.5
+"""Of the largest drift, in floors, that a thruster's loss makes in any axis."""
 
 KNOWN_SHARE: Final = 0.06
 LEAST_FLOOR: Final = np.array([0.5e-3] * 3 + [0.2e-3] * 3)
@@ -97,7 +103,9 @@ class GapMonitor:
         self._undoubted: deque[Drift] = deque()
         self._first: list[Drift] = []
         count = len(model.configuration.thrusters)
-        self._slow, self._quick = LossWatch(count, SLOW_S, CORRELATED_S), LossWatch(count, QUICK_S)
+        self._sized = set(TILTED) <= set(model.dofs)
+        self._slow = LossWatch(count, SLOW_S, alike_s=CORRELATED_S)
+        self._quick = LossWatch(count, QUICK_S, most=MOST_LOST if self._sized else MOST_GUESSED)
         self._quick_square = np.zeros(2)
         # Which of them raised the alarm, where no departure above the floor did, and the mean drift until then.
         self._raised_by: LossWatch | None = None
@@ -165,9 +173,7 @@ class GapMonitor:
         columns = np.nan_to_num(drift.causes[: len(self._model.configuration.thrusters)] / floor)
         score = columns @ np.clip(np.nan_to_num(drift.drift) / floor, -MOST_FLOORS, MOST_FLOORS)
         self._slow.add(score, (columns**2).sum(axis=1), drift.drift, learns=learns)
-        # A righting moment over the mass of a rigid body would sway like thrust: an axis without a model tells nothing.
-        told = np.isin(TILTED, self._dofs)
-        variance = np.where(told, self._quick_square / self._weight / SECOND + LEAST_RATE_RAD_S**2, np.inf)
+        variance = self._quick_square / self._weight / SECOND + LEAST_RATE_RAD_S**2
         quick = (drift.quick.score / variance).sum(axis=1), (drift.quick.known / variance).sum(axis=1)
         self._quick.add(*quick, drift.drift, learns=learns)
 
@@ -187,20 +193,31 @@ class GapMonitor:
         shown = [drift for drift, _ in self._recent][-SHOWN_S:]
         rms = np.sqrt(np.mean([drift.drift**2 for drift in shown], axis=0))
         floor = np.sqrt(np.mean([self._floor(drift) ** 2 for drift in shown], axis=0))
-        alarm = self._since is not None
+        high = self._high(size)
         axes = tuple(
-            AxisGap(dof, float(rms[dof]), float(floor[dof]), alarm and bool(s >= min(ALARM, size.max())))
-            for dof, s in zip(self._dofs, size, strict=True)
+            AxisGap(dof, float(rms[dof]), float(floor[dof]), bool(is_high))
+            for dof, is_high in zip(self._dofs, high, strict=True)
         )
         if self._since is None:
             return Gap(axes)
         return Gap(axes, since_s=float(self._seconds - self._since), causes=self._causes())
 
+    def _high(self, size: Array) -> Mask:
+        """Of each axis with a model, whether the alarm is about it: of a loss below the floor, those that it moves."""
+        if self._since is None:
+            return np.zeros(len(size), bool)
+        loss = None if self._raised_by is None else self._raised_by.loss
+        if loss is None:
+            return np.asarray(size >= min(ALARM, size.max()))
+        moved = [drift.causes[loss.thruster] / self._floor(drift) for drift in self._departed]
+        each = np.sqrt(np.mean(np.square(moved), axis=0))[self._dofs]
+        return np.asarray(each >= LEAST_MOVED * each.max())
+
     def _causes(self) -> tuple[Cause, ...]:
         """The likeliest causes of the departure that the alarm is about."""
         if self._raised_by is self._quick:
             loss = self._quick.loss
-            return self.gap.causes if loss is None else likeliest_thruster(loss)
+            return self.gap.causes if loss is None else likeliest_thruster(loss, sized=self._sized)
         departed = [replace(drift, drift=drift.drift - self._before) for drift in self._departed]
         floors = np.array([self._floor(drift) for drift in departed])
         least = LEAST_EXPLAINED if self._raised_by is None else LEAST_EXPLAINED_SLOWLY

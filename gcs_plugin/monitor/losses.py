@@ -5,7 +5,8 @@ before, as trim, ballast and inertia are never quite those of the model (general
 Basseville and Nikiforov 1993, section 2.4.3). Two parts of the departure are watched. The slow part is the drift: a
 vertical thruster that holds a trimmed vehicle at depth gives some tenths of a newton, and without half of them the
 vehicle always drifts to the same side, by less than sea and noise do in any five seconds. The quick part is the rates
-of turn: the controller answers the noise of its sensors with many times the mean thrust, and the sea is slower.
+of turn: the controller answers the noise of its sensors with many times the mean thrust, and the sea is slower. In
+depth held alike by all vertical thrusters a sound vehicle neither rolls nor pitches by that; with a weak one it does.
 """
 
 from collections import deque
@@ -20,15 +21,16 @@ BEFORE_S: Final = 60
 KNOWN: Final = 0.05
 """A share to which thrust is known: a thruster's share differs by that from manoeuvre to manoeuvre."""
 
-LEAST, MOST = 0.1, 1.3
+LEAST, MOST_LOST = 0.1, 1.3
 """Share of a thruster's thrust: less is nothing, and more than all of it is another cause."""
 
 
 @dataclass(frozen=True)
 class Loss:
-    """A thruster lacks something for `seconds`, in `z` standard errors, the most of all; before (6,): the mean drift
-    until then. Of each thruster: share (k,) that is missing, and evidence (k,) for it, in nats."""
+    """`thruster`, counted from 0, lacks something for `seconds`, in `z` standard errors, the most of all; before (6,):
+    the mean drift until then. Of each thruster: share (k,) that is missing, and evidence (k,) for it, in nats."""
 
+    thruster: int
     seconds: int
     z: float
     before: Array
@@ -40,12 +42,20 @@ class LossWatch:
     """Takes each second; `loss` is the surest loss of a thruster, None where none lacks anything.
 
     `windows_s`: rising lengths of the time in which a loss is looked for. `alike_s`: seconds that count as one
-    independent one; None for as many as the scatter of those before tells.
+    independent one; None for as many as the scatter of those before tells. `most`: the largest share.
     """
 
-    def __init__(self, thrusters: int, windows_s: tuple[int, ...], alike_s: float | None = None) -> None:
+    def __init__(
+        self,
+        thrusters: int,
+        windows_s: tuple[int, ...],
+        *,
+        alike_s: float | None = None,
+        most: float = MOST_LOST,
+    ) -> None:
         # Rows: score and information of each thruster, what their scatter needs, and the drift.
         self._count, self._windows_s, self._alike_s = thrusters, windows_s, alike_s
+        self._most = most
         self._recent: deque[Array] = deque(maxlen=windows_s[-1])
         self._learnt, self._seconds = np.zeros(5 * thrusters + 6), 0
         self.loss: Loss | None = None
@@ -80,10 +90,13 @@ class LossWatch:
             (square - 2.0 * before * product + before**2 * known_square) / known_before, 1.0
         )
         share, variance = score / known - before, alike_s * (1.0 / known + 1.0 / known_before)
-        share = np.where((share > LEAST) & (share < MOST), share, 0.0)
-        best = float(np.max(share / np.sqrt(variance + KNOWN**2)))
+        share = np.where((share > LEAST) & (share < self._most), share, 0.0)
+        sure = share / np.sqrt(variance + KNOWN**2)
+        best = int(sure.argmax())
         evidence = 0.5 * share**2 / variance
-        return Loss(window, best, earlier[-6:] / seconds, share, evidence) if best > 0 else None
+        if sure[best] <= 0:
+            return None
+        return Loss(best, window, float(sure[best]), earlier[-6:] / seconds, share, evidence)
 
     def _parts(self, total: Array) -> Array:
         """The sums (5, k) of score, information, score², score times information, and information²."""

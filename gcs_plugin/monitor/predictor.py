@@ -91,6 +91,10 @@ QUICK: Final = 0.5
 and trim are slower. The remainder is the gyro's white noise, and the thrust that a weak thruster lacks when the
 controller answers the noise of its sensors."""
 
+GUESSED_MASS, GUESSED_RATE_1_S = 2.0, 3.0
+"""Where roll or pitch has no mass and damping, as no dive identifies them unless something turned the vehicle in them:
+times the rigid body's inertia, and damping over mass. They shape the answer to a loss; its size is then unknown."""
+
 SELF_COMPENSATED: Final = frozenset(coefficient.name for coefficient in QUADRATICS)
 
 
@@ -110,7 +114,8 @@ class Second:
 @dataclass(frozen=True)
 class Quick:
     """Sums over a second of the quick part of the departure of roll's and pitch's rates, and of that which each
-    thruster's loss makes.
+    thruster's loss makes. All are less what goes with the moment about the same axis: how strongly a sound vehicle
+    answers that is not known well enough, but that it does not answer another axis's is.
 
     square (2,): of the departure; known (k, 2): of a thruster's; score (k, 2): of both multiplied; rad²/s².
     """
@@ -136,6 +141,16 @@ class Drift:
     quick: Quick
 
 
+def sums_of(departed: Array, lost: Array) -> Quick:
+    """Sums of the quick departure (n, 2) and of that of each thruster's loss (n, k, 2)."""
+    moment = lost.sum(axis=1)
+    power = (moment**2).sum(axis=0)
+    share = moment / np.where(power > 1e-20, power, np.inf)
+    departed = departed - share * (departed * moment).sum(axis=0)
+    lost = lost - share[:, None] * (lost * moment[:, None]).sum(axis=0)
+    return Quick((departed**2).sum(axis=0), (lost**2).sum(axis=0), (lost * departed[:, None]).sum(axis=0))
+
+
 class Predictor:
     """Takes one second after the other; `reset` after a gap."""
 
@@ -145,6 +160,10 @@ class Predictor:
         self._kept = 1.0 - np.exp(-STEP_S / model.lag_s) if model.lag_s > 0 else 1.0
         self._late = round(model.delay_s / STEP_S)
         self._supply = Supply()
+        guessed = [dof for dof in TILTED if dof not in model.dofs]
+        self._mass, self._damping = model.mass.copy(), model.damping.copy()
+        self._mass[guessed] *= GUESSED_MASS
+        self._damping[guessed] = GUESSED_RATE_1_S * self._mass[guessed]
         self.reset()
 
     @property
@@ -171,13 +190,13 @@ class Predictor:
         places = self._position + north_east
         self._position = places[-1]
         columns = forces(model, middle, thrust, attitude, places)
-        rate = (model.damping + 2.0 * model.quadratic * np.abs(middle)) / model.mass
+        rate = (self._damping + 2.0 * model.quadratic * np.abs(middle)) / self._mass
         left = np.exp(-rate * STEP_S)
-        worth = np.where(rate > 1e-9, (1.0 - left) / np.where(rate > 1e-9, rate, 1.0), STEP_S) / model.mass
+        worth = np.where(rate > 1e-9, (1.0 - left) / np.where(rate > 1e-9, rate, 1.0), STEP_S) / self._mass
         driving = np.concatenate([np.zeros((SECOND, 2, 6)), columns], axis=1) * worth[:, None]
         # The force balance of the model gives y; what the measured velocity has beyond it is z.
-        balance = force - (model.damping + model.quadratic * np.abs(middle)) * middle
-        driving[:, 0] = nu[1:] - left * nu[:-1] - worth * (balance + model.mass * rate * middle)
+        balance = force - (self._damping + model.quadratic * np.abs(middle)) * middle
+        driving[:, 0] = nu[1:] - left * nu[:-1] - worth * (balance + self._mass * rate * middle)
         driving[:, 1] = worth * (thrust @ model.matrix.T)
         total = np.zeros_like(self._z)
         z, slow = self._z, self._slow
@@ -197,9 +216,7 @@ class Predictor:
         over = np.prod([each for _, each in self._past], axis=0)
         drift = mean - over * before[0]
         drift[:, [dof for dof in range(6) if dof not in model.dofs]] = np.nan
-        departed, lost = quick[:, 0], quick[:, 1:]
-        sums = Quick((departed**2).sum(axis=0), (lost**2).sum(axis=0), (lost * departed[:, None]).sum(axis=0))
-        return Drift(drift[0], drift[1], drift[2:], self._position, sums)
+        return Drift(drift[0], drift[1], drift[2:], self._position, sums_of(quick[:, 0], quick[:, 1:]))
 
     def _thrusts(self, second: Second) -> Array:
         """Thrust (n, k) of each thruster over each step, N, with lag, delay and accepted losses."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import Water
 from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.dive import Dive, Signal
 
@@ -32,8 +33,9 @@ SETTLING_S = 1.0
 
 IDLE_US = 30.0
 FORCE_SHARE = 0.1
-MOVED, TURNED_RAD = 0.03, 0.2
-"""Thresholds of motion during a run: FORCE_SHARE of the dive's range of thrust; MOVED in m/s or rad/s; TURNED_RAD."""
+MOVED, TURNED_RAD, SANK_M = 0.03, 0.2, 0.2
+"""Thresholds of motion during a run: FORCE_SHARE of the dive's range of thrust; MOVED in m/s or rad/s; TURNED_RAD;
+SANK_M."""
 
 THIRD_DIFFERENCE = 0.6745 * 20**0.5
 """Median size of white noise's third differences, over its standard deviation."""
@@ -226,8 +228,9 @@ def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
     if name == "attitude":
         return _turn_rad(dive.gyro, span_s) > TURNED_RAD
     columns = {"velocity": slice(0, 3), "gyro": slice(3, 6), "fog": slice(5, 6)}.get(name)
-    if columns is None:
-        return False  # at the surface or at the bottom, depth stands still whatever the vehicle does
+    if columns is None:  # at the surface or at the bottom, depth stands still whatever the vehicle does
+        other, per_m = (dive.pressure, Water().weight_n_m3) if name == "depth" else (dive.depth, 1.0)
+        return other is not None and _range(other.between(*span_s).value) > SANK_M * per_m
     used, thrust = dive.nu_fb, dive.tau_cmd
     if used is not None and _range(used.between(*span_s).value[:, columns]) > MOVED:
         return True

@@ -28,6 +28,7 @@ from identify.checks.mend import FLU, Mend, mended, scaled
 from identify.checks.pushes import earth_mends, pushes_of, speed_mends
 from identify.checks.scales import edge_means, integral
 from identify.dive import Dive, Signal
+from identify.ingest.ranges import STEADY
 from identify.ingest.rotation import attitude_at, euler_angles, to_body_turn, to_earth
 from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
 
@@ -77,8 +78,8 @@ def mends(dive: Dive) -> tuple[Mend, ...]:
     """The mends after which a recording contradicts physics no more, as far as these checks see; each in turn."""
     made: list[Mend] = []
     checks = (
-        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _frames, _turns, earth_mends, speed_mends,
-        _heave, _pushes, wrench_mends,
+        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _turned_force, _frames, _angles, _turns,
+        earth_mends, speed_mends, _heave, _pushes, wrench_mends,
     )  # fmt: skip
     for check in checks:
         for mend in check(dive):
@@ -115,6 +116,8 @@ def _gravity(dive: Dive) -> tuple[Mend, ...]:
     if force is None:
         return ()
     usual = float(np.median(np.linalg.norm(force.value, axis=1)))
+    if np.linalg.norm(np.median(force.value, axis=0)) < STEADY * usual:
+        return ()
     for unit, factor in (("g", GRAVITY_M_S2), ("mg", GRAVITY_M_S2 / 1000), ("m/s2", 1 / GRAVITY_M_S2)):
         if GRAVITY_M_S2 / NEAR_UNIT < usual * factor < GRAVITY_M_S2 * NEAR_UNIT and not _is_gravity(usual):
             problem = f"The accelerometer usually reads {usual:.3g} m/s2, and at rest 9.8 is right: its unit is {unit}"
@@ -223,6 +226,29 @@ def _frames(dive: Dive) -> tuple[Mend, ...]:
     return tuple(_turned(name, proof) for name in _MEANT if name in turned)
 
 
+def _turned_force(dive: Dive) -> tuple[Mend, ...]:
+    """Gravity and the acceleration against it, in place of specific force: all three axes are turned round.
+
+    By gravity and the attitude alone, that looks like axes forward, left, up; the velocity's change tells the two
+    apart.
+    """
+    force = readings(dive.specific_force)
+    if force is None or float(np.median(force.value[:, 2])) < 0:
+        return ()
+    turned = mended(dive, Mend("specific_force", (-1.0,) * 3))
+    pushes, tilt = pushes_of(turned), _tilt_match(turned)
+    known = [match for match in (tilt, *(pushes.by_sign() if pushes else ())) if match is not None]
+    if len(known) < 3 or min(match.correlation for match in known) < CLEAR:
+        return ()
+    least = min(match.correlation for match in known)
+    problem = (
+        f"The accelerometer's z shows {np.median(force.value[:, 2]):+.2f} m/s2, and turned round all three axes go "
+        f"with pitch and with the velocity's change (correlation {least:.2f} at least): it reads gravity, not what "
+        "holds against it"
+    )
+    return (scaled("specific_force", (-1.0,) * 3, problem),)
+
+
 def _fallen(dive: Dive) -> tuple[bool, str] | None:
     """Whether depth follows the velocity as one in FLU, and the evidence; None if that is unclear."""
     matches = _rise_match(dive), _rise_match(_half_turned(dive, "velocity"))
@@ -247,6 +273,21 @@ def _turned(name: str, proof: dict[str, str]) -> Mend:
         remedy = "multiply `scale` of `euler` by [1, -1, -1], of `quaternion` by [1, 1, -1, -1]"
         return Mend(name, FLU, problem, remedy)
     return scaled(name, FLU, problem)
+
+
+def _angles(dive: Dive) -> tuple[Mend, ...]:
+    """Roll and pitch in radians beside a heading in degrees, as the gyro tells."""
+    table = _turn_table(dive)
+    matches = [table[axis][axis] for axis in range(3)] if table else []
+    clear = [match for match in matches if match is not None and abs(match.correlation) > CLEAR]
+    units = [unit_factor(match.ratio, (1 / DEGREES, 1.0)) for match in clear]
+    if len(clear) < 3 or units != [DEGREES, DEGREES, 1.0]:
+        return ()
+    evidence = "; ".join(f"{axis}: {match.words}" for axis, match in zip(_AXES, clear, strict=True))
+    factors = (DEGREES, DEGREES, 1.0)
+    remedy = f"multiply `scale` of `euler` by [{DEGREES:.5g}, {DEGREES:.5g}, 1]"
+    problem = f"The attitude turns as the gyro says about z alone ({evidence}): roll and pitch are in radians"
+    return (Mend("attitude", factors, problem, remedy),)
 
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:

@@ -31,11 +31,13 @@ FOLLOWS = 0.5
 HAS_SIGN = 0.1
 """Least correlation of the changes."""
 CLEARLY = 0.15
-"""Margin in mean correlation over the given wiring, of a wiring that is named."""
+"""Margin in mean correlation over the given wiring, in the degrees of freedom that it changes, of one that is named."""
 NEAR = 0.01
 """Margin in mean correlation within which two wirings are as good."""
 FEWEST = 60
 """Steps of a degree of freedom that are judged."""
+LEAST_CHANGE = 0.05
+"""By how much, N or N m, a thruster's newton gives more or less in a degree of freedom that a wiring changes."""
 STEPS_S = (0.5, 1.0, 2.0)
 """Steps over which speeds change."""
 MOST_OF_ANY = 8
@@ -47,7 +49,8 @@ class Miswired:
     """A wiring that the motion follows better than the vehicle file's: thrusters reversed, or two swapped.
 
     reversed, swapped: their numbers in the vehicle file, from 1. follows: mean correlation of the motion with the
-    thrust of this wiring, over the degrees of freedom that follow it; followed: with that of the vehicle file's.
+    thrust of this wiring, over the degrees of freedom that follow it and that it changes; followed: with that of the
+    vehicle file's.
     """
 
     reversed: tuple[int, ...]
@@ -150,14 +153,19 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
     judged = max(each_follows, key=lambda values: float(values.sum())) > 0
     if not judged.any():
         return None
-    tried = [
-        Miswired(reversed_motors, pair, float(values[judged].mean()), float(as_given[judged].mean()))
-        for (reversed_motors, pair, *_), values in zip(wirings, each_follows, strict=True)
-    ]
-    best = max(tried, key=lambda each: each.follows)
+    rows = matrix[[each.dof for each in driven]]
+    tried: list[Miswired] = []
+    means = [float(values[judged].mean()) for values in each_follows]
+    for (motors, pair, signs, order), values in zip(wirings, each_follows, strict=True):
+        # Where the wiring changes nothing, the motion follows both alike, however wrong the given one is.
+        changed = judged & (np.abs(rows * signs - rows[:, order]).max(axis=1) > LEAST_CHANGE)
+        of = changed if changed.any() else judged
+        tried.append(Miswired(motors, pair, float(values[of].mean()), float(as_given[of].mean())))
+    top = max(means)
+    best = tried[means.index(top)]
     if best.follows <= best.followed + CLEARLY:
         return None
-    near = [each for each in tried if each.follows > best.follows - NEAR]
+    near = [each for each, mean in zip(tried, means, strict=True) if mean > top - NEAR]
     if len(near) == 1:
         return best
     agreed = tuple(motor for motor in best.reversed if all(motor in each.reversed for each in near))

@@ -17,13 +17,14 @@ from bridge.vehicle.config import Prior
 from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse
+from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
+from identify.diagnose.findings import probability
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal, hull_indices, refitted
 from identify.diagnose.regression import mean_indices
 from identify.diagnose.result import Diagnosis, Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
-from identify.diagnose.verdict import braking_of, feedforward_gain_by, probability
 from identify.diagnose.weighing import Fitted, Weighing
 from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course

@@ -19,6 +19,7 @@ from identify.diagnose.changed import (
     shift_of,
 )
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
+from identify.diagnose.findings import FEEDBACK_DOFS, findings_of, strongest_first, trials_of
 from identify.diagnose.gap import (
     PUSHED,
     Missing,
@@ -74,16 +75,12 @@ from identify.diagnose.simulation import (
 )
 from identify.diagnose.unexplained import LEAST_FORCE, Unexplained, unexplained_of
 from identify.diagnose.verdict import (
-    FEEDBACK_DOFS,
     above_noise,
-    findings_of,
     next_for_disturbance,
     next_for_unexplained,
     next_of,
     share_left,
-    strongest_first,
     swallowing,
-    trials_of,
     unexplained_forces,
     unexplained_nats,
     verdict_of,

@@ -469,10 +469,18 @@ def contradicted(foretold: Shrink | None, measured: Shrink | None) -> bool:
     return bool(apart and measured.value < LEAST_PART * foretold.value)
 
 
+def shown(foretold: Shrink | None, measured: Shrink | None) -> bool:
+    """Whether a check dive shows the causes at all: it does not where it contradicts them, and the model drifts further
+    with them than without. So it is on a dive from before they set in."""
+    return measured is None or not (contradicted(foretold, measured) and measured.after > measured.before)
+
+
 def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> str:
     """Clause for a verdict that a check dive contradicts; "" otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ""
+    if not shown(foretold, measured):
+        return f", but the check dive shows no such effect ({_both_drifts(measured)})"
     return f", but the check dive does not bear that out ({_both_shrinks(foretold, measured)})"
 
 
@@ -480,6 +488,12 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
     """The contradiction as a sentence, with advice; empty otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ()
+    if not shown(foretold, measured):
+        return (
+            f"The check dive shows no such effect: {_both_drifts(measured)}. Either it was dived before the causes set "
+            "in, or they are no more than a guess. Dive again as the diagnosed dive was flown, check on that, and "
+            "send nothing of them to the vehicle before.",
+        )
     return (
         f"The check dive does not bear the causes out: {_both_shrinks(foretold, measured)}. "
         "Look whether it was dived with the same vehicle and configuration and nothing was changed in between; if so, "
@@ -487,12 +501,16 @@ def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tupl
     )
 
 
+def _both_drifts(measured: Shrink) -> str:
+    """The drift of a check dive that does not show the causes."""
+    without, with_them = (
+        significant(drift / measured.floor, 2) for drift in (measured.before, measured.after)
+    )
+    return f"its 5 s drift is {without} times what noise makes it without the causes, and {with_them} times with them"
+
+
 def _both_shrinks(foretold: Shrink, measured: Shrink) -> str:
-    if not math.isfinite(measured.value):
-        return (
-            f"with the causes its 5 s drift is {significant(measured.after / measured.floor, 2)} times what noise "
-            f"makes it, without them {significant(measured.before / measured.floor, 2)} times"
-        )
+    """How much of a drift was foretold to close, and how much of it does."""
     share = fixed(100 * measured.value, 0)
     closes = f"{share} % does" if measured.value >= LEAST_SAID else "none does"
     return f"{fixed(100 * foretold.value, 0)} % of the drift beyond noise was foretold to close there, and {closes}"

@@ -18,7 +18,7 @@ from identify.diagnose.result import (
     Share,
     Value,
 )
-from identify.diagnose.shrink import CHANCE, closed, contradiction_clause
+from identify.diagnose.shrink import CHANCE, closed, contradiction_clause, shown
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.effects.effect import Effect
@@ -470,16 +470,16 @@ def sorted_by_likelihood(findings: Sequence[Finding]) -> tuple[tuple[Finding, ..
     return likely, tuple(cause for cause in findings if cause.probability < LIKELY)
 
 
-def _explain(findings: Sequence[Finding], what: str) -> str:
-    return f"{_all(findings)} {'explain' if len(findings) > 1 else 'explains'} {what}"
+def _explain(findings: Sequence[Finding], gap: str) -> str:
+    return f"{_all(findings)} {'explain' if len(findings) > 1 else 'explains'} {gap}"
 
 
-def _may_explain(findings: Sequence[Finding], what: str) -> str:
+def _may_explain(findings: Sequence[Finding], gap: str) -> str:
     """Clause on possible causes: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
     named = listed(
         [f"{name_of(cause)} ({percent_bounded(cause.probability)} probable)" for cause in findings]
     )
-    return f"{named} may explain {what}"
+    return f"{named} may explain {gap}"
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -549,8 +549,9 @@ def _whole_dive(diagnosis: Diagnosis) -> str:
 
 
 def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
-    """Drift before and after, and its source by best evidence: check dive, held-out pieces, the dive itself."""
-    if diagnosis.check is not None:
+    """Drift before and after, and its source by best evidence: check dive if that shows the causes, held-out pieces,
+    the dive itself."""
+    if diagnosis.check is not None and shown(diagnosis.heldout, diagnosis.check):
         return diagnosis.check, " on the check dive"
     if diagnosis.heldout is not None:
         return diagnosis.heldout, " on pieces held out"

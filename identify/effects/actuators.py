@@ -7,7 +7,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import ASTERN, LEAST, START, gain_name
 from bridge.vehicle.config import Configuration, Thruster
-from identify.effects.course import Course, delayed, lagged, shaft_lagged
+from identify.effects.course import Course, delayed, lagged, shaft_lagged, thrust_of
 from identify.effects.effect import (
     PULSES,
     QUICK_COMMANDS,
@@ -28,7 +28,7 @@ def _slow(course: Course, more_asked: Array) -> Array:
     """The lagged response to an additional demand; beside that to the demand itself where the lag is linear."""
     if course.by_shaft:
         return shaft_lagged(course.asked_n + more_asked, course.step_s, course.lag_s) - course.thrust_n
-    return lagged(more_asked, course.step_s, course.lag_s)
+    return thrust_of(more_asked, course.step_s, course.lag_s)
 
 
 THRUST_GAIN = Effect(
@@ -145,12 +145,12 @@ def thruster_lag(nominal_s: float) -> tuple[Effect, Effect]:
     """
 
     def in_one(course: Course, values: Array) -> Act:
-        slower = lagged(course.asked_n, course.step_s, float(values[0]))
+        slower = thrust_of(course.asked_n, course.step_s, float(values[0]))
         return before_the_shaft(course, slower - course.thrust_n)
 
     def in_two(course: Course, values: Array) -> Act:
         second_s = float(np.clip(values[0] - nominal_s, 0.0, 0.5 * values[0]))
-        slower = lagged(course.asked_n, course.step_s, float(values[0]) - second_s)
+        slower = thrust_of(course.asked_n, course.step_s, float(values[0]) - second_s)
         return before_the_shaft(course, lagged(slower, course.step_s, second_s) - course.thrust_n)
 
     return _lag(nominal_s, in_one, "of first order"), _lag(nominal_s, in_two, "in two stages")

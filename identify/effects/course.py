@@ -23,8 +23,8 @@ class Course:
     - euler (n, 3): roll, pitch and unwrapped heading.
     - depth_m, altitude_m, voltage_v (n,): NaN if unknown.
     - position_m (n, 2): north and east of the starting point.
-    - asked_n (n, k): thrust asked of each thruster by its nominal curve; rpm (n, k): signed shaft speeds, NaN if
-      unknown.
+    - asked_n (n, k): thrust asked of each thruster by its nominal curve, the mean over the step after each instant;
+      rpm (n, k): signed shaft speeds, NaN if unknown.
     - lag_s: the thrusters' nominal lag.
     - mass, damping (6,): of the nominal model, total; quadratic (6,): drag by the square of the speed, if known.
     - water (n, 3): the water's own velocity, body axes, as far as it is known; None for still water.
@@ -84,7 +84,7 @@ class Course:
     @cached_property
     def thrust_n(self) -> Array:
         """Thrust of each thruster by its nominal curve and lag, (n, k)."""
-        follow = shaft_lagged if self.by_shaft else lagged
+        follow = shaft_lagged if self.by_shaft else thrust_of
         return follow(self.asked_n, self.step_s, self.lag_s)
 
     @cached_property
@@ -199,10 +199,20 @@ def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
     )
 
 
+def thrust_of(asked: Array, step_s: float, lag_s: float) -> Array:
+    """Thrust (n, k) at each instant, first-order lag behind a demand (n, k) that is held over the step after it.
+
+    Without a lag it changes at the instants themselves, and is there midway between before and after.
+    """
+    if lag_s > 0:
+        return lagged(asked, step_s, lag_s)
+    return np.asarray(0.5 * (np.concatenate([asked[:1], asked[:-1]]) + asked))
+
+
 def shaft_lagged(asked: Array, step_s: float, lag_s: float) -> Array:
     """Thrust, (n, k), of shafts whose speed follows that of the demand with a first-order lag; a thrust goes by the
     square of the speed."""
-    speed = lagged(np.sign(asked) * np.sqrt(np.abs(asked)), step_s, lag_s)
+    speed = thrust_of(np.sign(asked) * np.sqrt(np.abs(asked)), step_s, lag_s)
     return np.asarray(speed * np.abs(speed))
 
 

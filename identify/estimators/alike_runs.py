@@ -1,12 +1,18 @@
 """Whether runs that are taken for one vehicle respond alike: a mass by each run's own readings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from identify.dive import Run
+from identify.estimators.forms import Kind
+from identify.estimators.lacking import Lack
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.identification import Doubt, Outcome
+from identify.words import axes_named, listed
 
 FEWEST_RUNS, FEWEST_OF_A_KIND = 5, 2
 LEAST_RATIO = 1.25
@@ -19,14 +25,39 @@ VAGUE = 1.0
 
 @dataclass(frozen=True)
 class Kinds:
-    """Runs of two kinds, by their numbers in a dive: `heavy` respond as if `ratio` times as heavy as the others."""
+    """Runs of two kinds: those named in `heavy` respond as if `ratio` times as heavy as the others of `count`."""
 
-    heavy: tuple[int, ...]
+    heavy: tuple[str, ...]
     ratio: float
+    count: int
 
 
-def kinds_of_runs(problem: AxisLikelihood, theta: Array) -> Kinds | None:
-    """The two kinds that the runs of an axis fall into near the fit of all; None if they are of one."""
+def unlike_doubts(kinds: Mapping[int, Kinds], lacks: Sequence[Lack]) -> tuple[Doubt, ...]:
+    """A doubt about the values of the axes whose runs fall into the same two kinds, by degree of freedom.
+
+    An axis that lacks a force of other axes' thrust tells of no second vehicle: each run has that force beside another
+    share of its own thrust, and so seems of another mass.
+    """
+    crossed = {lack.dof for lack in lacks if lack.kind is Kind.ACROSS}
+    alike: dict[tuple[str, ...], dict[int, Kinds]] = {}
+    for dof, each in kinds.items():
+        if dof not in crossed:
+            alike.setdefault(each.heavy, {})[dof] = each
+    return tuple(
+        Doubt(
+            tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in axes),
+            f"In {axes_named(list(axes))} the runs {listed(names)} respond as if about "
+            f"{max(each.ratio for each in axes.values()):.2g} times as heavy as the other "
+            f"{max(each.count for each in axes.values()) - len(names)}",
+            "they are hardly of one vehicle under the same conditions; give each kind a folder of its own.",
+            Outcome.DISAGREES,
+        )
+        for names, axes in alike.items()
+    )
+
+
+def kinds_of_runs(problem: AxisLikelihood, theta: Array, runs: Sequence[Run]) -> Kinds | None:
+    """The two kinds that a dive's runs fall into in an axis, near the fit of all; None if they are of one."""
     if len(problem.axis.runs) < FEWEST_RUNS:
         return None
     shifts, precisions = np.array([
@@ -34,7 +65,12 @@ def kinds_of_runs(problem: AxisLikelihood, theta: Array) -> Kinds | None:
         for rows, gradient, information in problem.score_by_run(theta)
     ]).T  # fmt: skip
     kinds = split(shifts, precisions, np.log(LEAST_RATIO))
-    return None if kinds is None else Kinds(kinds[0], float(np.exp(kinds[1])))
+    if kinds is None:
+        return None
+    axis = problem.axis
+    begin_s = [float(axis.time_s[axis.runs[k]][0]) for k in kinds[0]]
+    names = (run.name for run in runs if any(run.start_s <= at_s <= run.end_s for at_s in begin_s))
+    return Kinds(tuple(names), float(np.exp(kinds[1])), len(runs))
 
 
 def _word_of_run(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:

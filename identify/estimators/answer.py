@@ -32,6 +32,7 @@ from identify.checks.fit import (
 )
 from identify.checks.lacking import lacking_doubts
 from identify.dive import Dive, Signal
+from identify.estimators.alike_runs import Kinds, unlike_doubts
 from identify.estimators.axes import Axes
 from identify.estimators.lacking import lacks_of, widened
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -62,7 +63,7 @@ class Fitted:
     value (18,): the coefficients in the order of `OF_HULL`, NaN for those not fitted; covariance (18, 18) of their
     logarithms. stretch (18, 2): factors on the lower and the upper half of each interval. joint, theta: the likelihood
     of all axes at these values. doubts: the method's own. delay: extra delay of the thrust, if one was fitted.
-    usual_speeds, innovations: as in `Identification`.
+    usual_speeds, innovations: as in `Identification`. kinds: by degree of freedom, where its runs fall into two.
     """
 
     method: str
@@ -76,6 +77,7 @@ class Fitted:
     delay: ThrustDelay | None = None
     usual_speeds: dict[str, float] = field(default_factory=dict)
     innovations: dict[str, Signal] = field(default_factory=dict)
+    kinds: dict[int, Kinds] = field(default_factory=dict)
 
 
 NO_LINEAR = "the vehicle file's damping is quadratic: its hull has no linear damping"
@@ -125,6 +127,7 @@ def answer_of(
         *drag_doubts(lacking, configuration.damping),
         *lacking_doubts(others, configuration.damping),
         *fitted.doubts,
+        *unlike_doubts(fitted.kinds, others),
         *by_others,
     )
     names, covariance = _covariance(estimates, fitted, let_in)

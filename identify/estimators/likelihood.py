@@ -7,7 +7,7 @@ and the disturbance's time constant are fitted with the coefficients; intervals 
 """
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -18,7 +18,7 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from identify import identification
 from identify.checks.controller import unrecorded
 from identify.checks.fit import lateness_note, unsettled_doubt
-from identify.dive import Dive, Run, Signal
+from identify.dive import Dive, Signal
 from identify.estimators.alike_runs import kinds_of_runs
 from identify.estimators.answer import Fitted, answer_of
 from identify.estimators.axes import Axes
@@ -29,11 +29,10 @@ from identify.estimators.misfit import Doubts, doubts_of
 from identify.estimators.refusals import long_enough
 from identify.estimators.timing import shared_axes, with_delay
 from identify.forces import wrench
-from identify.identification import Doubt, Estimate, Identification, Information, Nuisance, Outcome
+from identify.identification import Doubt, Estimate, Identification, Information, Nuisance
 from identify.ingest.commands import holding_variance_s2
 from identify.progress import Progress
 from identify.statistics import Z95
-from identify.words import axes_named, listed
 
 TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
 """A coefficient is noted if thrust that acts TELLING_LATE_S later would move it by more than TELLING_SHARE of its
@@ -83,10 +82,15 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
         joint.joint,
         joint.theta,
         _nuisance(fits),
-        (*_doubts(fits, joint.stopped_at), *_of_two_vehicles(fits, dive.runs)),
+        _doubts(fits, joint.stopped_at),
         delay,
         {DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
+        {
+            dof: kinds
+            for dof, fit in fits.items()
+            if (kinds := kinds_of_runs(fit.problem, fit.maximum.theta, dive.runs))
+        },
     )
     answer = answer_of(
         fitted, tests, built, dive, file, configuration_name, spoilt, weighs_others=True, began_s=began_s
@@ -186,30 +190,6 @@ def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
         names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
         doubts.append(unsettled_doubt(names, "all axes", stopped_at))
     return tuple(doubts)
-
-
-def _of_two_vehicles(fits: Mapping[int, AxisFit], runs: Sequence[Run]) -> tuple[Doubt, ...]:
-    """A doubt about the values of axes in which the runs fall into the same two kinds."""
-    axes: dict[tuple[str, ...], dict[int, float]] = {}
-    for dof, fit in fits.items():
-        kinds = kinds_of_runs(fit.problem, fit.maximum.theta)
-        if kinds is not None:
-            axis = fit.problem.axis
-            begin_s = [float(axis.time_s[axis.runs[k]][0]) for k in kinds.heavy]
-            names = tuple(
-                run.name for run in runs if any(run.start_s <= at_s <= run.end_s for at_s in begin_s)
-            )
-            axes.setdefault(names, {})[dof] = kinds.ratio
-    return tuple(
-        Doubt(
-            tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in ratios),
-            f"In {axes_named(list(ratios))} the runs {listed(names)} respond as if about {max(ratios.values()):.2g} "
-            f"times as heavy as the other {len(runs) - len(names)}",
-            "they are hardly of one vehicle under the same conditions; give each kind a folder of its own.",
-            Outcome.DISAGREES,
-        )
-        for names, ratios in axes.items()
-    )
 
 
 def _nuisance(fits: Mapping[int, AxisFit]) -> dict[Nuisance, float]:

@@ -77,6 +77,9 @@ FLOWN: Final = (0.5, 2.0)
 LATE_S: Final = 2.0
 """Time for which a vehicle still moves after its reference: the PID is late by up to that."""
 
+LEFT_ALONE_S: Final = 90.0
+"""An axis with neither PID nor feed-forward for so long is not the controller's, but the autopilot's or nobody's."""
+
 PUSHED: Final = 0.5
 """Share of the commanded force, of at least 2 N or 2 N m, that others than controller and feed-forward ask for in a
 push of an axis whose reference rests."""
@@ -333,11 +336,23 @@ def _pushed_s(dive: Dive, mode: Mode) -> float:
     commanded = dive.tau_cmd.value[:, dofs]
     pid, fed = (np.nan_to_num(tau.at(time_s)[:, dofs]) for tau in (dive.tau_pid, dive.tau_ff))
     asked = {Mode.ALONE: fed, Mode.BOTH: pid + fed}.get(mode, pid)
+    step_s = float(np.median(np.diff(time_s)))
     # A command that only its limits hold back is smaller than what was asked for; an axis without a reference, as under
-    # an autopilot that holds its heading, is not the controller's.
-    more = ~moves & moves.any(axis=0) & (np.abs(commanded) > np.abs(asked))
+    # an autopilot that holds its heading, is not the controller's, and one that it leaves alone for long is not then.
+    others = _long_runs((pid == 0.0) & (fed == 0.0), round(LEFT_ALONE_S / step_s))
+    more = ~moves & ~others & moves.any(axis=0) & (np.abs(commanded) > np.abs(asked))
     pushed = more & (np.abs(commanded - asked) > PUSHED * np.maximum(np.abs(commanded), 2.0))
-    return float(np.count_nonzero(pushed.any(axis=1)) * np.median(np.diff(time_s)))
+    return float(np.count_nonzero(pushed.any(axis=1)) * step_s)
+
+
+def _long_runs(mask: Mask, least: int) -> Mask:
+    """Those of a mask (n, k) that lie in runs of at least so many along its first axis."""
+    long = np.zeros_like(mask)
+    for column in range(mask.shape[1]):
+        edges = np.flatnonzero(np.diff(np.r_[False, mask[:, column], False].astype(int)))
+        for start, stop in edges.reshape(-1, 2):
+            long[start:stop, column] = stop - start >= least
+    return long
 
 
 def _unasked(errors: Sequence[WholeError]) -> list[Criterion]:

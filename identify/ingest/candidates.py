@@ -19,6 +19,8 @@ SIGNALS = (
     "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
     "voltage", "tau_cmd", "armed",
 )  # fmt: skip
+MEASURED = frozenset(SIGNALS) - {"pwm", "rpm", "voltage", "tau_cmd", "armed"}
+"""Signals that change in every dive."""
 FAVOURED = {
     "velocity": "dvl", "gyro": "imu|gyro|angular_velocity", "specific_force": "imu|accel", "quaternion": "imu|attitude",
     "altitude": "dvl|range|altimeter|ping", "depth": "depth", "voltage": "battery",
@@ -147,6 +149,7 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
     notes: list[str] = []
     for signal in SIGNALS:
         usable: list[Candidate] = []
+        still: list[Candidate] = []
         for candidate in candidates:
             if candidate.signal != signal:
                 continue
@@ -156,12 +159,8 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                     f"{', '.join(parts)}: not used for velocity. It is a part of one in earth axes, and only the whole "
                     "can be turned to the body's."
                 )
-            elif signal == "quaternion" and not candidate.moves:
-                parts = map(candidate.stream.full_name, candidate.fields.values())
-                notes.append(
-                    f"{', '.join(parts)}: not used for quaternion. They never change, as where a sensor tells no "
-                    "attitude."
-                )
+            elif signal in MEASURED and not candidate.moves:
+                still.append(candidate)
             elif signal != "quaternion" or len(candidate.fields) == 4:
                 usable.append(candidate)
         for candidate in sorted(usable, key=lambda each: each.worth, reverse=True):
@@ -171,12 +170,20 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                     choices.append(choice)
                 break
             notes.append(note)
+        if not usable:
+            notes += map(_never_changes, still)
     names = {choice.signal for choice in choices}
     if "quaternion" in names:
         choices = [choice for choice in choices if choice.signal != "euler"]
     if any(choice.signal == "specific_force" and choice.columns.unit == "ft/s2" for choice in choices):
         choices = [_in_feet(choice) for choice in choices]
     return tuple(choices), tuple(notes)
+
+
+def _never_changes(candidate: Candidate) -> str:
+    parts = map(candidate.stream.full_name, candidate.fields.values())
+    never = "It never changes" if len(candidate.fields) == 1 else "They never change"
+    return f"{', '.join(parts)}: not used for {candidate.signal}. {never}, as where no sensor fills a field."
 
 
 def _in_feet(choice: Choice) -> Choice:
@@ -205,6 +212,9 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     guess = Guess(named_unit, "") if named_unit else unit_of(signal, values)
     if signal == "pwm" and not named_unit and np.nanmax(np.abs(values)) > 1.0 and _are_forces(names):
         guess = Guess("N", "By their name, they are forces: taken for newtons.", False)
+    if signal == "specific_force" and named_unit and len(fields) == width:
+        by_size = unit_of(signal, values)
+        guess = guess if by_size.unit else by_size
     if signal == "pressure" and named_unit:
         guess = from_surface(values, named_unit) or guess
     if not guess.unit:

@@ -105,6 +105,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
             r"(?:_(?:raw|pwm|command|cmd|output))?", ""),
     ("pwm", r"(?:.*_)?(?:force|thrust)s?_?(\d+)|(?:.*_)?(?:motor|thruster|prop|propeller)_?(\d+)_(?:force|thrust)", ""),
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
+    ("pwm", r"(?:u_)?(?:thr|cmds?|commands?)_?(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
     ("tau_cmd", r"(?:.*_)?(force_[xyz]|torque_[xyz])", ""),
     ("tau_cmd", r"(?:.*_)?f_?([xyz])", ""),

@@ -102,6 +102,8 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
             f"{path}: no column is known by its name ({', '.join(names[:12])}{', ...' if len(names) > 12 else ''}); "
             "write the column map by hand, as docs/howto/bring_your_own_log.md shows"
         )
+    if not apart and (unreadable := _unreadable(timed, map_of(time, choices), path)):
+        notes = (*notes, f"No signal was held against another, as this map reads no dive: {unreadable}.")
     choices = _agreed_angles(choices, timed, time)
     columns = map_of(time, choices)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
@@ -160,6 +162,15 @@ def _turned(
         reason = "As the attitude is one of ROS, its earth axes are taken, x east, y south, z down."
         choice = replace(choice, columns=columns, reasons=(*choice.reasons, reason))
     return replace(choice, confidence=Confidence.GUESSED)
+
+
+def _unreadable(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> str:
+    """Why a map makes no dive of a file; "" where it does."""
+    try:
+        dive_fields(Streams(tuple(streams)), columns, path)
+    except LogError as error:
+        return str(error).removeprefix(f"{path}: ")
+    return ""
 
 
 def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:

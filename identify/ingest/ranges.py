@@ -30,6 +30,9 @@ LEAST_MILLIVOLTS = 1000.0
 NEAR = 1.3
 """Factor within which the norm of specific force is that of gravity."""
 
+STEADY = 0.5
+"""A vehicle is mostly upright: with gravity in it, an accelerometer's usual reading has more of its usual size."""
+
 GRAVITIES = tuple(
     (unit, GRAVITY_M_S2 / UNITS["specific_force"][unit]) for unit in ("m/s2", "ft/s2", "g", "mg")
 )
@@ -120,13 +123,16 @@ def _is_unwrapped(angles: Array) -> bool:
 
 
 def _force(values: Array) -> Guess:
-    norm = np.linalg.norm(values[np.isfinite(values).all(axis=1)], axis=1)
-    usual = float(np.median(norm)) if len(norm) else 0.0
+    known = values[np.isfinite(values).all(axis=1)]
+    usual = float(np.median(np.linalg.norm(known, axis=1))) if len(known) else 0.0
+    steady = float(np.linalg.norm(np.median(known, axis=0))) if len(known) else 0.0
     for unit, gravity in GRAVITIES:
-        if gravity / NEAR < usual < gravity * NEAR:
+        if steady > STEADY * usual and gravity / NEAR < usual < gravity * NEAR:
             return Guess(unit, f"Its usual size is {usual:.3g}, which is gravity in {unit}.")
     return Guess(
-        "", f"Its usual size is {usual:.2g}, which is gravity in no unit; a specific force includes gravity."
+        "",
+        f"Its usual size is {usual:.2g}, and its usual reading {steady:.2g}, which is gravity in no unit; a specific "
+        "force includes gravity.",
     )
 
 

@@ -38,6 +38,9 @@ COMMANDS = {"us": "pwm", "ms": "pwm", "1": "effort"}
 """The Dive's signal for thruster commands of a unit; forces are its `thrust_cmd`."""
 NEAR = 0.4
 """Likeness, 0 to 1, from which a name is near another."""
+ANEW_S = 5.0
+"""A clock that falls back by more begins anew, where it tells those times for the second time."""
+
 ANOTHER_CLOCK_S = 86_400.0
 
 
@@ -66,6 +69,7 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
                 )
             time_s = _possible(clock.time_s, stream, recorded, notes)
+            _refuse_anew(time_s, stream, path)
             tables[stream.name] = _rows(stream, recorded.empty, used, time_s, notes)
     signals = {}
     for name, source in columns.signals().items():
@@ -209,6 +213,24 @@ def _possible(time_s: Array, stream: Stream, recorded: Streams, notes: list[str]
     return np.where(np.isin(np.arange(len(time_s)), wild), np.nan, time_s)
 
 
+def _refuse_anew(time_s: Array, stream: Stream, path: Path) -> None:
+    """Raise LogError if a clock (n,) begins anew: it runs as usual, falls back by more than ANEW_S, and runs on there
+    as usual, through times that it told before. Rows that come late, or a wild time, do not."""
+    known = np.flatnonzero(np.isfinite(time_s))
+    steps = np.diff(time_s[known])
+    usual = (steps >= 0) & (steps < ANEW_S)
+    for step in np.flatnonzero((steps[1:-1] < -ANEW_S) & usual[:-2] & usual[2:]) + 1:
+        row, before_s = known[step + 1], float(time_s[known[step]])
+        again = (time_s >= time_s[row]) & (time_s <= time_s[row] + ANEW_S)
+        if np.count_nonzero(again[:row]) < 0.5 * np.count_nonzero(again[row:]):
+            continue
+        raise LogError(
+            f"{path}: its clock{_of(stream)} falls back from {before_s:.2f} to {time_s[row]:.2f} s and goes on from "
+            "there, as where several runs stand one below another; give each run a file of its own, or a column with "
+            "its number, which `runs` of the column map names"
+        )
+
+
 def _rows(
     stream: Stream, empty: Mapping[str, Mask], used: set[str], time_s: Array, notes: list[str]
 ) -> _Rows:
@@ -222,7 +244,8 @@ def _rows(
         )
     backwards = int(np.count_nonzero(steps < 0))
     if backwards:
-        notes.append(f"The times{of} run backwards {backwards} times: the rows were sorted.")
+        times = "once" if backwards == 1 else f"{backwards} times"
+        notes.append(f"The times{of} run backwards {times}: the rows were sorted.")
     cells = np.column_stack([np.zeros((len(time_s), 0)), *(stream.columns[name] for name in names)])
     nothing = np.zeros(cells.shape, np.bool_)
     for k, name in enumerate(names):

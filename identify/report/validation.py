@@ -33,6 +33,7 @@ from identify.validate import (
     SteadyError,
     TrackingErrors,
     measured_speed,
+    whole_rows,
 )
 from identify.words import MISSING, fixed, speed, unbroken
 
@@ -95,14 +96,10 @@ def validation_report(validation: Validation) -> Report:
 
 def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
     """Every axis over the whole mission, asked to move or not."""
-    rows = []
-    for axis in DOFS:
-        of_axis = [next((e for e in run.whole if e.axis == axis), None) for run in errors.values()]
-        parts = (("whole mission", "rms"), ("while others move", "unasked"), ("at rest", "rest"))
-        for words, part in parts if any(of_axis) else ():
-            cells = [math.nan if error is None else getattr(error, part) for error in of_axis]
-            unit = "m/s" if DOFS.index(axis) < 3 else "rad/s"
-            rows.append((f"{axis.capitalize()}, {words}", *(speed(value, unit) for value in cells)))
+    rows = [
+        (f"{row.axis.capitalize()}, {row.phase}", *(speed(value, row.unit) for value in row.values))
+        for row in whole_rows(errors)
+    ]
     caption = (
         "Measured less wanted velocity, rms, of every axis, asked to move or not; 'while others move' is "
         f"of an axis that has rested for {SETTLED_S:g} s. {METHOD}"

@@ -72,8 +72,8 @@ class Pilot:
                 if m.param_id == name and m.get_srcComponent() == component
             ]  # fmt: skip
 
-        found = self.autopilot.until(answer, 3.0, self)
-        return found[-1] if found else None
+        answers = self.autopilot.until(answer, 3.0, self)
+        return answers[-1] if answers else None
 
     def write(self, name, value, component=1):
         self.send(dialect.MAVLink_param_set_message(1, component, name.encode(), value, 9))

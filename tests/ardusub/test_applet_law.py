@@ -98,9 +98,9 @@ class Twin:
         self.mixer = Mixer(1, (1.0,) * 6, rig.shape, curve)
         coefficients = rig.coefficients
         self.law = StickLaw(vehicle, rig.configuration, lambda _: coefficients, folder, self.mixer)
-        rest = Reference(ZERO6, ZERO6, 0.0, 0.0)
+        still = Reference(ZERO6, ZERO6, 0.0, 0.0)
         hull = known_effects(coefficients, rig.shape).hull
-        self.lacking = feedforward(coefficients, rest, (1e9,) * 6, hull).off
+        self.lacking = feedforward(coefficients, still, (1e9,) * 6, hull).off
         self.reach = tuple(Allocator(rig.shape, curve).reach())
         self.lead = Lead(vehicle.thrust_curve.lag_s + TICK_S / 2, self.reach)
         self.slope, self.onset = Slope(self.reach), Onset()

@@ -41,22 +41,22 @@ class Dvl:
 
 def deltas(fake):
     """The VISION_POSITION_DELTAs that reached the autopilot's second link, decoded."""
-    found, hear = [], fake.hear
+    heard, hear = [], fake.hear
 
     def listen(number, frame, now_s):
         if frame.message_id == dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA:
-            found.append(decode(frame))
+            heard.append(decode(frame))
         hear(number, frame, now_s)
 
     fake.hear = listen
-    return found
+    return heard
 
 
 def test_each_delta_is_the_velocity_times_the_time_between_two_readings(fake):
-    aboard, pilot, found = Aboard(fake, file=WITH_DVL), Pilot(fake), deltas(fake)
+    aboard, pilot, heard = Aboard(fake, file=WITH_DVL), Pilot(fake), deltas(fake)
     fake.run(3.0, aboard, pilot, Dvl(fake, aboard))
-    assert len(found) > 10
-    last = found[-1]
+    assert len(heard) > 10
+    last = heard[-1]
     assert last.time_delta_usec == pytest.approx(1e5, abs=1e4)
     np.testing.assert_allclose(
         last.position_delta, np.array((0.4, -0.1, 0.05)) * last.time_delta_usec * 1e-6, rtol=1e-5
@@ -84,16 +84,16 @@ def test_the_companions_own_odometry_goes_to_other_links_and_never_to_the_autopi
 
 
 def test_a_loss_of_the_bottom_is_not_bridged(fake):
-    aboard, pilot, found = Aboard(fake, file=WITH_DVL), Pilot(fake), deltas(fake)
+    aboard, pilot, heard = Aboard(fake, file=WITH_DVL), Pilot(fake), deltas(fake)
     dvl = Dvl(fake, aboard)
     fake.run(2.0, aboard, pilot, dvl)
     dvl.velocity = (NAN, NAN, NAN)
     fake.run(1.5, aboard, pilot, dvl)
-    lost = len(found)
+    lost = len(heard)
     dvl.velocity = (0.4, 0.0, 0.0)
     fake.run(0.15, aboard, pilot, dvl)
-    assert len(found) <= lost + 1
-    assert max(m.time_delta_usec for m in found) < 1.1e6
+    assert len(heard) <= lost + 1
+    assert max(m.time_delta_usec for m in heard) < 1.1e6
 
 
 def test_settings_that_leave_the_dvl_unused_are_named(fake):
@@ -149,7 +149,9 @@ def test_with_the_dvl_alone_the_firmware_knows_how_fast_it_is(tmp_path):
         arm(autopilot, aboard, pilot, dvl)
         pilot.sticks["x"] = 300
         autopilot.run(6.0, aboard, pilot, dvl)
-        said = pilot.of("LOCAL_POSITION_NED")[-1]
-        assert math.hypot(said.vx, said.vy) == pytest.approx(math.hypot(*autopilot.body.state[7:9]), abs=0.05)
+        position = pilot.of("LOCAL_POSITION_NED")[-1]
+        assert math.hypot(position.vx, position.vy) == pytest.approx(
+            math.hypot(*autopilot.body.state[7:9]), abs=0.05
+        )
     finally:
         autopilot.close()

@@ -158,7 +158,7 @@ def test_the_applet_follows_the_sticks_reference_several_times_better_than_stick
     firmware = launched(tmp_path / "sitl", made())
     try:
         pilot, acts = afloat(firmware, ALT_HOLD, Mode.SHADOW)
-        found, latest = {}, []
+        errors_mm_s, latest = {}, []
         for mode in (Mode.SHADOW, Mode.ALONE, Mode.BOTH):
             if mode is not Mode.SHADOW:
                 # Armed, shadow would have to be flown for a minute first.
@@ -169,17 +169,17 @@ def test_the_applet_follows_the_sticks_reference_several_times_better_than_stick
                 arm(firmware, *acts)
             firmware.run(4.0, *acts)
             pilot.heard.clear()
-            found[mode] = followed_mm_s(firmware, pilot, acts, Asked(firmware, pilot), axis, dof)
+            errors_mm_s[mode] = followed_mm_s(firmware, pilot, acts, Asked(firmware, pilot), axis, dof)
             ticks_ms = named(pilot, "FF_TICK_MS")
             latest.append(max(ticks_ms) if len(ticks_ms) >= BEATS else math.inf)
-        words = ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in found.items())
+        words = ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in errors_mm_s.items())
         say(f"applet, {axis}: {words}; its latest tick came after {max(latest):.0f} ms")
         if max(latest) > HOLD_MS:
             pytest.skip(
                 "the simulator left the script no turns for longer than an override lasts: no measure of it"
             )
-        assert found[Mode.ALONE] < found[Mode.SHADOW] / 5
-        assert found[Mode.BOTH] < found[Mode.SHADOW] / 5
+        assert errors_mm_s[Mode.ALONE] < errors_mm_s[Mode.SHADOW] / 5
+        assert errors_mm_s[Mode.BOTH] < errors_mm_s[Mode.SHADOW] / 5
     finally:
         firmware.close()
 
@@ -189,7 +189,7 @@ def test_what_ardusub_offers_by_itself_on_the_same_reference(tmp_path, axis, dof
     firmware = launched(tmp_path / "sitl", speedup=0.9, SCR_ENABLE=0)
     try:
         pilot, acts = afloat(firmware, GUIDED)
-        found = {}
+        errors_mm_s = {}
         for gain in (0.0, 1.0, 3.0):
             pilot.write("PSC_VELXY_FF", gain)
             assert firmware.until(lambda: pilot.read("PSC_VELXY_FF") == gain, 10.0, *acts)  # noqa: B023
@@ -198,9 +198,12 @@ def test_what_ardusub_offers_by_itself_on_the_same_reference(tmp_path, axis, dof
             guide = Guide(firmware, asked)
             firmware.run(4.0, *acts, asked, guide)
             assert pilot.beats_of_autopilot()[-1].custom_mode == GUIDED
-            found[gain] = followed_mm_s(firmware, pilot, (*acts, guide), asked, axis, dof)
-        say(f"GUIDED, {axis}: " + ", ".join(f"PSC_VELXY_FF {k:g} {v:.1f} mm/s" for k, v in found.items()))
-        assert all(value > 20.0 for value in found.values())
+            errors_mm_s[gain] = followed_mm_s(firmware, pilot, (*acts, guide), asked, axis, dof)
+        say(
+            f"GUIDED, {axis}: "
+            + ", ".join(f"PSC_VELXY_FF {k:g} {v:.1f} mm/s" for k, v in errors_mm_s.items())
+        )
+        assert all(value > 20.0 for value in errors_mm_s.values())
     finally:
         firmware.close()
 

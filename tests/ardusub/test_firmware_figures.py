@@ -73,14 +73,14 @@ def test_the_feedforward_follows_the_sticks_reference_several_times_better_than_
     firmware, axis, dof
 ):
     aboard, pilot, acts = afloat(firmware, ALT_HOLD)
-    found = {}
+    errors_mm_s = {}
     for mode in (Mode.SHADOW, Mode.ALONE, Mode.BOTH):
         aboard.set_mode(mode)
         assert firmware.until(lambda: taken(aboard) or not mode.applies_feedforward, 20.0, *acts)  # noqa: B023
-        found[mode] = followed_mm_s(firmware, aboard, pilot, acts, axis, dof)
-    say(f"{axis}: " + ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in found.items()))
-    assert found[Mode.ALONE] < found[Mode.SHADOW] / 5
-    assert found[Mode.BOTH] < found[Mode.SHADOW] / 5
+        errors_mm_s[mode] = followed_mm_s(firmware, aboard, pilot, acts, axis, dof)
+    say(f"{axis}: " + ", ".join(f"{mode.word} {value:.1f} mm/s" for mode, value in errors_mm_s.items()))
+    assert errors_mm_s[Mode.ALONE] < errors_mm_s[Mode.SHADOW] / 5
+    assert errors_mm_s[Mode.BOTH] < errors_mm_s[Mode.SHADOW] / 5
 
 
 def test_a_companion_that_dies_ends_disarmed_each_time(firmware):

@@ -32,13 +32,13 @@ def test_a_steady_velocity_is_where_drag_balances_the_force():
 
 def errors(axes):
     """Largest error in a wrench that went through sticks and back, N and N m, of many draws on these axes."""
-    rng, found = np.random.default_rng(5), []
+    rng, largest = np.random.default_rng(5), []
     for _ in range(500):
         inputs = np.zeros(3)
         inputs[axes] = rng.uniform(-0.3, 0.3, len(axes))
         wrench = MIXER.wrench(inputs)
-        found.append(np.abs(MIXER.wrench(MIXER.inputs(wrench)) - wrench).max())
-    return np.array(found)
+        largest.append(np.abs(MIXER.wrench(MIXER.inputs(wrench)) - wrench).max())
+    return np.array(largest)
 
 
 @pytest.mark.parametrize("axes", [[0], [1], [2]])
@@ -48,9 +48,9 @@ def test_the_sticks_of_a_single_axis_come_back_from_their_wrench(axes):
 
 def test_those_of_three_axes_at_once_come_back_nearly():
     """The frame has no say over the fourth combination of its thrusters, and a dead zone gives no small thrust."""
-    found = errors([0, 1, 2])
-    assert np.quantile(found, 0.9) < 1.0
-    assert found.max() < 5.0
+    largest = errors([0, 1, 2])
+    assert np.quantile(largest, 0.9) < 1.0
+    assert largest.max() < 5.0
 
 
 def test_each_stick_pushes_its_own_way():

@@ -85,8 +85,8 @@ def test_the_vehicle_files_priors_do_not_pull_the_dives_together(dives, done):
     (job,) = (batch_jobs.job_on(dives / "dive-0", "identify", batch_jobs.FILE),)
     vehicle = job.vehicle.vehicle
     shape = replace(vehicle.configurations["hovering"], priors={"M_u": Prior(110.0, 0.01)})
-    sure = replace(job.vehicle, vehicle=replace(vehicle, configurations={"hovering": shape}))
-    result = identify(replace(job, vehicle=sure))["identification"]["parameters"]
+    weighed = replace(job.vehicle, vehicle=replace(vehicle, configurations={"hovering": shape}))
+    result = identify(replace(job, vehicle=weighed))["identification"]["parameters"]
     value = next(p["value"] for p in result if p["name"] == "M_u")
     assert value == done[2]["dives"][0]["parameters"]["M_u"]["value"]
 

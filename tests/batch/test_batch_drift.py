@@ -104,8 +104,8 @@ def test_two_dives_or_none_that_is_dated_are_too_few():
 
 
 def test_nothing_planted_is_seldom_called_a_story():
-    told = [drift_of(dives(seed=seed)).story for seed in range(60)]
-    assert sum(story is not Story.STEADY for story in told) <= 9
+    stories = [drift_of(dives(seed=seed)).story for seed in range(60)]
+    assert sum(story is not Story.STEADY for story in stories) <= 9
 
 
 def test_a_dive_in_which_data_and_model_disagree_bends_no_trend_and_is_counted_out():

@@ -255,8 +255,8 @@ NOTHING_TO_ANSWER = ("__init__.py", "version.py")
 
 
 def test_the_stamp_covers_every_module_that_an_identification_or_a_diagnosis_loads():
-    told = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
-    files = {Path(line) for line in told.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
+    ran = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+    files = {Path(line) for line in ran.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
     assert len(files) > 30
     assert files <= set(answering(PLACE))
 

@@ -70,9 +70,9 @@ def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():
 
 
 def test_rows_stand_by_date_with_doubts_and_how_parameters_err_together_or_the_worst_where_that_is_not_told():
-    told = {"std": 5.0, "low95": 0.1, "high95": 9.0, "identifiable": True}
-    told |= {"given_thrust_std": 1.0, "given_thrust_low95": 1.0, "given_thrust_high95": 3.0}
-    parameters = [{"name": name, "value": 2.0, **told} for name in ("M_u", "M_v", "D_u")]
+    interval = {"std": 5.0, "low95": 0.1, "high95": 9.0, "identifiable": True}
+    interval |= {"given_thrust_std": 1.0, "given_thrust_low95": 1.0, "given_thrust_high95": 3.0}
+    parameters = [{"name": name, "value": 2.0, **interval} for name in ("M_u", "M_v", "D_u")]
     data = {
         "parameters": parameters, "configuration": "only", "outcome": "converged", "dive": {"duration_s": 60.0},
         "covariance": {"of": ["M_u", "M_v"], "matrix": [[1.0, 1.2], [1.2, 4.0]]}, "doubts": [WARNED.to_json()],

@@ -31,13 +31,13 @@ def dives(tmp_path):
     return root
 
 
-def names(found):
-    return sorted(recording.name for recording in found.recordings)
+def names(batch):
+    return sorted(recording.name for recording in batch.recordings)
 
 
-def twins(found):
+def twins(batch):
     """The recording that counts in place of each that does not."""
-    return {twin.path: twin.counted for twin in found.twins}
+    return {twin.path: twin.counted for twin in batch.twins}
 
 
 def test_a_folder_gives_its_dive_folders_and_recordings_but_no_stray_table(dives):

@@ -79,9 +79,9 @@ def test_only_an_effect_that_a_dated_dive_names_is_looked_at():
 
 
 def test_a_dive_that_tells_no_interval_of_a_size_is_left_out():
-    told = [dive(day, 1.0 - 0.02 * day) for day in range(4)]
+    rows = [dive(day, 1.0 - 0.02 * day) for day in range(4)]
     bare = EffectSize(WEAK, "weak thruster 3", {"gain": Size(5.0, "1", None, None)}, 0.9, True)
-    (drift,) = effect_drifts([*told, replace(dive(9, 1.0), found=(bare,))])
+    (drift,) = effect_drifts([*rows, replace(dive(9, 1.0), found=(bare,))])
     assert drift.trend.count == 4
 
 
@@ -104,8 +104,8 @@ def rows():
 
 
 def test_causes_survive_as_plain_data():
-    one = dive(1, 0.9)
-    assert Causes.from_json(json.loads(json.dumps(one.to_json()))) == one
+    causes = dive(1, 0.9)
+    assert Causes.from_json(json.loads(json.dumps(causes.to_json()))) == causes
 
 
 def test_a_diagnosis_joins_the_row_of_its_recording_and_dates_it():
@@ -113,11 +113,11 @@ def test_a_diagnosis_joins_the_row_of_its_recording_and_dates_it():
         Result("a", "one", "one.tlog", "11", None, "no value"),
         Result("b", "two", "two.tlog", "22", None),
     ]
-    told = [
+    diagnoses = [
         Result("c", "one", "one.tlog", "11", dive(3, 0.9).to_json()),
         Result("d", "two", "", "22", None, "short"),
     ]
-    first, second = rows_of(identified, told)
+    first, second = rows_of(identified, diagnoses)
     assert (first.dive, first.unix_s, first.causes.found[0].label) == ("one", START_S + 3 * DAY_S, WEAK)
     assert second.causes == Causes(error="short")
     assert diagnosed([first, second]) == {"only": [first]}
@@ -170,16 +170,16 @@ def test_a_thruster_that_weakens_week_by_week_is_told_as_that(tmp_path):
         folder.mkdir(parents=True)
         (folder / "telemetry.tlog").write_bytes(tlog_of(dive_of(case), START_S + week * WEEK_S))
     (tmp_path / "vehicle.yaml").write_text(drawn[0].vehicle.text, encoding="utf-8")
-    told = tmp_path / "all.json"
+    out = tmp_path / "all.json"
     words = ["batch", tmp_path / "dives", "--vehicle", tmp_path / "vehicle.yaml", "--out", tmp_path / "out"]
     assert (
-        cli.main([*map(str, words), "--diagnose", "--processes", "1", "--json", str(told)]) == exit_codes.DONE
+        cli.main([*map(str, words), "--diagnose", "--processes", "1", "--json", str(out)]) == exit_codes.DONE
     )
-    found = json.loads(told.read_text(encoding="utf-8"))
-    assert [row["diagnosis"]["verdict"] for row in found["dives"]] == ["no_gap", *["explained"] * 3]
-    causes = [[item["label"] for item in row["diagnosis"]["found"]] for row in found["dives"]]
+    result = json.loads(out.read_text(encoding="utf-8"))
+    assert [row["diagnosis"]["verdict"] for row in result["dives"]] == ["no_gap", *["explained"] * 3]
+    causes = [[item["label"] for item in row["diagnosis"]["found"]] for row in result["dives"]]
     assert causes == [[], *[["weak_thruster of thruster 2"]] * 3]
-    ((_, (drift,)),) = found["effects"].items()
+    ((_, (drift,)),) = result["effects"].items()
     assert drift["significant"]
     assert drift["named"] == 3
     assert drift["low95"] < (GAINS[0.7] - 1.0) / 21 < drift["high95"] < 0

@@ -40,27 +40,32 @@ def efficient(count: int, spread: float = 1.0, claimed: float = 1.0) -> tuple[li
     for seed in range(1, count + 1):
         least = {"M_u": 0.02, "D_u": 0.05, "M_w": 0.5}
         bounds.append(Bound(seed, "square", 100.0, dict.fromkeys(least, 10.0), least))
-        found = {
+        answer = {
             name: stated(10.0 * math.exp(spread * least[name] * rng.standard_normal()), claimed * least[name])
             for name in ("M_u", "D_u")
         }
-        trials.append(Trial(seed, "likelihood", found, ("M_w",), "converged", 0.5))
+        trials.append(Trial(seed, "likelihood", answer, ("M_w",), "converged", 0.5))
     return bounds, trials
 
 
 def test_a_method_at_the_bound_has_ratio_one_and_right_intervals() -> None:
-    found = tally("likelihood", *efficient(2000))
-    assert root_mean_square(found.cases) == pytest.approx(1.0, abs=0.05)
-    assert median_ratio(found.cases) == pytest.approx(1.0, abs=0.05)
-    assert np.mean([case.inside for case in found.cases]) == pytest.approx(0.95, abs=0.015)
-    assert np.std([case.z for case in found.cases]) == pytest.approx(1.0, abs=0.05)
+    tallied = tally("likelihood", *efficient(2000))
+    assert root_mean_square(tallied.cases) == pytest.approx(1.0, abs=0.05)
+    assert median_ratio(tallied.cases) == pytest.approx(1.0, abs=0.05)
+    assert np.mean([case.inside for case in tallied.cases]) == pytest.approx(0.95, abs=0.015)
+    assert np.std([case.z for case in tallied.cases]) == pytest.approx(1.0, abs=0.05)
 
 
 def test_what_is_refused_counts_apart_by_what_the_bound_allows() -> None:
     bounds, trials = efficient(10)
     trials[0] = Trial(1, "likelihood", {"M_w": stated(10.0, 0.4)}, ("M_u", "D_u"), "converged", 0.5)
-    found = tally("likelihood", bounds, trials)
-    assert (len(found.cases), found.refused, found.refused_rightly, found.stated_rashly) == (18, 2, 9, 1)
+    tallied = tally("likelihood", bounds, trials)
+    assert (len(tallied.cases), tallied.refused, tallied.refused_rightly, tallied.stated_rashly) == (
+        18,
+        2,
+        9,
+        1,
+    )
 
 
 def test_a_doubt_or_an_outcome_is_a_warning() -> None:
@@ -87,9 +92,9 @@ def test_a_method_at_the_bound_meets_every_goal_and_one_that_claims_too_much_mis
 def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -> None:
     bounds, trials = efficient(10)
     trials[0] = Trial(1, "likelihood", {}, ("M_u", "D_u", "M_w"), "refused", 0.5)
-    found = tally("likelihood", bounds, trials)
-    assert found.refused_share == pytest.approx(0.1)
-    assert "`likelihood` 2 of 20 (10.0 %)" in "\n".join(accuracy.goal_lines([found]))
+    tallied = tally("likelihood", bounds, trials)
+    assert tallied.refused_share == pytest.approx(0.1)
+    assert "`likelihood` 2 of 20 (10.0 %)" in "\n".join(accuracy.goal_lines([tallied]))
     row = next(line for line in accuracy.page(bounds, trials).splitlines() if line.startswith("| likelihood"))
     assert "| 10.0 % |" in row
 
@@ -97,9 +102,9 @@ def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -
 def test_the_bounds_of_a_coverage_count_a_mission_once_where_its_coefficients_err_together() -> None:
     bounds, trials = efficient(400)
     alone = inside95(tally("likelihood", bounds, trials).cases)
-    for one in trials:
-        error = math.log(one.stated["M_u"].value / 10.0) / 0.02
-        one.stated["D_u"] = stated(10.0 * math.exp(0.05 * error), 0.05)
+    for item in trials:
+        error = math.log(item.stated["M_u"].value / 10.0) / 0.02
+        item.stated["D_u"] = stated(10.0 * math.exp(0.05 * error), 0.05)
     _, low, high = inside95(tally("likelihood", bounds, trials).cases)
     assert (high - low) / (alone[2] - alone[1]) == pytest.approx(math.sqrt(2), rel=0.15)
 
@@ -147,9 +152,9 @@ def clean_axis() -> AxisTerms:
 
 
 def test_least_squares_is_exact_without_noise() -> None:
-    found = least_squares.fitted(clean_axis())
-    assert (found.mass, found.damping) == pytest.approx((MASS, DAMPING), rel=1e-9)
-    assert found.mass_std < 1e-6
+    fit = least_squares.fitted(clean_axis())
+    assert (fit.mass, fit.damping) == pytest.approx((MASS, DAMPING), rel=1e-9)
+    assert fit.mass_std < 1e-6
 
 
 def test_least_squares_states_the_textbooks_interval() -> None:
@@ -158,17 +163,17 @@ def test_least_squares_states_the_textbooks_interval() -> None:
     for _ in range(200):
         noisy = AxisTerms(0, 20.0, axis.force + rng.standard_normal(1200), axis.velocity, axis.acceleration,
                           axis.products)  # fmt: skip
-        found = least_squares.fitted(noisy)
-        errors.append((found.mass - MASS) / found.mass_std)
+        fit = least_squares.fitted(noisy)
+        errors.append((fit.mass - MASS) / fit.mass_std)
     assert np.std(errors) == pytest.approx(1.0, abs=0.15)
 
 
 def test_only_axes_that_the_dive_pushes_are_fitted() -> None:
     mission = draw_one(100_010)
-    found = least_squares.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+    answer = least_squares.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     pushed = {axis.dof for axis in axis_terms(mission.dive, mission.file, mission.configuration, 20.0, 1.0)}
-    assert [p.identifiable for p in found.parameters[:6]] == [dof in pushed for dof in range(6)]
-    assert found["M_u"].value == pytest.approx(mission.truth["M_u"], rel=0.3)
+    assert [p.identifiable for p in answer.parameters[:6]] == [dof in pushed for dof in range(6)]
+    assert answer["M_u"].value == pytest.approx(mission.truth["M_u"], rel=0.3)
 
 
 if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
@@ -179,8 +184,8 @@ if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
 
         smooth = sindy.fitted(clean_axis(), sindy._differentiated())
         weak = sindy.fitted(clean_axis(), sindy_weak._weak(clean_axis()))
-        for found in (smooth, weak):
-            assert (found.mass, found.damping) == pytest.approx((MASS, DAMPING), rel=0.02)
+        for fit in (smooth, weak):
+            assert (fit.mass, fit.damping) == pytest.approx((MASS, DAMPING), rel=0.02)
 
 
 SEED = 100_002
@@ -211,24 +216,27 @@ def moved(model: kernel.Model, x: np.ndarray, tau: np.ndarray) -> np.ndarray:
 
 
 def test_the_jacobian_is_the_slope_of_the_motion(mission: Mission, state: np.ndarray) -> None:
-    model, tau, a = model_of(mission), np.arange(6.0), np.zeros((kernel.STATES, kernel.STATES))
-    kernel._jacobian(state, model.mass, model, a)
-    h = 1e-6
-    found = np.column_stack(
-        [(moved(model, state + h * e, tau) - moved(model, state - h * e, tau)) / (2 * h) for e in np.eye(17)]
+    model, tau, jacobian = model_of(mission), np.arange(6.0), np.zeros((kernel.STATES, kernel.STATES))
+    kernel._jacobian(state, model.mass, model, jacobian)
+    step = 1e-6
+    slope = np.column_stack(
+        [
+            (moved(model, state + step * e, tau) - moved(model, state - step * e, tau)) / (2 * step)
+            for e in np.eye(17)
+        ]
     )
-    found[6:12, 6:12] = -np.diag(1 / model.disturbance_time_s)
-    assert a == pytest.approx(found, abs=1e-6)
+    slope[6:12, 6:12] = -np.diag(1 / model.disturbance_time_s)
+    assert jacobian == pytest.approx(slope, abs=1e-6)
 
 
 def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state: np.ndarray) -> None:
     model, tau = model_of(mission), np.arange(6.0)
     out = np.zeros((kernel.STATES, kernel.PARAMETERS))
     kernel._by_parameter(state, moved(model, state, tau), model, out)
-    h = 1e-6
+    step = 1e-6
     for dof in range(6):
         scaled = np.ones(6)
-        scaled[dof] = np.exp(h)
+        scaled[dof] = np.exp(step)
         for column, up, down in (
             (dof, model._replace(mass=model.mass * scaled), model._replace(mass=model.mass / scaled)),
             (
@@ -237,7 +245,7 @@ def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state:
                 model._replace(damping=model.damping / scaled),
             ),
         ):
-            slope = (moved(up, state, tau) - moved(down, state, tau))[:6] / (2 * h)
+            slope = (moved(up, state, tau) - moved(down, state, tau))[:6] / (2 * step)
             assert out[:6, column] == pytest.approx(slope, abs=1e-5)
 
 
@@ -247,28 +255,28 @@ def likelihood_at(mission: Mission, **changes: np.ndarray) -> float:
 
 @pytest.mark.soak
 def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
-    found, drawn, h = information(mission), mission.drawn, 1e-4
-    spread = np.sqrt(np.diag(found.information))
+    bound, drawn, step = information(mission), mission.drawn, 1e-4
+    spread = np.sqrt(np.diag(bound.information))
     for dof in (0, 1, 5):
         scaled = np.ones(6)
-        scaled[dof] = np.exp(h)
+        scaled[dof] = np.exp(step)
         by_mass = [
             likelihood_at(mission, mass=drawn.mass * s, disturbance_std=drawn.disturbance_std * s)
             for s in (scaled, 1 / scaled)
         ]
         by_damping = [likelihood_at(mission, damping=drawn.damping * s) for s in (scaled, 1 / scaled)]
         for place, (up, down) in ((dof, by_mass), (6 + dof, by_damping)):
-            slope = (up - down) / (2 * h)
-            assert found.gradient[place] / spread[place] == pytest.approx(slope / spread[place], abs=0.15)
+            slope = (up - down) / (2 * step)
+            assert bound.gradient[place] / spread[place] == pytest.approx(slope / spread[place], abs=0.15)
 
 
 @pytest.mark.soak
 def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_bound_says() -> None:
     errors = []
     for repeat in range(40):
-        found = information(draw_one(100_012, repeat, seconds=30.0))
-        step = found.covariance @ found.gradient
-        errors.append(step[:12] / np.sqrt(np.diag(found.covariance)[:12]))
+        bound = information(draw_one(100_012, repeat, seconds=30.0))
+        step = bound.covariance @ bound.gradient
+        errors.append(step[:12] / np.sqrt(np.diag(bound.covariance)[:12]))
     assert np.mean(np.square(errors)) == pytest.approx(1.0, abs=0.15)
     assert np.max(np.abs(np.mean(errors, axis=0))) < 4.0 / np.sqrt(40)
 
@@ -282,11 +290,11 @@ def bounded_mission(seed, seconds=None, kind=None):
 @pytest.mark.parametrize("seed", [100010, 100000, 100034])
 def test_intervals_are_as_wide_as_the_bound_and_hold_the_truth(seed):
     dived = bounded_mission(seed)
-    found, bound = estimate(dived.dive, dived.file, dived.configuration, quiet), cramer_rao(dived)
-    told = [found[name] for name in dived.truth if found[name].identifiable]
-    assert len(told) >= 6
-    ratios = [np.log(p.high95 / p.low95) / (2 * 1.96) / bound[p.name] for p in told]
-    errors = [np.log(p.value / dived.truth[p.name]) / bound[p.name] for p in told]
+    answer, bound = estimate(dived.dive, dived.file, dived.configuration, quiet), cramer_rao(dived)
+    identified = [answer[name] for name in dived.truth if answer[name].identifiable]
+    assert len(identified) >= 6
+    ratios = [np.log(p.high95 / p.low95) / (2 * 1.96) / bound[p.name] for p in identified]
+    errors = [np.log(p.value / dived.truth[p.name]) / bound[p.name] for p in identified]
     assert 0.85 < np.median(ratios) < 1.2
     assert np.max(np.abs(errors)) < 4.5
 
@@ -294,10 +302,10 @@ def test_intervals_are_as_wide_as_the_bound_and_hold_the_truth(seed):
 def test_a_mass_that_its_own_axis_hardly_weighs_is_known_from_the_others():
     """Heave is held still; how a pitched hull is turned by its own speed weighs it all the same."""
     dived = bounded_mission(100025)
-    found = estimate(dived.dive, dived.file, dived.configuration, quiet)["M_w"]
-    assert found.identifiable
-    assert found.std / found.value < 0.1
-    assert abs(np.log(found.value / dived.truth["M_w"])) < 4 * found.std / found.value
+    mass = estimate(dived.dive, dived.file, dived.configuration, quiet)["M_w"]
+    assert mass.identifiable
+    assert mass.std / mass.value < 0.1
+    assert abs(np.log(mass.value / dived.truth["M_w"])) < 4 * mass.std / mass.value
 
 
 def _data(configuration: str, seed: int, names: tuple[str, ...] = ("M_u", "D_u"), z: float = 0.5) -> Data:
@@ -319,7 +327,7 @@ def _kept(path: Path) -> Remembered:
 def test_a_dive_of_which_nothing_could_be_told_is_kept_and_counted(tmp_path: Path) -> None:
     _kept(tmp_path / "kept.jsonl")
     dives = coverage.measured([1], Remembered(tmp_path / "kept.jsonl"))
-    assert [len(one.trials) for one in dives] == [2, 0]
+    assert [len(dive.trials) for dive in dives] == [2, 0]
     assert "nothing could be told: hovering 1 (converged), of 2." in coverage.page(dives)
 
 

@@ -20,7 +20,7 @@ from identify.challenge.score import Answer, Named, Rate
 NAN = math.nan
 
 
-def told(
+def trial_of(
     group: str, seed: int, *hidden: str, said: tuple[str, ...] = (), size: float = 2.0, probability: float = 0.9,
     verdict: str | None = None, drifts: tuple[float, float] | None = None, novel: bool = False,
 ) -> Trial:  # fmt: skip
@@ -41,22 +41,24 @@ def told(
 
 def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> None:
     plan = planned(FULL)
-    groups = {group: [one for one in plan if one.group == group] for group in {one.group for one in plan}}
+    groups = {
+        group: [trial for trial in plan if trial.group == group] for group in {trial.group for trial in plan}
+    }
     assert len(groups["none"]) >= 300
     assert len(groups["two"]) >= 100
-    assert {one.names for one in groups["one"]} == {(name,) for name in PLANTS}
-    assert {one.names for one in groups["novel"]} == {(name,) for name in NOVEL}
-    assert {one.left for one in groups["left out"]} == set(UNKNOWABLE)
+    assert {trial.names for trial in groups["one"]} == {(name,) for name in PLANTS}
+    assert {trial.names for trial in groups["novel"]} == {(name,) for name in NOVEL}
+    assert {trial.left for trial in groups["left out"]} == set(UNKNOWABLE)
     assert len(power_planned(FULL)) >= 3 * tables.EACH_POINT * len(set(PLANTS) - set(ABSORBED))
 
 
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
-    full = [one.seed for one in (*planned(FULL), *power_planned(FULL))]
-    short = [one.seed for one in (*planned(SHORT), *power_planned(SHORT))]
+    full = [trial.seed for trial in (*planned(FULL), *power_planned(FULL))]
+    short = [trial.seed for trial in (*planned(SHORT), *power_planned(SHORT))]
     speeds = range(905_000, 905_000 + speed.EACH)
     assert len({*full, *speeds}) == len(full) + len(speeds)
-    assert min(one.seed for one in planned(FULL)) == 1_200_000
-    assert min(one.seed for one in power_planned(FULL)) == 506_000
+    assert min(trial.seed for trial in planned(FULL)) == 1_200_000
+    assert min(trial.seed for trial in power_planned(FULL)) == 506_000
     assert all(300_000 <= seed < 400_000 for seed in short)
 
 
@@ -79,9 +81,9 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
 
 def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     trials = [
-        told("none", 1), told("one", 2, "waves", said=("waves",), drifts=(5.0, 1.2)),
-        told("two", 3, "waves", "tether", said=("waves",), drifts=(5.0, 3.0)),
-        told("novel", 4, "knocks", verdict="unknown", novel=True),
+        trial_of("none", 1), trial_of("one", 2, "waves", said=("waves",), drifts=(5.0, 1.2)),
+        trial_of("two", 3, "waves", "tether", said=("waves",), drifts=(5.0, 3.0)),
+        trial_of("novel", 4, "knocks", verdict="unknown", novel=True),
     ]  # fmt: skip
     refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
     timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])

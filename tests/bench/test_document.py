@@ -70,8 +70,8 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(
     monkeypatch.setattr(command, "ROOT", tmp_path)
     monkeypatch.setattr(sys, "argv", ["bench", "asked"])
     command.main()
-    found = read(target.read_text(encoding="utf-8"))
-    assert found == {
+    sections = read(target.read_text(encoding="utf-8"))
+    assert sections == {
         "left": Section("## Left", "0ld", older=True),
         "asked": Section("## New", both["asked"].code, wall_s=0.0),
     }
@@ -138,13 +138,13 @@ def test_a_stamp_changes_with_what_code_does_and_with_any_other_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, text: str, other: str, same: bool
 ) -> None:
     monkeypatch.setattr(stamps, "ROOT", tmp_path)
-    found = []
+    kept_stamps = []
     for content in (text, other):
         (tmp_path / name).write_text(content)
         stamps.stamp.cache_clear()
-        found.append(stamps.stamp(name))
+        kept_stamps.append(stamps.stamp(name))
     stamps.stamp.cache_clear()
-    assert (found[0] == found[1]) is same
+    assert (kept_stamps[0] == kept_stamps[1]) is same
 
 
 def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(
@@ -162,10 +162,10 @@ def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_mad
     (tmp_path / "bridge/other.py").write_text("")
     stamps.reached.cache_clear()
     try:
-        found = stamps.reached("bench/trials.py")
+        modules = stamps.reached("bench/trials.py")
     finally:
         stamps.reached.cache_clear()
-    assert found == ("bench/trials.py", "bridge/clock.py", "identify/dive.py")
+    assert modules == ("bench/trials.py", "bridge/clock.py", "identify/dive.py")
 
 
 def _never() -> dict[str, int]:
@@ -188,8 +188,8 @@ def test_a_line_that_a_kill_cut_short_is_measured_again_and_spoils_nothing(tmp_p
 def test_jobs_that_are_known_are_not_run_and_the_others_are(tmp_path: Path) -> None:
     kept = Remembered(tmp_path / "kept.jsonl")
     kept.put("known", {"value": 1})
-    found = kept.fill({"known": _never, "new": partial(dict, value=2)}, "test")
-    assert found == {"known": {"value": 1}, "new": {"value": 2}}
+    results = kept.fill({"known": _never, "new": partial(dict, value=2)}, "test")
+    assert results == {"known": {"value": 1}, "new": {"value": 2}}
 
 
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
@@ -207,10 +207,10 @@ def test_all_readers_meet_the_same_frames(tmp_path: Path) -> None:
         data += (1_790_000_000_000_000 + 100_000 * k).to_bytes(8, "big") + encoder.encode(message)
     log = tmp_path / "a.tlog"
     log.write_bytes(data)
-    found = measured(log)
-    assert found["messages"] == {OURS: 50, CAREFUL: 50, THEIRS: 50}
-    assert found["bytes"] == len(data)
-    assert min(found["seconds"].values()) > 0
+    speed = measured(log)
+    assert speed["messages"] == {OURS: 50, CAREFUL: 50, THEIRS: 50}
+    assert speed["bytes"] == len(data)
+    assert min(speed["seconds"].values()) > 0
 
 
 def stated(value, std):
@@ -218,7 +218,7 @@ def stated(value, std):
 
 
 def trial(seed, method, **values):
-    return Trial(seed, method, {name: stated(*one) for name, one in values.items()}, (), "converged", 1.0)
+    return Trial(seed, method, {name: stated(*value) for name, value in values.items()}, (), "converged", 1.0)
 
 
 FIRST, SECOND = SIDE_BY_SIDE
@@ -230,9 +230,9 @@ def test_what_both_state_is_apart_by_the_larger_standard_error():
         trial(1, SECOND, M_u=(100.0 * math.exp(0.04), 0.02)),
         trial(2, FIRST, M_u=(100.0, 0.01)),
     ]
-    found = accuracy.distances(trials)
-    assert list(found) == [1]
-    assert found[1] == pytest.approx([2.0])
+    distances = accuracy.distances(trials)
+    assert list(distances) == [1]
+    assert distances[1] == pytest.approx([2.0])
 
 
 NAN = math.nan
@@ -270,8 +270,8 @@ def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive
 
 
 def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
-    one = _dived(np.full((10, 6), 0.3))
-    true = truly(one)
+    measured_dive = _dived(np.full((10, 6), 0.3))
+    true = truly(measured_dive)
     assert true.gyro is not None
     assert true.fog is None
     assert (true.velocity.value == 0.3).all()
@@ -280,23 +280,23 @@ def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None
 def test_a_refusal_is_an_answer_with_its_reason() -> None:
     mission = draw_one(100_003)
     empty = replace(mission.dive, velocity=None, gyro=None, fog=None)
-    one = answer(answered("closed form", empty, mission.file, mission.configuration))
-    assert one.value == {}
-    assert "nothing can be identified" in one.refusal
+    refusal = answer(answered("closed form", empty, mission.file, mission.configuration))
+    assert refusal.value == {}
+    assert "nothing can be identified" in refusal.refusal
 
 
 def test_the_methods_of_others_answer_a_mission_with_finite_values() -> None:
     mission = draw_one(100_003, seconds=60.0)
     for name in methods()[-2:]:
-        one = answer(answered(name, mission.dive, mission.file, mission.configuration))
-        assert one.value
-        assert all(math.isfinite(value) for value in one.value.values())
-        assert set(one.half95) <= set(one.value)
+        result = answer(answered(name, mission.dive, mission.file, mission.configuration))
+        assert result.value
+        assert all(math.isfinite(value) for value in result.value.values())
+        assert set(result.half95) <= set(result.value)
 
 
 def test_the_closed_form_needs_no_training_to_come_near_the_truth() -> None:
     mission = draw_one(100_003)
-    found = closed_form.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
-    for name, value in found.values().items():
+    fitted = closed_form.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+    for name, value in fitted.values().items():
         assert value == pytest.approx(mission.truth[name], rel=0.5)
-        assert math.isnan(found[name].std)
+        assert math.isnan(fitted[name].std)

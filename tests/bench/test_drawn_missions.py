@@ -69,13 +69,13 @@ def test_the_true_motion_obeys_the_models_equations() -> None:
     attitude = 0.5 * (mission.attitude[1:] + mission.attitude[:-1])
     push = 0.5 * (mission.disturbance[1:] + mission.disturbance[:-1]) + drawn.trim
     tau = forces.mean_between(mission.time_s[:-1], mission.time_s[1:]) + push
-    said = np.column_stack(
+    expected = np.column_stack(
         acceleration(drawn.mass, drawn.damping, nu.T, tau.T, restoring(drawn.configuration, attitude.T))
     )
-    found = np.diff(mission.nu, axis=0) / np.diff(mission.time_s)[:, None]
+    nu_dot = np.diff(mission.nu, axis=0) / np.diff(mission.time_s)[:, None]
     for dof in range(6):
-        left = np.std((found - said)[inner, dof])
-        assert left < 0.15 * np.std(found[inner, dof]), f"axis {dof}"
+        left = np.std((nu_dot - expected)[inner, dof])
+        assert left < 0.15 * np.std(nu_dot[inner, dof]), f"axis {dof}"
 
 
 def test_readings_are_the_truth_and_their_own_noise(missions: list[Mission]) -> None:
@@ -114,9 +114,9 @@ def test_the_disturbance_is_as_large_and_as_slow_as_it_says() -> None:
     push = mission.disturbance / mission.drawn.disturbance_std
     step = round(1.0 / mission.dive.pwm.rate_hz / (mission.time_s[1] - mission.time_s[0]))
     keep = np.exp(-step * (mission.time_s[1] - mission.time_s[0]) / mission.drawn.disturbance_time_s)
-    found = [np.corrcoef(push[step:, i], push[:-step, i])[0, 1] for i in range(6)]
+    correlation = [np.corrcoef(push[step:, i], push[:-step, i])[0, 1] for i in range(6)]
     assert np.std(push) == pytest.approx(1.0, abs=0.1)
-    assert found == pytest.approx(keep, abs=0.03)
+    assert correlation == pytest.approx(keep, abs=0.03)
 
 
 @pytest.mark.soak

@@ -16,7 +16,7 @@ from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, re
 from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
 from bench.field.draw import NONE, FieldCase, draw, effects_of, felt, missing_wrench, stays_down
-from bench.field.export import STATION, euler, positions, tlog_of, told
+from bench.field.export import STATION, euler, positions, telemetry_of, tlog_of
 from bench.field.plants import PLANTS
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
@@ -36,86 +36,86 @@ def case(effect: str = NONE, size: float | None = 1.0) -> FieldCase:
 
 def messages(recording: bytes) -> dict[str, list[tuple[int, Any]]]:
     """By type, with the microseconds of the stamp."""
-    decoder, at, found = dialect.MAVLink(None), 0, {}
+    decoder, at, by_type = dialect.MAVLink(None), 0, {}
     while at < len(recording):
         (stamp,) = struct.unpack_from(">Q", recording, at)
         length = recording[at + 9] + 12
         message = decoder.decode(bytearray(recording[at + 8 : at + 8 + length]))
-        found.setdefault(message.get_type(), []).append((stamp, message))
+        by_type.setdefault(message.get_type(), []).append((stamp, message))
         at += 8 + length
-    return found
+    return by_type
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
-    one, again, other = (draw(seed, 2, "tether", 1.0, 8.0).files() for seed in (5, 5, 6))
-    assert one == again
-    assert set(one) == {"dive.tlog.gz", "check.tlog.gz", "vehicle.yaml", "truth.yaml"}
-    assert all(one[name] != other[name] for name in one)
-    assert one["dive.tlog.gz"] != one["check.tlog.gz"]
+    first, again, other = (draw(seed, 2, "tether", 1.0, 8.0).files() for seed in (5, 5, 6))
+    assert first == again
+    assert set(first) == {"dive.tlog.gz", "check.tlog.gz", "vehicle.yaml", "truth.yaml"}
+    assert all(first[name] != other[name] for name in first)
+    assert first["dive.tlog.gz"] != first["check.tlog.gz"]
 
 
 def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
     flown = case().flown(0)
     flown = replace(flown, noise=np.zeros_like(flown.noise))
     rng = np.random.default_rng(0)
-    found = messages(tlog_of(told(flown, QUIET, HONEST, case().autopilot, rng), 0.0, rng))
+    by_type = messages(tlog_of(telemetry_of(flown, QUIET, HONEST, case().autopilot, rng), 0.0, rng))
     ticks, nu = flown.ticks, flown.ticks.state[:, 7:13]
-    attitude = [m for _, m in found["ATTITUDE"]]
+    attitude = [m for _, m in by_type["ATTITUDE"]]
     read = np.array(
         [[m.roll, m.pitch, m.yaw, m.rollspeed, m.pitchspeed, m.yawspeed] for m in attitude], np.float32
     )
     assert np.array_equal(read, np.column_stack([euler(ticks.state), nu[:, 3:]]).astype(np.float32))
     k = ticks.pwm.shape[1]
-    servo = [m for _, m in found["SERVO_OUTPUT_RAW"]]
+    servo = [m for _, m in by_type["SERVO_OUTPUT_RAW"]]
     assert np.array_equal([[getattr(m, f"servo{i + 1}_raw") for i in range(k)] for m in servo], ticks.pwm)
-    local = [m for _, m in found["LOCAL_POSITION_NED"]]
+    local = [m for _, m in by_type["LOCAL_POSITION_NED"]]
     assert np.array_equal(
         np.array([[m.vx, m.vy, m.vz] for m in local], np.float32),
         ticks.moving[:: 2 * EACH].astype(np.float32),
     )
     assert [m.z for m in local] == pytest.approx(ticks.state[::2, 2], abs=1e-6)
     pascal = Water().density_kg_m3 * GRAVITY_M_S2 * ticks.state[::2, 2]
-    assert [m.press_abs for _, m in found["SCALED_PRESSURE2"]] == pytest.approx(
+    assert [m.press_abs for _, m in by_type["SCALED_PRESSURE2"]] == pytest.approx(
         1013.25 + pascal / 100, abs=1e-3
     )
-    gyro = np.array([[m.xgyro, m.ygyro, m.zgyro] for _, m in found["SCALED_IMU2"]])
+    gyro = np.array([[m.xgyro, m.ygyro, m.zgyro] for _, m in by_type["SCALED_IMU2"]])
     assert np.array_equal(gyro, np.round(1000 * nu[:, 3:]))
-    volts = [m.voltages[0] / 1000 for _, m in found["BATTERY_STATUS"]]
+    volts = [m.voltages[0] / 1000 for _, m in by_type["BATTERY_STATUS"]]
     assert volts == pytest.approx(ticks.supply[::20, 0], abs=6e-4)
 
 
 def test_messages_come_as_often_as_a_stock_autopilot_sends_them_and_no_others() -> None:
-    found = messages(case().recording(0))
-    rates = {name: round(len(rows) / SECONDS) for name, rows in found.items()}
+    by_type = messages(case().recording(0))
+    rates = {name: round(len(rows) / SECONDS) for name, rows in by_type.items()}
     once = dict.fromkeys(("HEARTBEAT", "SYSTEM_TIME", "BATTERY_STATUS"), 1)
     fast = dict.fromkeys(("ATTITUDE", "SERVO_OUTPUT_RAW", "SCALED_IMU2"), 20)
     assert rates == once | fast | dict.fromkeys(("LOCAL_POSITION_NED", "SCALED_PRESSURE2"), 10)
-    stamp, first = found["SERVO_OUTPUT_RAW"][0]
+    stamp, first = by_type["SERVO_OUTPUT_RAW"][0]
     assert first.time_usec == 1_000_000 * 47
     assert 0 <= stamp - 1_760_000_000_000_000 < 10_000
 
 
 def test_a_ground_station_logs_pulses_twice_a_second_and_the_sticks_that_it_sends() -> None:
-    one = replace(case(), rates=STATION)
-    found = messages(one.recording(0))
-    rates = {name: round(len(rows) / SECONDS, 1) for name, rows in found.items()}
+    drawn = replace(case(), rates=STATION)
+    by_type = messages(drawn.recording(0))
+    rates = {name: round(len(rows) / SECONDS, 1) for name, rows in by_type.items()}
     slow = dict.fromkeys(("SERVO_OUTPUT_RAW", "SCALED_IMU2", "SCALED_PRESSURE2"), 2.0)
     assert {name: rates[name] for name in slow} == pytest.approx(slow, abs=0.2)
     assert rates["LOCAL_POSITION_NED"] == pytest.approx(3.3, abs=0.2)
-    sent = [message for _, message in found["MANUAL_CONTROL"]]
+    sent = [message for _, message in by_type["MANUAL_CONTROL"]]
     assert {message.get_srcSystem() for message in sent} == {255}
     sticks = np.array([[message.x, message.y, message.z, message.r] for message in sent])
     assert np.abs(sticks).max() == 1000
     # As the autopilot got them: a pilot who turns back moves the stick.
-    moved = positions(one.flown(0).ticks.asked, one.autopilot)[:, 0]
+    moved = positions(drawn.flown(0).ticks.asked, drawn.autopilot)[:, 0]
     heard = np.interp(np.arange(len(moved)), np.linspace(0, len(moved) - 1, len(sticks)), sticks[:, 0])
     assert np.corrcoef(heard, moved)[0, 1] > 0.98
 
 
 @pytest.mark.parametrize("straight", [0, 1], ids=["a mixer of thrusts", "a mixer of pulses"])
 def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight: int) -> None:
-    one = case()
-    autopilot = one.autopilot._replace(straight=straight)
+    drawn = case()
+    autopilot = drawn.autopilot._replace(straight=straight)
     asked = np.zeros((3, 5))
     asked[:, 0] = autopilot.reach[0] * np.array([0.0, 1.0, 4.0])
     stick = positions(asked, autopilot)[:, 0]
@@ -130,12 +130,12 @@ def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight: int) -> None:
 
 
 def test_three_frames_in_a_thousand_are_lost() -> None:
-    one, rng = case(), np.random.default_rng(1)
-    heard = told(one.flown(0), one.sensors, one.filter, one.autopilot, rng)
+    drawn, rng = case(), np.random.default_rng(1)
+    heard = telemetry_of(drawn.flown(0), drawn.sensors, drawn.filter, drawn.autopilot, rng)
     whole = sum(map(len, messages(tlog_of(heard, 0.0, rng)).values()))
     kept = sum(map(len, messages(tlog_of(heard, 0.3, rng)).values()))
     assert kept == pytest.approx(0.7 * whole, rel=0.05)
-    assert sum(map(len, messages(one.recording(0)).values())) == pytest.approx(0.997 * whole, rel=0.003)
+    assert sum(map(len, messages(drawn.recording(0)).values())) == pytest.approx(0.997 * whole, rel=0.003)
 
 
 @pytest.mark.parametrize("effect", PLANTS)
@@ -152,10 +152,14 @@ def test_where_nothing_hides_the_true_model_explains_every_newton() -> None:
 
 @pytest.mark.parametrize("effect", PLANTS)
 def test_an_effect_of_middling_size_pushes(effect: str) -> None:
-    one = case(effect)
-    assert felt(one.flown(0), one.sea.std).of_thrust.max() > 0.01
-    assert one.truth()["effect"] == [effect]
-    assert one.truth()["effect_parameters"].keys() == one.planted.parameters.keys() if one.planted else False
+    drawn = case(effect)
+    assert felt(drawn.flown(0), drawn.sea.std).of_thrust.max() > 0.01
+    assert drawn.truth()["effect"] == [effect]
+    assert (
+        drawn.truth()["effect_parameters"].keys() == drawn.planted.parameters.keys()
+        if drawn.planted
+        else False
+    )
 
 
 def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it() -> None:
@@ -168,8 +172,8 @@ def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it()
 
 
 def test_the_command_delay_is_told_as_it_acts() -> None:
-    one = case("command_delay", 1.0)
-    assert one.truth()["effect_parameters"] == {"delay": 0.15}
+    drawn = case("command_delay", 1.0)
+    assert drawn.truth()["effect_parameters"] == {"delay": 0.15}
     plain, late = (case(effect).flown(0).ticks.state[:, 7:10] for effect in (NONE, "command_delay"))
     first = [int(np.argmax(np.abs(motion[:, 0] - motion[0, 0]) > 0)) for motion in (plain, late)]
     assert first[0] <= first[1]
@@ -195,15 +199,15 @@ def test_the_filter_adds_coloured_noise_and_position_is_reckoned_from_what_it_te
 
 def test_vehicles_are_small_rovs_whose_file_is_read_back_and_knows_no_drag(tmp_path: Any) -> None:
     for number in range(12):
-        one = draw_vehicle(np.random.default_rng(number), f"rov-{number}")
-        (tmp_path / "vehicle.yaml").write_text(one.text, encoding="utf-8")
+        vehicle = draw_vehicle(np.random.default_rng(number), f"rov-{number}")
+        (tmp_path / "vehicle.yaml").write_text(vehicle.text, encoding="utf-8")
         read = load_vehicle(str(tmp_path / "vehicle.yaml")).vehicle.configurations
-        assert next(iter(read.values())).thrusters == one.configuration.thrusters
-        assert len(one.configuration.thrusters) in (6, 8)
+        assert next(iter(read.values())).thrusters == vehicle.configuration.thrusters
+        assert len(vehicle.configuration.thrusters) in (6, 8)
         assert not next(iter(read.values())).model
-        assert 8.0 <= one.configuration.dry_mass_kg <= 30.0
-        assert (one.mass > one.rigid).all()
-        assert one.quadratic[0] * 0.4 > one.linear[0]
+        assert 8.0 <= vehicle.configuration.dry_mass_kg <= 30.0
+        assert (vehicle.mass > vehicle.rigid).all()
+        assert vehicle.quadratic[0] * 0.4 > vehicle.linear[0]
 
 
 def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_eight() -> None:
@@ -215,29 +219,29 @@ def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_e
 
 
 def test_a_written_dive_is_read_as_any_other_recording(tmp_path: Any) -> None:
-    one = case()
-    (tmp_path / "vehicle.yaml").write_text(one.vehicle.text, encoding="utf-8")
-    (tmp_path / "dive.tlog").write_bytes(gzip.decompress(one.files()["dive.tlog.gz"]))
+    drawn = case()
+    (tmp_path / "vehicle.yaml").write_text(drawn.vehicle.text, encoding="utf-8")
+    (tmp_path / "dive.tlog").write_bytes(gzip.decompress(drawn.files()["dive.tlog.gz"]))
     dive = read_dive(tmp_path / "dive.tlog", None, load_vehicle(str(tmp_path / "vehicle.yaml")))
     assert dive.velocity_is_filtered
     assert dive.tau_cmd is None
     assert dive.nu_fb is None
-    assert dive.pwm.value.shape[1] == len(one.vehicle.configuration.thrusters)
+    assert dive.pwm.value.shape[1] == len(drawn.vehicle.configuration.thrusters)
 
 
 def cause(
     name: str, probability: float = 0.9, also: tuple[str, ...] = (), **parameters: float
 ) -> dict[str, Any]:
-    told = {key: {"value": v, "unit": "1", "low95": None, "high95": None} for key, v in parameters.items()}
-    return {"name": name, "also": list(also), "probability": probability, "parameters": told}
+    values = {key: {"value": v, "unit": "1", "low95": None, "high95": None} for key, v in parameters.items()}
+    return {"name": name, "also": list(also), "probability": probability, "parameters": values}
 
 
 def dive(
     hidden: str, *named: dict[str, Any], verdict: str = "explained", size: float = 2.0, **truth: float
 ) -> Judged:
-    told = {"name": "000", "effect": [hidden], "effect_parameters": truth, "size_over_sea": size}
+    sealed = {"name": "000", "effect": [hidden], "effect_parameters": truth, "size_over_sea": size}
     answer = {"verdict": verdict, "effects": list(named)}
-    return judged({"truth": told, "answer": answer, "refusal": "", "seconds": 9.0, "drifts": {}})
+    return judged({"truth": sealed, "answer": answer, "refusal": "", "seconds": 9.0, "drifts": {}})
 
 
 def test_a_cause_is_named_that_is_first_or_accepted_where_the_verdict_explains() -> None:
@@ -262,7 +266,7 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
 def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict() -> None:
     assert len(dive(NONE, cause("waves", 0.5), verdict="no_gap").false()) == 1
     assert not dive(NONE, cause("waves", 0.49)).false()
-    assert [one.name for one in dive("tether", cause("tether"), cause("waves", 0.7)).false()] == ["waves"]
+    assert [item.name for item in dive("tether", cause("tether"), cause("waves", 0.7)).false()] == ["waves"]
 
 
 def test_of_a_thruster_the_number_has_to_match_where_it_is_told() -> None:
@@ -291,8 +295,8 @@ def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity() -> None:
     way = np.zeros((100, 6))
     way[:, 0] = time_s
     way[:50, 1] = np.nan
-    own = Foretold(time_s, np.repeat([0, 1], 50), measured, way, way)
-    after_1, after_5 = drifts_of(own, way)
+    foretold = Foretold(time_s, np.repeat([0, 1], 50), measured, way, way)
+    after_1, after_5 = drifts_of(foretold, way)
     assert after_1[0] == pytest.approx(1.0)
     assert after_5[0] == pytest.approx(5.0)
     assert after_1[1] is None

@@ -32,25 +32,27 @@ PRODUCT = "from importlib import import_module\nfrom identify.estimators.table i
 def _read(work: str) -> set[Path]:
     """The repository's files that some work reads, those of its compilers' caches and of mere packages left out."""
     code = READ.format(work=work)
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    paths = {Path(line) for line in told.stdout.splitlines() if line.startswith(str(ROOT))}
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    paths = {Path(line) for line in ran.stdout.splitlines() if line.startswith(str(ROOT))}
     kinds = (".py", ".csv", ".yaml")
-    own = {p for p in paths if p.suffix in kinds and p.name != "__init__.py" and ".venv" not in p.parts}
-    assert len(own) > 8
-    return own
+    files_read = {
+        p for p in paths if p.suffix in kinds and p.name != "__init__.py" and ".venv" not in p.parts
+    }
+    assert len(files_read) > 8
+    return files_read
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("method", [name for name in OWN if "SINDy" not in name or find_spec("pysindy")])
 def test_a_baseline_reads_nothing_outside_its_sources(method: str) -> None:
-    found = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
-    assert found - set(files(*SOURCES["own"])) == set()
+    read = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
+    assert read - set(files(*SOURCES["own"])) == set()
 
 
 @pytest.mark.soak
 def test_the_bound_reads_nothing_outside_its_sources() -> None:
-    found = _read(MISSION + "from bench.bound import cramer_rao\ncramer_rao(m)")
-    assert found - set(files(*SOURCES["bound"])) == set()
+    read = _read(MISSION + "from bench.bound import cramer_rao\ncramer_rao(m)")
+    assert read - set(files(*SOURCES["bound"])) == set()
 
 
 def test_the_products_methods_load_nothing_outside_their_sources() -> None:

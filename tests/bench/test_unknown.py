@@ -19,24 +19,26 @@ PLAIN = Sentence((0,), (1.0,), (), "none", 1.0, "steady", 0.0, 1.0, 0.0, 0.0, 7)
 
 
 def test_a_seed_draws_one_force_and_the_next_another() -> None:
-    one, same, other = (drawn(np.random.default_rng(seed), 8) for seed in (3, 3, 4))
-    assert one == same != other
+    force, same, other = (drawn(np.random.default_rng(seed), 8) for seed in (3, 3, 4))
+    assert force == same != other
 
 
 def test_every_word_of_the_grammar_is_drawn() -> None:
     many = [drawn(np.random.default_rng(seed), 8) for seed in range(600)]
-    assert {one.memory for one in many} == set(MEMORIES)
-    assert {one.timing for one in many} == set(TIMINGS)
-    assert {one.rhythm for one in many} == {"none", "a period"}
-    assert {one.parity for one in many} == {"odd", "even", "neither"}
-    assert {dof for one in many for dof in one.dofs} == set(range(6))
-    assert {len(one.dofs) for one in many} == {1, 2}
-    sorts = Counter(one.goes_with for one in many)
+    assert {force.memory for force in many} == set(MEMORIES)
+    assert {force.timing for force in many} == set(TIMINGS)
+    assert {force.rhythm for force in many} == {"none", "a period"}
+    assert {force.parity for force in many} == {"odd", "even", "neither"}
+    assert {dof for force in many for dof in force.dofs} == set(range(6))
+    assert {len(force.dofs) for force in many} == {1, 2}
+    sorts = Counter(force.goes_with for force in many)
     assert set(sorts) == {
         "velocity", "acceleration", "thrust", "pulse", "attitude", "depth", "two of these", "time alone",
     }  # fmt: skip
     assert min(sorts.values()) > 20
-    assert {factor.axis for one in many for factor in one.factors if factor.sort == "pulse"} == set(range(8))
+    assert {factor.axis for force in many for factor in force.factors if factor.sort == "pulse"} == set(
+        range(8)
+    )
 
 
 def test_a_product_of_two_odd_factors_is_even() -> None:
@@ -69,11 +71,11 @@ def test_a_rhythm_has_its_period() -> None:
 
 def test_bursts_are_short_and_those_of_time_alone_go_both_ways() -> None:
     alone = when(replace(PLAIN, timing="bursts"), TIME_S)
-    beside = when(replace(PLAIN, timing="bursts", factors=(Factor("depth", 0, True, 1.0),)), TIME_S)
+    by_depth = when(replace(PLAIN, timing="bursts", factors=(Factor("depth", 0, True, 1.0),)), TIME_S)
     assert 0.02 < np.mean(alone != 0) < 0.5
     assert alone.min() < -0.9
     assert alone.max() > 0.9
-    assert beside.min() == 0.0
+    assert by_depth.min() == 0.0
 
 
 def test_a_slow_drift_is_a_random_walk_of_its_own_seed() -> None:
@@ -88,8 +90,10 @@ def test_a_slow_drift_is_a_random_walk_of_its_own_seed() -> None:
 
 def test_a_sentence_becomes_the_force_that_it_says() -> None:
     factors = (Factor("velocity", 1, True, 2.0), Factor("thrust", 5, False, 0.5))
-    said = replace(PLAIN, dofs=(1, 5), gains=(0.8, -0.1), factors=factors, memory="delay", remembered=0.9)
-    force = force_of(said, TIME_S, np.array([0.0, 0.0]), np.array([0.2, 3.0]))
+    drawn_force = replace(
+        PLAIN, dofs=(1, 5), gains=(0.8, -0.1), factors=factors, memory="delay", remembered=0.9
+    )
+    force = force_of(drawn_force, TIME_S, np.array([0.0, 0.0]), np.array([0.2, 3.0]))
     assert force.size.tolist() == [0.0, 0.8, 0.0, 0.0, 0.0, -0.1]
     assert force.signal.tolist() == [VELOCITY + 1, THRUST + 5]
     assert (force.even.tolist(), force.power.tolist()) == ([1, 0], [2.0, 0.5])
@@ -99,12 +103,12 @@ def test_a_sentence_becomes_the_force_that_it_says() -> None:
 def test_a_drawn_square_of_the_speed_is_known_as_drag_and_one_late_by_far_is_not() -> None:
     case = draw_case(391_003, kind="none", seconds=300.0)
     square = replace(PLAIN, gains=(-1.0,), factors=(Factor("velocity", 0, False, 2.0),))
-    found = []
-    for said in (square, replace(square, memory="delay", remembered=3.0)):
-        force = planted(said, 3.0 * case.vehicle.share, np.zeros(1), np.full(1, 0.2))
-        found.append(likeness(*replace(case, planted=(force,)).simulated(0), 0.0))
-    assert found[0] > 0.95
-    assert found[1] < 0.8
+    nearness = []
+    for drawn_force in (square, replace(square, memory="delay", remembered=3.0)):
+        force = planted(drawn_force, 3.0 * case.vehicle.share, np.zeros(1), np.full(1, 0.2))
+        nearness.append(likeness(*replace(case, planted=(force,)).simulated(0), 0.0))
+    assert nearness[0] > 0.95
+    assert nearness[1] < 0.8
 
 
 def test_a_steady_push_with_a_steady_pitch_is_known_as_a_push_that_a_trim_goes_with() -> None:
@@ -119,16 +123,16 @@ def test_a_steady_push_with_a_steady_pitch_is_known_as_a_push_that_a_trim_goes_w
 
 @pytest.mark.soak
 def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same() -> None:
-    one, again = unknown_of(391_502), unknown_of(391_502)
-    assert 0.9 * MULTIPLES[0] < one.multiple < 1.1 * MULTIPLES[1]
-    assert (one.sentence, one.multiple) == (again.sentence, again.multiple)
-    dives = [found.case.simulated(0)[1].ticks.state for found in (one, again)]
+    first, again = unknown_of(391_502), unknown_of(391_502)
+    assert 0.9 * MULTIPLES[0] < first.multiple < 1.1 * MULTIPLES[1]
+    assert (first.sentence, first.multiple) == (again.sentence, again.multiple)
+    dives = [unknown.case.simulated(0)[1].ticks.state for unknown in (first, again)]
     assert (dives[0] == dives[1]).all()
 
 
-def dive(verdict: str, *told: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
+def dive(verdict: str, *causes: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
     parts = {} if hidden else {"memory": "lag", "timing": "bursts"}
-    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, told, where, 5.0)
+    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, causes, where, 5.0)
 
 
 def test_partly_counts_as_unknown_only_where_the_force_is() -> None:

@@ -40,16 +40,16 @@ def instructions():
 def labels():
     """As Docker sets them: between single quotes nothing is replaced, between double quotes variables are."""
     results = {}
-    for keyword, rest in instructions():
+    for keyword, words in instructions():
         if keyword == "LABEL":
-            key, _, value = rest.partition("=")
+            key, _, value = words.partition("=")
             (plain,) = shlex.split(value)
             results[key] = plain if value.startswith("'") else plain.replace("${REPOSITORY}", REPOSITORY)
     return results
 
 
 def rest_of(keyword):
-    return [rest for word, rest in instructions() if word == keyword]
+    return [words for word, words in instructions() if word == keyword]
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_the_answer_is_one_that_blueos_takes():
 
 
 def test_what_is_copied_is_there_and_what_is_installed_is_whole():
-    copied = [source for rest in rest_of("COPY") for source in rest.split()[:-1]]
+    copied = [source for words in rest_of("COPY") for source in words.split()[:-1]]
     assert all((ROOT / source).exists() for source in copied)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     packages = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
@@ -189,11 +189,11 @@ def test_a_front_that_ends_while_it_passes_on_closes_all_that_it_opened(service)
         for item in (writer, server, behind):
             item.close()
 
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always")
         asyncio.run(scene())
         gc.collect()
-    assert [str(item.message) for item in told] == []
+    assert [str(item.message) for item in raised] == []
 
 
 @pytest.mark.parametrize("request_", [b"x" * 20000, b"\n", b"GET /register_service\r\n"])

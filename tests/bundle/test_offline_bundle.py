@@ -196,13 +196,13 @@ def here(made, tmp_path):
 
 def test_the_script_installs_from_the_folder_alone(here, tmp_path):
     folder, python = here
-    for words, what in (([], "seatrial[ground,logs]"), (["--bridge"], "seatrial")):
+    for words, package in (([], "seatrial[ground,logs]"), (["--bridge"], "seatrial")):
         done = installed(folder, *words, str(tmp_path / "environment"), PYTHON=python)
         assert done.returncode == 0, done.stderr
-        told = (tmp_path / "environment" / "told").read_text(encoding="utf-8").split()
-        assert told[-1] == what
-        assert "--no-index" in told
-        assert (str(folder / "wheels" / "ground") in told) == (what != "seatrial")
+        arguments = (tmp_path / "environment" / "told").read_text(encoding="utf-8").split()
+        assert arguments[-1] == package
+        assert "--no-index" in arguments
+        assert (str(folder / "wheels" / "ground") in arguments) == (package != "seatrial")
 
 
 def test_a_damaged_wheel_is_not_installed(here, tmp_path):

@@ -84,18 +84,18 @@ def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, recor
 def test_its_masses_are_identified_from_the_recording(honest: Case, recorded) -> None:
     file, dive = recorded
     fit = estimator("likelihood")(dive, file, honest.configuration, lambda *_: None)
-    told = {parameter.name: parameter for parameter in fit.parameters}
+    by_name = {parameter.name: parameter for parameter in fit.parameters}
     truth = honest.truth()["nominal"]
     for name in ("M_u", "M_v", "M_w", "I_r"):
-        value, std = told[name].value, told[name].std
+        value, std = by_name[name].value, by_name[name].std
         assert std < 0.1 * value
         assert abs(value - truth[name]) < 4 * std, name
 
 
 def test_a_seed_gives_the_same_case_again() -> None:
-    one, two = (draw_case(SEED + 1, seconds=20.0) for _ in range(2))
-    assert one.truth() == two.truth()
-    assert dive_of(one).sha256 == dive_of(two).sha256
+    first, second = (draw_case(SEED + 1, seconds=20.0) for _ in range(2))
+    assert first.truth() == second.truth()
+    assert dive_of(first).sha256 == dive_of(second).sha256
 
 
 def test_of_two_effects_each_has_a_size_of_its_own() -> None:
@@ -159,12 +159,12 @@ def test_every_gyro_aboard_reads_its_bias_beyond_the_turning() -> None:
     dive, turned = dive_of(case), case.simulated(0)[1].ticks.state[:, 13]
     rate = (turned[-1] - turned[0]) / (dive.pwm.time_s[-1] - dive.pwm.time_s[0])
     for readings in (dive.gyro.value[:, 2], dive.fog.value[:, 0]):
-        assert readings.mean() - rate == pytest.approx(told(case)["z"], rel=0.1)
+        assert readings.mean() - rate == pytest.approx(parameters_of(case)["z"], rel=0.1)
 
 
 def test_a_tilted_accelerometer_is_turned_and_not_stretched() -> None:
     case = draw_case(NEAREST_SEED, names=["imu_gravity_leak"], size=1.0, seconds=20.0)
-    tilt, angles = case.simulated(0)[0].faults.tilt, told(case)
+    tilt, angles = case.simulated(0)[0].faults.tilt, parameters_of(case)
     assert tilt @ tilt.T == pytest.approx(np.eye(3), abs=1e-12)
     assert (tilt @ [0.0, 0.0, -1.0])[:2] == pytest.approx([angles["pitch"], -angles["roll"]], rel=1e-3)
 
@@ -267,7 +267,7 @@ def drawn(*names: str) -> Case:
     return draw_case(NEAREST_SEED, names=names, size=0.6, seconds=SECONDS)
 
 
-def told(case: Case, k: int = 0) -> dict[str, float]:
+def parameters_of(case: Case, k: int = 0) -> dict[str, float]:
     parameters: dict[str, float] = case.truth()["effects"][k]["parameters"]
     return parameters
 
@@ -277,13 +277,13 @@ def test_an_offset_of_mass_is_told_in_metres_whether_of_the_body_or_of_the_water
     site, _ = case.simulated(0)
     moment = float((site.rigid + site.added)[1, 5])
     mass = case.vehicle.configuration.dry_mass_kg
-    assert told(case)["x"] == pytest.approx(moment / mass, rel=1e-3)
+    assert parameters_of(case)["x"] == pytest.approx(moment / mass, rel=1e-3)
 
 
 def test_more_drag_astern_is_told_as_how_many_times_as_much() -> None:
     case = drawn("drag_asymmetry")
-    assert told(case)["ratio"] == pytest.approx(case.planted[0].parameters["ratio"], rel=0.01)
-    assert told(case)["ratio"] > 1.1
+    assert parameters_of(case)["ratio"] == pytest.approx(case.planted[0].parameters["ratio"], rel=0.01)
+    assert parameters_of(case)["ratio"] > 1.1
 
 
 def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit() -> None:
@@ -291,11 +291,11 @@ def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit() -
     site, simulated = case.simulated(0)
     nu, std = simulated.ticks.state[:, 7:13], site.vehicle.disturbance
     columns = (nominal_columns(nu, simulated.ticks.nu_dot) / std[None, :, None]).reshape(-1, 12)
-    gap, values = missing_wrench(site, simulated), np.array([*told(case).values()])
+    gap, values = missing_wrench(site, simulated), np.array([*parameters_of(case).values()])
 
     def left(size: np.ndarray) -> float:
-        rest = ((gap + size * nu * np.abs(nu)) / std).reshape(-1)
-        return float(np.sum((rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]) ** 2))
+        remainder = ((gap + size * nu * np.abs(nu)) / std).reshape(-1)
+        return float(np.sum((remainder - columns @ np.linalg.lstsq(columns, remainder, rcond=None)[0]) ** 2))
 
     nearest = left(values)
     for factor in (0.97, 1.03):
@@ -307,19 +307,19 @@ def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit() -
 
 def test_of_several_forms_the_nearest_tells_and_names_its_thruster() -> None:
     case = drawn("weak_thruster")
-    assert told(case)["thruster"] == case.planted[0].number
-    assert told(case)["gain"] == pytest.approx(case.planted[0].parameters["gain"], abs=0.03)
+    assert parameters_of(case)["thruster"] == case.planted[0].number
+    assert parameters_of(case)["gain"] == pytest.approx(case.planted[0].parameters["gain"], abs=0.03)
 
 
 def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_its_own() -> None:
     case = drawn("dvl_bias", "net_buoyancy")
-    assert told(case) == case.planted[0].parameters
-    assert told(case, 1)["force"] == pytest.approx(case.planted[1].parameters["force"], rel=0.05)
+    assert parameters_of(case) == case.planted[0].parameters
+    assert parameters_of(case, 1)["force"] == pytest.approx(case.planted[1].parameters["force"], rel=0.05)
 
 
 def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power() -> None:
     case = drawn("varying_current")
     site, _ = case.simulated(0)
     water = site.moving_water()[:, :2]
-    assert told(case)["amplitude"] == pytest.approx(np.sqrt(2 * water.var(axis=0).sum()))
-    assert told(case)["period"] == case.planted[0].parameters["period"]
+    assert parameters_of(case)["amplitude"] == pytest.approx(np.sqrt(2 * water.var(axis=0).sum()))
+    assert parameters_of(case)["period"] == case.planted[0].parameters["period"]

@@ -21,17 +21,21 @@ def floating(rigid: Array, added: Array, damping: Array, weight_n: float = 0.0, 
 
 
 def slope_of(
-    thing: Body, state: Array, tau: Array | None = None, water: Array | None = None, hull: Hull | None = None
+    solid: Body,
+    state: Array,
+    tau: Array | None = None,
+    water: Array | None = None,
+    hull: Hull | None = None,
 ) -> Array:
     """The state's time derivative (STATES,), without a wrench in still water far from the bottom unless told."""
     slope, tau = np.empty(STATES), np.zeros(6) if tau is None else tau
     water, hull = np.zeros(12) if water is None else water, bare_hull(1e3) if hull is None else hull
-    rates(state, tau, water, 0.0, thing, hull, 0.0, 0.0, slope, np.empty(WORK))
+    rates(state, tau, water, 0.0, solid, hull, 0.0, 0.0, slope, np.empty(WORK))
     return slope
 
 
 def moved(
-    thing: Body, start: Array, tau: Array, seconds: float, step_s: float, water: Array | None = None,
+    solid: Body, start: Array, tau: Array, seconds: float, step_s: float, water: Array | None = None,
     hull: Hull | None = None,
 ) -> Array:  # fmt: skip
     """States (n, STATES) by fourth-order Runge-Kutta under a constant wrench."""
@@ -40,7 +44,7 @@ def moved(
         slopes, state = [], out[-1]
         for share in (0.0, 0.5, 0.5, 1.0):
             trial = state + share * step_s * slopes[-1] if slopes else state
-            slopes.append(slope_of(thing, trial, tau, water, hull))
+            slopes.append(slope_of(solid, trial, tau, water, hull))
         out.append(state + step_s / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3]))
     return np.array(out)
 
@@ -86,8 +90,8 @@ def test_momentum_over_ground_is_kept_without_forces() -> None:
 
 
 def test_a_constant_push_comes_to_the_push_over_the_damping() -> None:
-    thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0, 60.0, 90.0, 20.0, 20.0, 20.0]))
-    states = moved(thing, level(), np.array([20.0, 0, 0, 0, 0, 0]), 60.0, 0.05)
+    solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0, 60.0, 90.0, 20.0, 20.0, 20.0]))
+    states = moved(solid, level(), np.array([20.0, 0, 0, 0, 0, 0]), 60.0, 0.05)
     assert states[-1, 7] == pytest.approx(20.0 / 50.0, rel=1e-9)
     after_s = 100.0 / 50.0
     assert states[round(after_s / 0.05), 7] == pytest.approx(0.4 * (1 - math.exp(-1)), rel=1e-6)
@@ -95,46 +99,46 @@ def test_a_constant_push_comes_to_the_push_over_the_damping() -> None:
 
 def test_it_rolls_with_the_period_of_a_pendulum() -> None:
     weight_n, low_m, inertia = 700.0, 0.05, 5.0
-    thing = floating(np.diag([70.0] * 3 + [inertia] * 3), np.zeros((6, 6)), np.zeros((6, 6)), weight_n, low_m)
+    solid = floating(np.diag([70.0] * 3 + [inertia] * 3), np.zeros((6, 6)), np.zeros((6, 6)), weight_n, low_m)
     start = level()
     start[3], start[4] = math.cos(0.005), math.sin(0.005)
     period_s = 2 * math.pi * math.sqrt(inertia / (weight_n * low_m))
-    roll = moved(thing, start, np.zeros(6), period_s, period_s / 500)[:, 4]
+    roll = moved(solid, start, np.zeros(6), period_s, period_s / 500)[:, 4]
     assert roll[-1] == pytest.approx(roll[0], rel=1e-3)
     assert roll[250] == pytest.approx(-roll[0], rel=1e-3)
 
 
 def test_a_free_body_drifts_with_the_current() -> None:
-    thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0] * 6))
+    solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0] * 6))
     water = np.zeros(12)
     water[:3] = 0.2, -0.1, 0.0
     start = level()
     start[3], start[6] = math.cos(0.4), math.sin(0.4)
-    last = moved(thing, start, np.zeros(6), 60.0, 0.05, water)[-1]
-    over_ground = (last[:3] - moved(thing, start, np.zeros(6), 59.0, 0.05, water)[-1][:3]) / 1.0
+    last = moved(solid, start, np.zeros(6), 60.0, 0.05, water)[-1]
+    over_ground = (last[:3] - moved(solid, start, np.zeros(6), 59.0, 0.05, water)[-1][:3]) / 1.0
     assert over_ground == pytest.approx([0.2, -0.1, 0.0], abs=1e-6)
 
 
 @pytest.mark.parametrize("hull", [bare_hull(1e3), bare_hull(0.4)._replace(bottom=0.5)])
 def test_water_that_speeds_up_carries_a_body_and_the_mass_that_a_boundary_adds_along(hull: Hull) -> None:
     added = np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
-    thing = body(np.diag([70.0] * 6), added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
+    solid = body(np.diag([70.0] * 6), added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
     water = np.zeros(12)
     water[3:6] = 0.3, -0.2, 0.1
-    assert slope_of(thing, level(), water=water, hull=hull)[7:10] == pytest.approx([0.3, -0.2, 0.1])
+    assert slope_of(solid, level(), water=water, hull=hull)[7:10] == pytest.approx([0.3, -0.2, 0.1])
 
 
 def test_planted_drag_has_its_own_power() -> None:
-    thing = floating(np.eye(6), np.zeros((6, 6)), np.zeros((6, 6)))
+    solid = floating(np.eye(6), np.zeros((6, 6)), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(drag=np.array([7.0, 0, 0, 0, 0, 0]))
     for u in (-0.4, 0.4):
-        assert slope_of(thing, level(u=u), hull=hull)[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
+        assert slope_of(solid, level(u=u), hull=hull)[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
 
 
 def test_a_heavier_added_mass_near_the_surface_slows_the_same_push() -> None:
-    thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.zeros((6, 6)))
+    solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(surface=0.5, surface_m=0.5)
-    slope = slope_of(thing, level(), tau=np.array([0, 10.0, 0, 0, 0, 0]), hull=hull)
+    slope = slope_of(solid, level(), tau=np.array([0, 10.0, 0, 0, 0, 0]), hull=hull)
     assert slope[8] == pytest.approx(10.0 / (100.0 + 0.5 * 30.0))
 
 
@@ -162,10 +166,9 @@ def test_the_hand_written_solver_solves() -> None:
 
 
 def propellers(**hidden: float) -> Propellers:
-    one = Propellers(
+    return Propellers(
         np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3)), np.ones(1), np.zeros(4), np.zeros(1), 0.03, 40.0
-    )
-    return one._replace(**hidden)
+    )._replace(**hidden)
 
 
 def test_the_dead_zone_is_soft_inside_and_takes_its_width_outside() -> None:

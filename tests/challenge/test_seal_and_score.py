@@ -63,8 +63,8 @@ def answer(
 
 
 def judged(*pairs: tuple[dict[str, Any], Answer | None]) -> Score:
-    answers = {one["name"]: given for one, given in pairs if given is not None}
-    return score([one for one, _ in pairs], answers)
+    answers = {hidden["name"]: given for hidden, given in pairs if given is not None}
+    return score([hidden for hidden, _ in pairs], answers)
 
 
 def hits(result: Score, beginning: str) -> tuple[int, int]:
@@ -89,18 +89,18 @@ def test_a_cause_counts_by_its_name_or_its_true_class() -> None:
 
 
 def test_of_causes_named_for_one_that_hides_only_the_first_counts() -> None:
-    told = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
+    delay = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
     result = judged(
-        (truth("a", "one", "dvl_delay"), answer("explained", "dvl_delay", "waves", parameters=told)),
-        (truth("b", "one", "dvl_delay"), answer("explained", "waves", "dvl_delay", parameters=told)),
-        (truth("c", "one", "dvl_delay"), answer("explained", "waves", "tether", parameters=told)),
+        (truth("a", "one", "dvl_delay"), answer("explained", "dvl_delay", "waves", parameters=delay)),
+        (truth("b", "one", "dvl_delay"), answer("explained", "waves", "dvl_delay", parameters=delay)),
+        (truth("c", "one", "dvl_delay"), answer("explained", "waves", "tether", parameters=delay)),
     )
     assert hits(result, "one hidden: named first") == (1, 3)
     assert hits(result, "one hidden: named first, or called equally likely") == (1, 3)
     assert hits(result, "one hidden, 0.5 or more") == (1, 3)
     assert hits(result, "magnitudes within their 95 % intervals") == (1, 1)
-    (found,) = result.effects
-    assert found.rate == Rate(1, 3)
+    (row,) = result.effects
+    assert row.rate == Rate(1, 3)
 
 
 def test_a_degree_of_freedom_is_right_where_the_largest_share_of_the_gap_is_told() -> None:
@@ -193,11 +193,11 @@ def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:
 
 
 def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
-    told = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
+    delay = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
     result = judged(
         (
             truth("a", "one", "dvl_delay"),
-            answer("explained", "dvl_delay", parameters=told, shrink=(0.9, 0.86), probability=0.8),
+            answer("explained", "dvl_delay", parameters=delay, shrink=(0.9, 0.86), probability=0.8),
         )
     )
     assert result.numbers["magnitude error, median"] == pytest.approx(0.2)
@@ -208,11 +208,11 @@ def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
 
 
 def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes() -> None:
-    told = {"delay": {"value": 0.12, "unit": "s", "low95": 0.11, "high95": 0.13}}
-    both = answer("explained", "waves", "dvl_delay", parameters=told)
-    one = answer("explained", "waves", parameters=told)
+    delay = {"delay": {"value": 0.12, "unit": "s", "low95": 0.11, "high95": 0.13}}
+    both = answer("explained", "waves", "dvl_delay", parameters=delay)
+    single = answer("explained", "waves", parameters=delay)
     pair = truth("a", "two", "dvl_delay", "waves")
-    result = judged((pair, both), ({**pair, "name": "b"}, one))
+    result = judged((pair, both), ({**pair, "name": "b"}, single))
     assert result.numbers["two hidden: magnitude error, median"] == pytest.approx(0.2)
     pairs = result.rates["two hidden: magnitudes within their 95 % intervals"]
     assert (pairs.hits, pairs.of) == (0, 3)

@@ -116,7 +116,7 @@ def test_who_waits_for_a_verb_has_its_result_though_no_file_of_it_can_grow(dive,
     monkeypatch.setattr("gcs_plugin.job.subprocess.Popen", limited)
     result = tmp_path / "held.json"
     done = asyncio.run(work(("import", str(dive), "--json", str(result)), heard.append, lambda: 0))
-    (unkept,) = (told for told in heard if told.of == UNKEPT)
+    (unkept,) = (report for report in heard if report.of == UNKEPT)
     assert (done.code, done.result) == (exit_codes.BAD_INPUT, None)
     assert not result.exists()
     assert "pressure" in [signal["name"] for signal in unkept.result["signals"]]

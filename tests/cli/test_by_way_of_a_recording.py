@@ -49,7 +49,7 @@ def running():
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("link", "other"),
     [
         (LINK, LINK),
         (LINK, "udpin::14550"),
@@ -60,13 +60,13 @@ def running():
         ("udpout:192.168.2.2:14550", "udpout:192.168.2.2:14550"),
     ],
 )
-def test_one_link_is_known_by_any_of_its_names(one, other):
-    assert same_link(one, other)
-    assert same_link(other, one)
+def test_one_link_is_known_by_any_of_its_names(link, other):
+    assert same_link(link, other)
+    assert same_link(other, link)
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("link", "other"),
     [
         *(
             (LINK, other)
@@ -76,9 +76,9 @@ def test_one_link_is_known_by_any_of_its_names(one, other):
         ("udpin:127.0.0.1:0", "udpin:127.0.0.1:0"),
     ],
 )  # fmt: skip
-def test_another_link_is_another_and_a_port_still_to_be_chosen_is_nobodys(one, other):
-    assert not same_link(one, other)
-    assert not same_link(other, one)
+def test_another_link_is_another_and_a_port_still_to_be_chosen_is_nobodys(link, other):
+    assert not same_link(link, other)
+    assert not same_link(other, link)
 
 
 def test_a_serial_port_is_one_by_either_of_its_names(tmp_path):
@@ -290,11 +290,11 @@ def test_a_recording_tells_of_itself_while_it_runs_and_no_longer(monkeypatch, tm
     with Recording(monkeypatch, tmp_path) as recording:
         assert until(now).links == (LINK,)
         recording.far.write(beat())
-        told = until(lambda: now() if now().frames else None)
+        holding = until(lambda: now() if now().frames else None)
         ends.set()
     assert recording.codes == [exit_codes.DONE]
-    assert (told.pid, told.frames, told.bytes, told.lost) == (os.getpid(), 1, len(beat()), 0)
-    assert Path(told.folder).parent == tmp_path
+    assert (holding.pid, holding.frames, holding.bytes, holding.lost) == (os.getpid(), 1, len(beat()), 0)
+    assert Path(holding.folder).parent == tmp_path
     assert now() is None
 
 

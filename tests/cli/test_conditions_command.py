@@ -80,20 +80,20 @@ def test_without_a_dive_it_says_so(tmp_path, monkeypatch, capsys):
 
 
 def with_model(file, **model):
-    shapes = {name: replace(one, model=model) for name, one in file.vehicle.configurations.items()}
+    shapes = {name: replace(shape, model=model) for name, shape in file.vehicle.configurations.items()}
     return replace(file, vehicle=replace(file.vehicle, configurations=shapes))
 
 
 def test_the_vehicle_file_takes_water_and_mass_of_the_dive(dive):
     filed = with_model(load_vehicle("ruvifist"), M_u=100.0, M_w=180.0, I_r=20.0, D_u=50.0)
     dive.set_conditions(Conditions(11.5, 35.0, ballast_kg=3.0, payload_kg=-1.0))
-    file, told = recording_at(dive.path).under_conditions(filed)
+    file, sentences = recording_at(dive.path).under_conditions(filed)
     assert file.vehicle.water.density_kg_m3 == pytest.approx(1026.684, abs=1e-3)
     shape, before = file.vehicle.configurations["hovering"], filed.vehicle.configurations["hovering"]
     assert shape.dry_mass_kg == before.dry_mass_kg + 2.0
     assert shape.model == {"M_u": 102.0, "M_w": 182.0, "I_r": 20.0, "D_u": 50.0}
     assert (file.sha256, file.vehicle.name) == (filed.sha256, filed.vehicle.name)
-    assert told == (
+    assert sentences == (
         "2026-11-20T0900Z: water of 1026.7 kg/m3 by the dive's temperature and salinity, not the vehicle file's 998.2",
         "2026-11-20T0900Z: +2 kg of ballast and payload on top of the vehicle file's dry mass",
     )
@@ -116,14 +116,16 @@ def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
 
 
 @pytest.mark.parametrize(
-    ("out_m", "tried", "told"),
+    ("out_m", "tried", "sentences"),
     [
         (0.0, False, ("2026-11-20T0900Z: no tether was out, so a tether is not among the causes",)),
         (30.0, True, ()),
         (None, True, ()),
     ],
 )
-def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, capsys, out_m, tried, told):
+def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(
+    dive, monkeypatch, capsys, out_m, tried, sentences
+):
     class LookedAt(FitError):
         """Only the attempt counts."""
 
@@ -131,7 +133,7 @@ def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, c
         raise LookedAt(f"tether tried: {effects is None or 'tether' in {effect.name for effect in effects}}")
 
     dive.set_conditions(Conditions(tether_out_m=out_m))
-    assert ruled_out([dive.path])[1] == told
+    assert ruled_out([dive.path])[1] == sentences
     monkeypatch.setattr(
         "identify.run.recordings.read_dives", lambda *_: [Dive("dive", Path("dive.tlog"), "1" * 64)]
     )

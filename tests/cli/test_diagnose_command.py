@@ -36,18 +36,18 @@ DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}
 
 
-def diagnosis(*found, **other):
+def diagnosis(*findings, **other):
     gap = Gap(2.0, (), (), {}, (Share("yaw", "turning", 1.0),), (), ())
-    made = Diagnosis("d", "v", "c", "explained", gap, found, (), None, None, None, None, (), 1.0)
+    made = Diagnosis("d", "v", "c", "explained", gap, findings, (), None, None, None, None, (), 1.0)
     return replace(made, **other)
 
 
 SHAPE = load_vehicle("ruvifist").vehicle.configurations["hovering"]
 
 
-def printed(one):
+def printed(result):
     text = StringIO()
-    tell_diagnosis(Console(file=text, width=1000), one)
+    tell_diagnosis(Console(file=text, width=1000), result)
     return text.getvalue()
 
 
@@ -85,9 +85,9 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
     monkeypatch.setenv(reports.VARIABLE, reports.FORM)
     accepted = Accepted(D_U, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0}),), ())
     file = load_vehicle("ruvifist")
-    found = diagnosis(DRAG, configuration="hovering", accepted=accepted)
+    explained = diagnosis(DRAG, configuration="hovering", accepted=accepted)
     dive = Dive("dive", tmp_path, "1" * 64)
-    assert "foretold" in accept(tmp_path / "x.param", found, dive, file)
+    assert "foretold" in accept(tmp_path / "x.param", explained, dive, file)
     (line,) = capsys.readouterr().err.splitlines()
     assert (json.loads(line)["of"], json.loads(line)["share"]) == ("foretelling the next dive", 0.5)
 
@@ -150,9 +150,9 @@ def test_what_is_wrong_with_the_check_dive_is_told_of_the_check_dive(files, tmp_
 def test_two_pieces_that_share_a_stretch_are_of_one_dive(files, tmp_path):
     data = (files / "dive.tlog").read_bytes()
     assert len(data) > 262_144
-    one = made(tmp_path / "one.tlog", data[: len(data) * 2 // 3])
+    first = made(tmp_path / "one.tlog", data[: len(data) * 2 // 3])
     other = made(tmp_path / "other.tlog", data[len(data) // 3 :])
-    assert of_one_dive([one], [other]) == of_one_dive([other], [one]) == OVERLAPPING
+    assert of_one_dive([first], [other]) == of_one_dive([other], [first]) == OVERLAPPING
 
 
 def test_two_dives_of_a_vehicle_and_two_tables_that_begin_alike_are_two(files, tmp_path):
@@ -170,8 +170,8 @@ def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little()
     start_s = check.span_s[0]
     short = check.between(start_s, start_s + 35.0)
 
-    def told(other):
-        found = diagnose(
+    def check_notes(other):
+        result = diagnose(
             dive,
             case.file,
             case.configuration,
@@ -179,11 +179,11 @@ def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little()
             effects=(QUADRATIC_DRAG,),
             progress=lambda *_report: None,
         )
-        assert found.check is not None
-        return [note for note in found.notes if "check dive" in note]
+        assert result.check is not None
+        return [note for note in result.notes if "check dive" in note]
 
-    assert told(check) == []
-    (note,) = told(short)
+    assert check_notes(check) == []
+    (note,) = check_notes(short)
     assert note.startswith("The check dive lasts 34 s, too short to tell how far the gap shrinks; dive 60 s")
 
 
@@ -258,10 +258,10 @@ def test_several_runs_are_held_against_several_of_a_simulator_each_as_one_dive(t
     vehicle.write_text(weak.vehicle.text, encoding="utf-8")
     words = ["diagnose", *sorted(runs.iterdir()), "--vehicle", vehicle, "--against", sim, "--json", answer]
     assert cli.main([*map(str, words)]) == exit_codes.DONE
-    told = json.loads(answer.read_text())
-    assert told["against"]["lacks"] == ["weak_thruster"]
-    assert [run["name"] for run in told["runs"]["used"]] == ["run-0", "run-1", "run-2"]
-    assert told["against"]["simulator"] == "2 runs, run-0 to run-1"
+    data = json.loads(answer.read_text())
+    assert data["against"]["lacks"] == ["weak_thruster"]
+    assert [run["name"] for run in data["runs"]["used"]] == ["run-0", "run-1", "run-2"]
+    assert data["against"]["simulator"] == "2 runs, run-0 to run-1"
     assert "3 runs are one dive of 90 s" in " ".join(capsys.readouterr().out.split())
 
 

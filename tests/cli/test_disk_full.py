@@ -53,11 +53,11 @@ class Tmpfs:
         return self._seen
 
     def fill(self):
-        rest = os.open(self._seen / "rest", os.O_WRONLY | os.O_CREAT)
+        filler = os.open(self._seen / "rest", os.O_WRONLY | os.O_CREAT)
         with suppress(OSError):
             while True:
-                os.write(rest, bytes(1000))
-        os.close(rest)
+                os.write(filler, bytes(1000))
+        os.close(filler)
 
     def free(self):
         (self._seen / "rest").unlink()

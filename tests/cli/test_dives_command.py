@@ -81,9 +81,9 @@ def looks(monkeypatch):
     seen = []
     read = dive_reading._looked
 
-    def counted(folder, *rest):
+    def counted(folder, *more):
         seen.append(folder.name)
-        return read(folder, *rest)
+        return read(folder, *more)
 
     monkeypatch.setattr(dive_reading, "_looked", counted)
     return seen
@@ -178,10 +178,10 @@ def test_bytes_that_belong_to_no_message_are_told_with_their_number_and_place(
     data = whole.read_bytes()
     halves = data[: len(data) // 2], data[len(data) // 2 :]
     (folder / "telemetry.tlog").write_bytes(before + halves[0] + within + halves[1] + after)
-    told = f"2026-11-20T0912Z-lake/telemetry.tlog: {where} belong to no message and were left out"
-    assert row_of(folder).glance.stray == (told if where else "")
+    stray = f"2026-11-20T0912Z-lake/telemetry.tlog: {where} belong to no message and were left out"
+    assert row_of(folder).glance.stray == (stray if where else "")
     cli.main(["dives", str(folder)])
-    assert (f"lake: {told}." in " ".join(capsys.readouterr().out.split())) == bool(where)
+    assert (f"lake: {stray}." in " ".join(capsys.readouterr().out.split())) == bool(where)
 
 
 def test_the_second_list_reads_no_recording(dives, looks, capsys):
@@ -219,7 +219,7 @@ def test_a_damaged_or_missing_glance_is_made_again(dives, looks, damage):
 
 
 @pytest.mark.parametrize(
-    "told",
+    "spoilt",
     [
         {"began_unix_s": 1e300},
         {"duration_s": math.inf},
@@ -229,11 +229,11 @@ def test_a_damaged_or_missing_glance_is_made_again(dives, looks, damage):
     ],
     ids=str,
 )
-def test_a_glance_with_something_else_in_a_place_is_made_again(dives, looks, told):
+def test_a_glance_with_something_else_in_a_place_is_made_again(dives, looks, spoilt):
     folder = dives / "2026-11-20T0912Z-hovering"
     before = row_of(folder).glance
     data = json.loads((folder / GLANCE).read_text("utf-8"))
-    (folder / GLANCE).write_text(json.dumps(data | {"glance": data["glance"] | told}), encoding="utf-8")
+    (folder / GLANCE).write_text(json.dumps(data | {"glance": data["glance"] | spoilt}), encoding="utf-8")
     assert row_of(folder).glance == before
     assert len(looks) == 2
 
@@ -347,8 +347,8 @@ def test_a_dive_that_lacks_its_middle_says_for_how_long_nothing_was_heard(holed,
     (line,) = [line for line in shown.splitlines() if line.endswith("  holed")]
     assert line.split()[2:7] == ["1:00", "0.1", "33.2", "20", "s"]
     assert NOT_HEARD in " ".join(shown.split())
-    (told,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
-    assert (round(told["unheard_s"], 3), told["unheard"]) == (20.0, NOT_HEARD)
+    (listed,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
+    assert (round(listed["unheard_s"], 3), listed["unheard"]) == (20.0, NOT_HEARD)
     assert NOT_HEARD in read_dive(holed).notes
 
 
@@ -365,8 +365,8 @@ def test_a_dive_that_is_recorded_and_holds_nothing_yet_says_so(capsys, tmp_path)
     at = ["dives", str(folder.path.parent), "--json", str(tmp_path / "list.json")]
     assert cli.main(at) == exit_codes.DONE
     assert "deck: is being recorded, nothing heard yet" in capsys.readouterr().out
-    (told,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
-    assert (told["error"], told["underway"]) == ("", "is being recorded, nothing heard yet")
+    (listed,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
+    assert (listed["error"], listed["underway"]) == ("", "is being recorded, nothing heard yet")
     recording.close()
     assert cli.main(at) == exit_codes.BAD_INPUT
     assert "deck: can't be read: " in capsys.readouterr().out

@@ -84,7 +84,7 @@ def test_a_healthy_vehicle_afloat_is_heard_with_all_its_sensors_and_no_warning(d
         "parameters",
     ]
     assert set(well) <= set(result)
-    assert {name: one["sentence"] for name, one in result.items() if one["level"] != "ok"} == {}
+    assert {name: finding["sentence"] for name, finding in result.items() if finding["level"] != "ok"} == {}
 
 
 def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(link, wet, tmp_path):

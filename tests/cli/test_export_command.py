@@ -94,11 +94,11 @@ def test_a_vehicle_file_with_a_model_is_taken_as_it_is(tmp_path):
 
 
 def test_what_did_not_fit_is_written_as_json_too(tmp_path, capsys):
-    out, told = tmp_path / "a.sdf", tmp_path / "told.json"
+    out, report = tmp_path / "a.sdf", tmp_path / "told.json"
     path = identified(tmp_path / "a.json")
     words = (path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", out, "--json")
-    assert export(*words, told) == exit_codes.DONE
-    data = json.loads(told.read_text(encoding="utf-8"))
+    assert export(*words, report) == exit_codes.DONE
+    data = json.loads(report.read_text(encoding="utf-8"))
     assert (data["target"], data["file"]) == ("gazebo", str(out))
     assert "thruster lag 0.05 s" in [part["what"] for part in data["left_out"]]
     assert all(part["reason"] for part in data["left_out"])
@@ -160,13 +160,15 @@ def test_a_doubted_value_that_is_exported_is_told(tmp_path, capsys):
         "problem": "No rate of turn was recorded",
         "remedy": "dive again.",
     }
-    path, told = identified(tmp_path / "a.json", doubts=[doubt]), tmp_path / "told.json"
-    words = (path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf", "--json", told)
+    path, report = identified(tmp_path / "a.json", doubts=[doubt]), tmp_path / "told.json"
+    words = (path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf", "--json", report)
     assert export(*words) == exit_codes.DONE
     shown = capsys.readouterr().out
     assert "warning: M_u is doubted: no rate of turn was recorded" in shown
     assert "M_w is doubted" not in shown
-    assert json.loads(told.read_text(encoding="utf-8"))["doubted"] == {"M_u": "no rate of turn was recorded"}
+    assert json.loads(report.read_text(encoding="utf-8"))["doubted"] == {
+        "M_u": "no rate of turn was recorded"
+    }
 
 
 def test_a_file_that_finds_no_room_is_named_with_what_did_not_fit_and_leaves_what_lay_there(
@@ -208,8 +210,8 @@ def param(tmp_path):
 
 
 def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
-    path, told = written(tmp_path)
-    assert told == (
+    path, sentences = written(tmp_path)
+    assert sentences == (
         "Waves are the water's.",
         "How the next dive tracks is not foretold: the simulated vehicle has no waves.",
         f"accepted: {path}; seatrial params upload {path} sends it to the vehicle",
@@ -217,14 +219,16 @@ def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
 
 
 def test_nothing_is_accepted_of_a_dive_whose_motion_runs_against_its_thrust(tmp_path):
-    path, (told,) = written(tmp_path, first=("The recorded motion does not go the way the thrust pushes.",))
-    assert told.startswith(f"{path} was not written: the motion does not go the way the thrust pushes")
+    path, (sentence,) = written(
+        tmp_path, first=("The recorded motion does not go the way the thrust pushes.",)
+    )
+    assert sentence.startswith(f"{path} was not written: the motion does not go the way the thrust pushes")
     assert not path.exists()
 
 
 def test_where_something_is_left_unexplained_an_upload_needs_a_word(tmp_path):
-    path, told = written(tmp_path, "unknown")
-    assert "--despite-doubts" in told[-1]
+    path, sentences = written(tmp_path, "unknown")
+    assert "--despite-doubts" in sentences[-1]
     with pytest.raises(UsageError, match="data and model disagree"):
         targets_of(path, Leave())
     assert targets_of(path, Leave(doubts=True)).values["FF1_X_UU"] == 60.0
@@ -311,10 +315,10 @@ def test_it_is_exported_with_its_effects(param, tmp_path, capsys):
 
 
 def test_it_is_what_a_simulated_vehicle_truly_is(param):
-    truth, told = accepted_truth(param, FILE, "hovering")
+    truth, sentences = accepted_truth(param, FILE, "hovering")
     assert (truth.model["M_u"], truth.quadratic[0]) == (111.0, 60.0)
     assert truth.effects == pytest.approx({"X_uu": 60.0, "T_start": 0.8, "T2_gain": 0.75})
-    assert told == ("not simulated: waves",)
+    assert sentences == ("not simulated: waves",)
     with pytest.raises(UsageError, match="is of vehicle"):
         accepted_truth(param, replace(FILE, vehicle=replace(FILE.vehicle, name="other")), "hovering")
 
@@ -343,9 +347,9 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
 ):
     doubt = Doubt(("D_u", "I_r"), "The DVL is late", "mend it.", Outcome.DISAGREES)
     monkeypatch.setattr("identify.checks.contradictions.turning_doubts", lambda _dive: (doubt,))
-    path, told = written(tmp_path)
-    assert "D_u is doubted: the DVL is late" in told
-    assert told[-1].endswith("with --despite-doubts, because the recording contradicts itself")
+    path, sentences = written(tmp_path)
+    assert "D_u is doubted: the DVL is late" in sentences
+    assert sentences[-1].endswith("with --despite-doubts, because the recording contradicts itself")
     assert read_sidecar(path).doubted == {"D_u": "the DVL is late"}
     with pytest.raises(UsageError, match="data and model disagree"):
         targets_of(path, Leave())
@@ -353,9 +357,9 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
 
 def test_what_the_fit_beside_the_causes_gets_wrong_is_in_the_sidecar_and_stops_an_upload(tmp_path):
     late = Doubt(("M_u", "D_u"), "In surge thrust acts late", "mend the lag.", Outcome.DISAGREES)
-    path, told = written(tmp_path, doubts=(late,))
-    assert "M_u is doubted: in surge thrust acts late" in told
-    assert told[-1].endswith("with --despite-doubts, because the model does not fit the dive")
+    path, sentences = written(tmp_path, doubts=(late,))
+    assert "M_u is doubted: in surge thrust acts late" in sentences
+    assert sentences[-1].endswith("with --despite-doubts, because the model does not fit the dive")
     assert read_sidecar(path).doubted == dict.fromkeys(("M_u", "D_u"), "in surge thrust acts late")
     with pytest.raises(UsageError, match="data and model disagree"):
         targets_of(path, Leave())

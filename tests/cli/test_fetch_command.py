@@ -63,10 +63,10 @@ def fetch(dive, tmp_path, monkeypatch):
 
 
 def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, fetch, capsys) -> None:
-    code, told = fetch()
+    code, answer = fetch()
     assert code == exit_codes.DONE
-    assert told["recording"] == str(folder.path / WHOLE)
-    assert told["missing"] == told["frames"] - len(dive.heard) > 50
+    assert answer["recording"] == str(folder.path / WHOLE)
+    assert answer["missing"] == answer["frames"] - len(dive.heard) > 50
     assert "had not been heard; the dive is whole in" in capsys.readouterr().out
 
 
@@ -77,9 +77,9 @@ def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(
     segments = [segment for segment, _ in segments_in(dive.folder)]
     for segment in segments[len(segments) // 3 : 2 * len(segments) // 3]:
         (dive.folder / segment.name).unlink()
-    code, told = fetch(made.path)
+    code, answer = fetch(made.path)
     assert code == exit_codes.NO
-    (hole,) = told["holes"]
+    (hole,) = answer["holes"]
     assert 8.0 < hole["length_s"] < 20.0
     assert (
         "nobody has, the vehicle neither: its ring was full or let its oldest go" in capsys.readouterr().out

@@ -194,18 +194,18 @@ def test_of_an_armed_vehicle_the_modes_name_is_typed(vehicle, monkeypatch, typed
 def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehicle, monkeypatch, capsys):
     vehicle.give_a_model()
 
-    told, beats, say = threading.Event(), [], vehicle.say
+    heard_twice, beats, say = threading.Event(), [], vehicle.say
 
     def says(*messages):
         say(*messages)
         beats.extend(1 for message in messages if message.get_type() == "HEARTBEAT" and message.base_mode)
         # The first has been read once the second is said.
         if len(beats) > 1:
-            told.set()
+            heard_twice.set()
 
     def arms():
         vehicle.armed = True
-        assert told.wait(10.0)
+        assert heard_twice.wait(10.0)
 
     monkeypatch.setattr(vehicle, "say", says)
     monkeypatch.setattr("sys.stdin", Terminal("yes\n", arms))

@@ -34,14 +34,14 @@ def kept(path: Path, about: Sidecar | None) -> str:
 
 
 def test_a_named_file_says_what_was_foretold_and_of_what(tmp_path):
-    told = foretelling(kept(tmp_path / "mended.param", ABOUT), tmp_path, [DIVE], FILE)
-    assert (told.vehicle, told.configuration, told.dive, told.sha256) == (
+    foretold = foretelling(kept(tmp_path / "mended.param", ABOUT), tmp_path, [DIVE], FILE)
+    assert (foretold.vehicle, foretold.configuration, foretold.dive, foretold.sha256) == (
         "ruvifist",
         "hovering",
         "lake",
         "ab",
     )
-    assert (told.dived, told.effects, told.rows) == (ABOUT.dived, ("weak thruster 1",), (ROW,))
+    assert (foretold.dived, foretold.effects, foretold.rows) == (ABOUT.dived, ("weak thruster 1",), (ROW,))
 
 
 @pytest.mark.parametrize("about", [None, replace(ABOUT, foretold=())], ids=["no sidecar", "nothing foretold"])
@@ -56,16 +56,18 @@ def test_without_a_name_and_without_receipts_nothing_was_foretold(tmp_path):
     assert foretelling(None, tmp_path / "receipts", [replace(DIVE, veh_cfg=None)], FILE) is None
 
 
-def test_every_axis_is_a_row_for_the_whole_and_one_for_what_it_was_not_asked_to_do():
+def test_every_axis_has_a_row_for_the_whole_mission_while_others_move_and_at_rest():
     surge = WholeError("surge", "m/s", 0.0133, 0.18, 0.0161, 0.004, 0.001)
     yaw = WholeError("yaw", "rad/s", 0.0189, 0.07, float("nan"), 0.001, 0.0001)
     table = whole_table(
         {"ff": TrackingErrors("a", (), (surge, yaw)), "both": TrackingErrors("b", (), (surge,))}
     )
     assert table.rows == [
-        ("surge", "the whole", "13 mm/s", "13 mm/s"),
+        ("surge", "whole mission", "13 mm/s", "13 mm/s"),
         ("surge", "while others move", "16 mm/s", "16 mm/s"),
-        ("yaw", "the whole", "1.1 deg/s", "-"),
+        ("surge", "at rest", "4.0 mm/s", "4.0 mm/s"),
+        ("yaw", "whole mission", "1.1 deg/s", "-"),
         ("yaw", "while others move", "-", "-"),
+        ("yaw", "at rest", "0.057 deg/s", "-"),
     ]
     assert whole_table({"ff": TrackingErrors("a", ())}) is None

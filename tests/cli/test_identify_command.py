@@ -62,10 +62,10 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatc
     drawn = tmp_path / "figures"
     targets = ("--json", out, "--report", page, "--param", param, "--figures", drawn)
     assert identify(minute, *targets) == exit_codes.DONE
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert found["method"] == "likelihood"
-    assert found["configuration"] == "hovering"
-    by_name = {parameter["name"]: parameter for parameter in found["parameters"]}
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert answer["method"] == "likelihood"
+    assert answer["configuration"] == "hovering"
+    by_name = {parameter["name"]: parameter for parameter in answer["parameters"]}
     assert {coefficient.name for coefficient in COEFFICIENTS} <= set(by_name)
     assert set(by_name) <= {coefficient.name for coefficient in COEFFICIENTS} | set(ADDED_MASS_NAMES)
     keys = {"name", "symbol", "value", "unit", "std", "low95", "high95", "identifiable"}
@@ -75,14 +75,14 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatc
     html = page.read_text(encoding="utf-8")
     assert html.startswith("<!DOCTYPE html>")
     assert (
-        html.index("<h2>Provenance</h2>") < html.index(found["dive"]["sha256"]) < html.index(">likelihood<")
+        html.index("<h2>Provenance</h2>") < html.index(answer["dive"]["sha256"]) < html.index(">likelihood<")
     )
     assert len(html) < 1_500_000
     assert {path.suffix for path in drawn.iterdir()} == {".svg", ".png"}
     assert len(list(drawn.iterdir())) == 2 * html.count("<figure>")
     assert "FF1_M_U," in param.read_text(encoding="utf-8")
     data = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
-    assert data["dive_sha256"] == found["dive"]["sha256"]
+    assert data["dive_sha256"] == answer["dive"]["sha256"]
     assert data["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["given_thrust_low95"]
 
 
@@ -111,20 +111,20 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
 
     def drawn(*_words):
         shown = capfd.readouterr()
-        told = [told for line in shown.err.splitlines() if (told := read(line)) is not None]
-        seen.append((out.exists(), param.exists(), "low 95 %" in shown.out, told))
+        reports = [reports for line in shown.err.splitlines() if (reports := read(line)) is not None]
+        seen.append((out.exists(), param.exists(), "low 95 %" in shown.out, reports))
         return []
 
     monkeypatch.setattr("tui.files.Files.publish", drawn)
     assert (
         identify(minute, "--json", out, "--param", param, "--report", tmp_path / "x.html") == exit_codes.DONE
     )
-    ((*there, told),) = seen
+    ((*there, reports),) = seen
     assert there == [True, True, True]
-    assert [item.share for item in told if item.answered] == [1.0]
-    assert told[-1].answered
+    assert [item.share for item in reports if item.answered] == [1.0]
+    assert reports[-1].answered
     value = next(p["value"] for p in json.loads(out.read_text("utf-8"))["parameters"] if p["name"] == "M_u")
-    assert told[-1].values["M_u"][0] == pytest.approx(value, rel=1e-3)
+    assert reports[-1].values["M_u"][0] == pytest.approx(value, rel=1e-3)
 
 
 @needs_shared
@@ -227,11 +227,11 @@ def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path,
     shown = capsys.readouterr()
     (run,) = json.loads(shown.out)
     assert (run["raising"]["from"], run["raising"]["to"]) == ("shadow", "both")
-    told = " ".join(shown.err.split())
-    verdict = told.index(f"shadow: {run['raising']['sentence']}")
-    assert all(f"{item['what']}: {item['words']}" in told for item in run["raising"]["criteria"])
-    assert told.startswith("'shadow' errs, mean absolute: ")
-    assert verdict < told.index("rms over the whole mission of") < told.index("mean absolute error by phase")
+    err = " ".join(shown.err.split())
+    verdict = err.index(f"shadow: {run['raising']['sentence']}")
+    assert all(f"{item['what']}: {item['words']}" in err for item in run["raising"]["criteria"])
+    assert err.startswith("'shadow' errs, mean absolute: ")
+    assert verdict < err.index("rms over the whole mission of") < err.index("mean absolute error by phase")
 
 
 @needs_shared

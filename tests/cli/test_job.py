@@ -70,7 +70,7 @@ def test_progress_is_lines_of_json_for_who_asks_for_them(
 def test_an_identification_tells_its_values_as_they_converge(dive: tuple[str, ...]) -> None:
     done, heard = ran(*dive, "--method", "pinn")
     assert done.code in (exit_codes.DONE, exit_codes.NO)
-    passes = [told.values for told in heard if told.values]
+    passes = [report.values for report in heard if report.values]
     assert len(passes) > 2
     final = {p["name"]: p["value"] for p in done.result["parameters"]}
     last = passes[-1]

@@ -43,12 +43,20 @@ class Crew:
         return " ".join((shown.out + shown.err).split())
 
     def dive(self, mode, seed):
-        told = self.folder / "dived.json"
+        report = self.folder / "dived.json"
         line = ("simulate", "--vehicle", f"{self.file}:hovering", "--mission", "validation", "--mode", mode)
         self.type(
-            *line, "--seed", seed, "--out", self.folder / "dives", "--parameters", self.memory, "--json", told
+            *line,
+            "--seed",
+            seed,
+            "--out",
+            self.folder / "dives",
+            "--parameters",
+            self.memory,
+            "--json",
+            report,
         )
-        return json.loads(told.read_text(encoding="utf-8"))["folder"]
+        return json.loads(report.read_text(encoding="utf-8"))["folder"]
 
     def upload(self, source, *more, code=exit_codes.DONE):
         file = load_vehicle(str(self.file))
@@ -60,10 +68,10 @@ class Crew:
             return self.type(*line, "--receipts", self.folder / "receipts", *more, code=code)
 
     def validate(self, *dives):
-        told = self.folder / "validation.json"
+        report = self.folder / "validation.json"
         line = ("validate", *dives, "--vehicle", self.file, "--receipts", self.folder / "receipts")
-        said = self.type(*line, "--json", told)
-        return json.loads(told.read_text(encoding="utf-8")), said
+        said = self.type(*line, "--json", report)
+        return json.loads(report.read_text(encoding="utf-8")), said
 
 
 @pytest.mark.soak

@@ -29,8 +29,8 @@ def test_a_log_is_merged_by_one_command_and_again_without_harm(folder, tmp_path,
         said = " ".join(capsys.readouterr().out.split())
         assert "00000042.BIN is merged: its clock is 12.70" in said
         assert "It fills up thruster commands" in said
-    (told,) = json.loads((tmp_path / "came.json").read_text())
-    assert told["into"] == str(folder / "00000042.BIN")
+    (merged,) = json.loads((tmp_path / "came.json").read_text())
+    assert merged["into"] == str(folder / "00000042.BIN")
     assert (folder / "00000042.BIN").read_bytes() == log.read_bytes()
     assert cli.main(["import", str(folder), "--json", "-"]) == exit_codes.DONE
     assert "00000042.BIN is merged" in capsys.readouterr().out
@@ -63,11 +63,11 @@ def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> No
     monkeypatch.chdir(tmp_path)
     folder = Path(shown[0].split()[2])
     folder.mkdir(parents=True)
-    own = heard(folder / "telemetry.tlog", Turning())
+    telemetry = heard(folder / "telemetry.tlog", Turning())
     logged(tmp_path / "00000042.BIN", Turning(), lambda boot_s: boot_s - 7.0)
-    data = own.read_bytes()
+    data = telemetry.read_bytes()
     over = 4 * len(data) // 5
-    own.write_bytes(data[:over])
+    telemetry.write_bytes(data[:over])
     (tmp_path / "laptop.tlog").write_bytes(data[len(data) // 3 : over])
     second = folder / "telemetry.2.tlog"
     for line in shown:
@@ -106,9 +106,9 @@ def test_one_file_that_can_not_be_merged_keeps_none_of_the_others_out_and_is_nam
     assert f"seatrial: {tmp_path / 'absent.tlog'}: no such file; check the name" in err
     assert f"seatrial: {tmp_path / 'words.tlog'}: holds no MAVLink frame" in err
     assert err.endswith("merged: a.tlog, b.tlog; not merged: empty.tlog, absent.tlog, words.tlog")
-    told = json.loads((tmp_path / "came.json").read_text())
+    merged = json.loads((tmp_path / "came.json").read_text())
     whole = str(folder / WHOLE)
-    assert [(item["file"], item["into"]) for item in told] == list(
+    assert [(item["file"], item["into"]) for item in merged] == list(
         zip(given, [whole, None, None, None, whole], strict=True)
     )
 

@@ -38,7 +38,7 @@ def recording(tmp_path, monkeypatch):
         vehicle.close()
 
 
-def told(capsys, *words):
+def recorded(capsys, *words):
     code = cli.main(["record", *words, "--json", "-"])
     return code, json.loads(capsys.readouterr().out)
 
@@ -49,7 +49,7 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     client, framer, seen = open_link(first.hub), Framer(), []
     until(lambda: now().frames)
     DiveFolder(Path(first.folder)).set_conditions(Conditions(salinity=35.0))
-    code, answer = told(capsys, "--next")
+    code, answer = recorded(capsys, "--next")
     assert code == exit_codes.DONE
     assert answer["finished"] == first.folder
     second = until(lambda: now() if now().frames else None)
@@ -58,7 +58,7 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     vehicle.close()
     until(lambda: seen.extend(framer.feed(client.read(0.05))) or (seen and seen[-1].raw == vehicle.sent[-1]))
     client.close()
-    assert told(capsys, "--end") == (
+    assert recorded(capsys, "--end") == (
         exit_codes.DONE,
         {"finished": second.folder, "folder": None},
     )

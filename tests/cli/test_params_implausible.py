@@ -197,13 +197,13 @@ def test_a_gain_that_would_act_beside_the_vehicle_s_own_is_refused_and_taken_by_
         for name, value in (("FF1_M_U", 111.0), ("FF1_D_U", 56.0), ("FF1_T1_GAIN", held)):
             vehicle.server.write(name, value, armed=False)
     shipped = load_vehicle(VEHICLE)
-    own = tmp_path / "own.yaml"
+    vehicle_file = tmp_path / "own.yaml"
     text = shipped.path.read_text(encoding="utf-8")
-    own.write_text(
+    vehicle_file.write_text(
         text.replace("[0.42, -0.32, 0.0]}", f"[0.42, -0.32, 0.0], gain: {given}}}"), encoding="utf-8"
     )
     path = weak(tmp_path / "weak.param", credit)
-    line = ("upload", path, "--yes", "--vehicle", str(own))
+    line = ("upload", path, "--yes", "--vehicle", str(vehicle_file))
     if why:
         assert run(*line) == exit_codes.NO
         said = " ".join(capsys.readouterr().err.split())

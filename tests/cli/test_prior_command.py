@@ -169,10 +169,10 @@ def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehi
     source = identified(tmp_path / "a.json")
     assert accept(source, vehicle) == exit_codes.DONE
     prior = priors(vehicle)["M_u"]
-    own = np.array([[1.0]])
+    covariance = np.array([[1.0]])
     identification = Identification("likelihood", Outcome.CONVERGED,
                            (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
-                           "again", "7" * 64, "ruvifist", "0" * 64, 60.0, 100, own, ("M_u",))  # fmt: skip
+                           "again", "7" * 64, "ruvifist", "0" * 64, 60.0, 100, covariance, ("M_u",))  # fmt: skip
     (doubt,) = with_priors(identification, {"M_u": prior}, 0.0).doubts
     again = identified(tmp_path / "b.json", doubts=[doubt.to_json()])
     assert accept(again, vehicle) == exit_codes.DONE

@@ -69,13 +69,13 @@ class Killed:
     @staticmethod
     def _rest(client):
         """The bytes under way when it died."""
-        rest = b""
+        under_way = b""
         try:
             while data := client.recv(1 << 16):
-                rest += data
+                under_way += data
         except ConnectionResetError:
             pass
-        return rest
+        return under_way
 
 
 def kill_over_and_over(root, times, seed):

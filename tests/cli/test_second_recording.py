@@ -23,15 +23,15 @@ FIRST, SECOND = LINK, "udpin:127.0.0.1:14621"
 OTHER_HUB = "tcp:127.0.0.1:4712"
 
 
-def told(**changed):
+def of_recording(**changed):
     return telling(**{"pid": os.getppid(), "folder": "/dives/first"} | changed)
 
 
 @pytest.fixture
 def two():
     """Two recordings that run, so far as they tell."""
-    second = told(pid=os.getpid(), hub=OTHER_HUB, links=(SECOND,), folder="/dives/second")
-    write_holding(told())
+    second = of_recording(pid=os.getpid(), hub=OTHER_HUB, links=(SECOND,), folder="/dives/second")
+    write_holding(of_recording())
     write_holding(second, second=True)
     yield second
     release()
@@ -47,11 +47,11 @@ def opened(monkeypatch):
     """The names of the links that were opened."""
     names = []
 
-    def one(name):
+    def open_dead(name):
         names.append(name)
         return dead(name)
 
-    monkeypatch.setattr("bridge.links.open.open_link", one)
+    monkeypatch.setattr("bridge.links.open.open_link", open_dead)
     return names
 
 
@@ -67,7 +67,7 @@ def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
 
 @pytest.mark.usefixtures("two")
 def test_what_a_killed_one_told_is_taken_away_by_the_next():
-    write_holding(told(pid=2**22 + 1, links=("udpin:127.0.0.1:9",)), second=True)
+    write_holding(of_recording(pid=2**22 + 1, links=("udpin:127.0.0.1:9",)), second=True)
     assert len(recordings_now()) == 2
     release()
     assert list(state_file().parent.glob("recording.*.beside")) == []
@@ -112,7 +112,7 @@ def test_a_dive_that_another_vehicles_ring_knows_nothing_of_says_whom_it_asked(t
     dive.dive(5.0)
     made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
     write_records(made.path / "telemetry.tlog", dive.heard)
-    write_holding(told())
+    write_holding(of_recording())
     other = Dive(tmp_path / "other")
     for _ in range(3):
         other.switch_on()
@@ -128,7 +128,7 @@ def test_a_fetch_by_the_link_of_the_second_means_its_dive_and_never_ends_that_of
 ):
     made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
     write_records(made.path / "telemetry.tlog", [])
-    write_holding(told(**vars(two) | {"folder": str(made.path)}), second=True)
+    write_holding(of_recording(**vars(two) | {"folder": str(made.path)}), second=True)
     monkeypatch.setattr("tui.links.link_for", lambda *_: dead(SECOND))
     assert cli.main(["fetch", "--link", SECOND]) == exit_codes.BAD_INPUT
     said = " ".join(capsys.readouterr().err.split())

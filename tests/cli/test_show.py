@@ -240,9 +240,9 @@ def test_an_error_in_the_table_is_the_one_that_the_reason_names(capsys):
     low, high = 15.5 * math.exp(-1.96 * 0.3), 15.5 * math.exp(1.96 * 0.74)
     reason = too_little("I_q", "pitch", 0.74, 0.0, 15.5, "")
     loose = estimate("I_q", 15.5, 0.18 * 15.5, low, high, reason)
-    found = identification()
-    others = tuple(replace(p, identifiable=True, reason="") for p in found.parameters if p.name != "I_q")
-    identify.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
+    answer = identification()
+    others = tuple(replace(p, identifiable=True, reason="") for p in answer.parameters if p.name != "I_q")
+    identify.tell(show.results(), dive(), replace(answer, parameters=(*others, loose)))
     out = capsys.readouterr().out
     (row,) = [line for line in out.splitlines() if line.startswith("I_q")]
     assert " 74 " in row

@@ -62,9 +62,9 @@ def test_the_seed_decides_the_noise(tmp_path, mission, capsys):
     for seed in ("1", "1", "2"):
         assert simulate(tmp_path, mission, "--seed", seed, "--json", "-") == exit_codes.DONE
         folders.append(json.loads(capsys.readouterr().out)["folder"])
-    one, again, other = (read_dive(Path(folder)).velocity.value.tolist() for folder in folders)
-    assert one == again
-    assert one != other
+    first, again, other = (read_dive(Path(folder)).velocity.value.tolist() for folder in folders)
+    assert first == again
+    assert first != other
 
 
 @pytest.mark.parametrize("mode", ["ff", "both"])

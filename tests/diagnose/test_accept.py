@@ -37,24 +37,26 @@ from identify.estimators.misfit import Doubts, Multiplier
 from identify.identification import Outcome
 
 
-def found(effect, *values, width=0.01, also=()):
+def finding_of(effect, *values, width=0.01, also=()):
     """A cause with intervals of a hundredth either way, or wider."""
     cause = Cause(effect, np.array(values, dtype=float))
-    told = {
+    parameters = {
         name: Value(value, unit, value - width * abs(value), value + width * abs(value))
         for name, (value, unit) in effect.told(cause.values).items()
         if name != "thruster"
     }
-    return Finding(cause, also, {}, 0.99, told, 50.0)
+    return Finding(cause, also, {}, 0.99, parameters, 50.0)
 
 
 def accepted_of(causes, now, shape):
     """The result of accepting causes whose fit is `now`."""
-    return diagnose_accepted.accepted_of(causes, known_with_causes([one.cause for one in causes], now), shape)
+    return diagnose_accepted.accepted_of(
+        causes, known_with_causes([finding.cause for finding in causes], now), shape
+    )
 
 
 def of_effects(accepted):
-    return {name: one.value for name, one in accepted.values.items() if name not in BY_NAME}
+    return {name: value.value for name, value in accepted.values.items() if name not in BY_NAME}
 
 
 def test_without_causes_the_linear_model_alone_is_accepted(nominal, shape):
@@ -81,7 +83,7 @@ def test_without_causes_the_linear_model_alone_is_accepted(nominal, shape):
     ids=lambda given: getattr(given, "label", ""),
 )
 def test_each_effect_has_its_own_parameters_on_board(nominal, shape, effect, values, wanted):
-    accepted = accepted_of((found(effect, *values),), nominal, shape)
+    accepted = accepted_of((finding_of(effect, *values),), nominal, shape)
     assert of_effects(accepted) == pytest.approx(wanted)
     assert accepted.sentences == ()
     (kept,) = accepted.effects
@@ -90,26 +92,31 @@ def test_each_effect_has_its_own_parameters_on_board(nominal, shape, effect, val
 
 
 def test_a_munk_moment_and_a_centre_of_mass_become_moments_of_this_vehicles_masses(nominal, shape):
-    causes = (found(hydrodynamics.MUNK_MOMENT_IN_YAW, 1.3), found(rigid_body.CG_OFFSET, 0.02, -0.01))
-    told = of_effects(accepted_of(causes, nominal, shape))
+    causes = (
+        finding_of(hydrodynamics.MUNK_MOMENT_IN_YAW, 1.3),
+        finding_of(rigid_body.CG_OFFSET, 0.02, -0.01),
+    )
+    values = of_effects(accepted_of(causes, nominal, shape))
     m_u, m_v = nominal.course.mass[:2]
-    assert told["N_munk"] == pytest.approx(0.3 * (m_v - m_u))
-    assert (told["S_x"], told["S_y"]) == pytest.approx((0.02 * shape.dry_mass_kg, -0.01 * shape.dry_mass_kg))
+    assert values["N_munk"] == pytest.approx(0.3 * (m_v - m_u))
+    assert (values["S_x"], values["S_y"]) == pytest.approx(
+        (0.02 * shape.dry_mass_kg, -0.01 * shape.dry_mass_kg)
+    )
 
 
 def test_a_sag_becomes_the_law_of_the_voltage_that_was_measured(nominal, shape):
     course = nominal.course
     falling = replace(nominal, course=replace(course, voltage_v=16.0 - 0.01 * course.since_s))
     begun_v, rate = supply.voltage_law(falling.course.voltage_v, course.since_s)
-    told = of_effects(accepted_of((found(supply.BATTERY_SAG_BY_VOLTAGE, 0.8 * rate),), falling, shape))
-    assert told == pytest.approx({"T_volt": begun_v, "T_vshare": 0.8})
+    values = of_effects(accepted_of((finding_of(supply.BATTERY_SAG_BY_VOLTAGE, 0.8 * rate),), falling, shape))
+    assert values == pytest.approx({"T_volt": begun_v, "T_vshare": 0.8})
 
 
 @pytest.mark.parametrize(
     ("effect", "size"), [(rigid_body.ENTRAINED_WATER, 3.0), (actuators.THRUST_GAIN, 0.9)]
 )
 def test_what_a_refit_takes_up_is_sent_once_in_the_masses_and_dampings(nominal, shape, effect, size):
-    accepted = accepted_of((found(effect, size),), nominal, shape)
+    accepted = accepted_of((finding_of(effect, size),), nominal, shape)
     assert accepted.values == accepted_of((), nominal, shape).values
     assert "is in the masses and dampings of this dive" in accepted.sentences[-1]
 
@@ -130,14 +137,14 @@ def test_what_a_refit_takes_up_is_sent_once_in_the_masses_and_dampings(nominal, 
 def test_what_the_feed_forward_can_not_make_up_for_is_told_and_still_in_the_model(
     nominal, shape, effect, values, words
 ):
-    accepted = accepted_of((found(effect, *values),), nominal, shape)
+    accepted = accepted_of((finding_of(effect, *values),), nominal, shape)
     assert words in " ".join(accepted.sentences)
-    assert [one.name for one in accepted.effects] == [effect.name]
+    assert [held.name for held in accepted.effects] == [effect.name]
 
 
 def test_a_cause_that_the_dive_can_not_tell_from_another_is_accepted_with_a_word_about_it(nominal, shape):
-    one = found(hydrodynamics.QUADRATIC_DRAG, 9.0, 0, 0, 0, 0, 0, also=("inflow_loss",))
-    (sentence,) = accepted_of((one,), nominal, shape).sentences
+    finding = finding_of(hydrodynamics.QUADRATIC_DRAG, 9.0, 0, 0, 0, 0, 0, also=("inflow_loss",))
+    (sentence,) = accepted_of((finding,), nominal, shape).sentences
     assert sentence.endswith("though this dive can't tell it from inflow loss.")
 
 
@@ -147,9 +154,9 @@ def test_a_cause_that_the_dive_can_not_tell_from_another_is_accepted_with_a_word
 def test_a_parameter_that_may_as_well_be_none_or_was_not_told_is_neither_sent_nor_in_the_model(
     nominal, shape, roll
 ):
-    one = found(hydrodynamics.QUADRATIC_DRAG, 9.0, 0, 0, 7.0, 0, 0)
-    known = {name: value for name, value in one.parameters.items() if name != "K_pp"}
-    accepted = accepted_of((replace(one, parameters=known | roll),), nominal, shape)
+    finding = finding_of(hydrodynamics.QUADRATIC_DRAG, 9.0, 0, 0, 7.0, 0, 0)
+    known = {name: value for name, value in finding.parameters.items() if name != "K_pp"}
+    accepted = accepted_of((replace(finding, parameters=known | roll),), nominal, shape)
     assert of_effects(accepted) == {"X_uu": 9.0}
     assert accepted.effects[0].parameters["K_pp"] == 0.0
     assert accepted.sentences == ()
@@ -164,7 +171,7 @@ def test_an_axis_that_the_dive_hardly_moves_keeps_what_the_vehicle_has(nominal, 
 
 @pytest.mark.parametrize(
     ("causes", "kept"),
-    [((), False), ((found(hydrodynamics.QUADRATIC_DRAG, 0, 0, 20.0, 0, 0, 0),), True)],
+    [((), False), ((finding_of(hydrodynamics.QUADRATIC_DRAG, 0, 0, 20.0, 0, 0, 0),), True)],
     ids=["nothing accepted there", "drag accepted there"],
 )
 def test_an_axis_without_feed_forward_is_rewritten_only_by_a_dive_that_tells_it_well(
@@ -184,8 +191,8 @@ def test_axes_whose_controller_used_what_was_not_recorded_stay_as_the_vehicle_ha
     accepted = accepted_of((), heard, shape)
     assert not {"M_u", "D_u", "I_r", "D_r"} & set(accepted.values)
     assert "M_v" in accepted.values
-    (told,) = accepted.sentences
-    assert told.startswith(
+    (sentence,) = accepted.sentences
+    assert sentence.startswith(
         "M_u, D_u, I_r and D_r stay as the vehicle has them: in surge and yaw the controller used"
     )
 
@@ -245,9 +252,9 @@ def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_
     np.testing.assert_allclose(change.act(course, np.array(by)).wrench, whole, atol=1e-12)
     assert not change.act(course, change.none()).wrench.any()
     assert effect_words(change) == f"a change of {effect_words(effect)}"
-    for p, own, value in zip(change.parameters, effect.parameters, before, strict=True):
-        assert (p.low + value, p.high + value) == pytest.approx((own.low, own.high))
-        assert [one + value for one in p.sure] == pytest.approx([*own.sure])
+    for p, base, value in zip(change.parameters, effect.parameters, before, strict=True):
+        assert (p.low + value, p.high + value) == pytest.approx((base.low, base.high))
+        assert [bound + value for bound in p.sure] == pytest.approx([*base.sure])
 
 
 def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_one():
@@ -260,20 +267,20 @@ def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_on
 
 def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     drag = Cause(QUADRATIC_DRAG, DRAG)
-    own = with_accepted(nominal, (drag,))
+    held = with_accepted(nominal, (drag,))
     assert with_accepted(nominal, ()) is nominal
-    assert (own.accepted, own.acts) == ((drag,), ())
-    surge, before = own.joint.problems[0].axis, nominal.joint.problems[0].axis
+    assert (held.accepted, held.acts) == ((drag,), ())
+    surge, before = held.joint.problems[0].axis, nominal.joint.problems[0].axis
     assert (surge.quadratic, before.quadratic) == (DRAG[0], 0.0)
-    problem, of_axis = own.joint.problems[0], own.joint.slices[0]
+    problem, of_axis = held.joint.problems[0], held.joint.slices[0]
     free = replace(problem, axis=replace(surge, quadratic=0.0))
-    braked = problem.mean_force(own.theta[of_axis]) - free.mean_force(own.theta[of_axis])
+    braked = problem.mean_force(held.theta[of_axis]) - free.mean_force(held.theta[of_axis])
     # About the speed that is expected: what the slope there brakes the filter takes from its own speed.
     expected = DRAG[0] * (problem.slope - np.abs(surge.speed)) * surge.speed
     np.testing.assert_allclose(braked, np.column_stack([expected, expected]))
     assert 0.0 < np.abs(problem.slope - 2.0 * np.abs(surge.speed)).max() <= problem.slope.min() * 1.001
     np.testing.assert_array_equal(
-        simulation_of(own, own.theta, own.motion.nu).slope, slope_of((drag,), own.course)[::2]
+        simulation_of(held, held.theta, held.motion.nu).slope, slope_of((drag,), held.course)[::2]
     )
 
 
@@ -281,22 +288,22 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     drag, weak_one = Cause(QUADRATIC_DRAG, DRAG), Cause(WEAK, np.array([0.7]))
     (change,) = library_with_changes((QUADRATIC_DRAG,), (drag,))
     by = Cause(change, np.array([-5.0, 0, 0, 0, 0, 0]))
-    found = Finding(by, (), {}, 0.9, {"X_uu": Value(-5.0, "N s2/m2", -6.0, -4.0)}, 30.0)
-    whole = all_accepted((found,), (drag, weak_one))
-    told = whole[0].parameters
-    assert told["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
-    assert told["Z_ww"] == Value(0.0, "N s2/m2", 0.0, 0.0)
+    finding = Finding(by, (), {}, 0.9, {"X_uu": Value(-5.0, "N s2/m2", -6.0, -4.0)}, 30.0)
+    whole = all_accepted((finding,), (drag, weak_one))
+    parameters = whole[0].parameters
+    assert parameters["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
+    assert parameters["Z_ww"] == Value(0.0, "N s2/m2", 0.0, 0.0)
     accepted = accepted_of(whole, nominal, shape)
     values = {name: accepted.values[name].value for name in ("X_uu", "Y_vv", "N_rr", "T2_gain")}
     assert values == pytest.approx({"X_uu": 7.0, "Y_vv": 8.0, "N_rr": 3.0, "T2_gain": 0.7})
     assert not {"Z_ww", "K_pp", "M_qq"} & set(accepted.values)
-    assert [one.label for one in accepted.effects] == ["quadratic_drag", "weak_thruster of thruster 2"]
+    assert [effect.label for effect in accepted.effects] == ["quadratic_drag", "weak_thruster of thruster 2"]
     assert all_accepted((), ()) == ()
     other = Finding(Cause(DEAD_ZONE, np.array([0.5])), (), {}, 0.9, {}, 12.0)
     assert all_accepted((other,), (drag,))[1] is other
 
 
-def told(case, **more):
+def diagnosis_of(case, **more):
     return diagnosed(case, QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT, **more)
 
 
@@ -304,18 +311,18 @@ def told(case, **more):
 def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_change_of_it():
     with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=110.0)
     without = draw_case(300051, names=[], seconds=110.0)
-    first = told(with_drag)
-    assert [one.name for one in first.findings] == ["quadratic_drag"]
+    first = diagnosis_of(with_drag)
+    assert [finding.name for finding in first.findings] == ["quadratic_drag"]
     effects = first.accepted.effects
-    again = told(with_drag, effects_accepted=effects)
+    again = diagnosis_of(with_drag, effects_accepted=effects)
     assert (again.verdict, again.findings) == ("no_gap", ())
     after = [drift.total for drift in first.gap.after if drift.horizon_s == 5.0]
     assert again.gap.before == pytest.approx(after[0], abs=0.1)
     assert any("holds what was accepted: quadratic drag" in note for note in again.notes)
-    lost = told(without, effects_accepted=effects)
-    (one,) = lost.findings
-    assert effect_words(one.cause.effect) == "a change of quadratic drag"
-    gone = {name: value for name, value in one.parameters.items() if abs(value.value) > 1e-9}
+    lost = diagnosis_of(without, effects_accepted=effects)
+    (finding,) = lost.findings
+    assert effect_words(finding.cause.effect) == "a change of quadratic drag"
+    gone = {name: value for name, value in finding.parameters.items() if abs(value.value) > 1e-9}
     for name, value in gone.items():
         had = first.findings[0].parameters[name]
         assert value.value == pytest.approx(-had.value, abs=2 * (had.high95 - had.low95))
@@ -353,8 +360,8 @@ def shift_words(measured_shift, earlier):
 def test_where_nothing_changed_there_is_no_cause(measured_shift):
     causes, tried = shift_words(measured_shift, accepted(measured_shift))
     assert causes == ()
-    assert {one.name for one in tried} == {"thrust_gain", "dvl_scale", "entrained_water", "added_payload"}
-    assert not any(one.accepted for one in tried)
+    assert {trial.name for trial in tried} == {"thrust_gain", "dvl_scale", "entrained_water", "added_payload"}
+    assert not any(trial.accepted for trial in tried)
 
 
 def test_masses_and_dampings_that_all_rose_alike_are_a_thrust_that_fell(measured_shift):
@@ -382,8 +389,8 @@ def fit(monkeypatch):
     """A switch: what the tests of the fit say, by degree of freedom."""
 
     def says(**doubts):
-        found = {SURGE: Doubts(doubts.get("drag", FITS), doubts.get("late", FITS)), YAW: Doubts(FITS, FITS)}
-        monkeypatch.setattr(diagnose_accepted, "doubts_of", lambda _joint, _theta: found)
+        by_axis = {SURGE: Doubts(doubts.get("drag", FITS), doubts.get("late", FITS)), YAW: Doubts(FITS, FITS)}
+        monkeypatch.setattr(diagnose_accepted, "doubts_of", lambda _joint, _theta: by_axis)
 
     return says
 
@@ -397,8 +404,8 @@ def changing(score, size, row, by):
 
 def drag(**coefficients):
     values = [coefficients.get(name, 0.0) for name in ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")]
-    told = {name: Value(size, "N s2/m2", 0.9 * size, 1.1 * size) for name, size in coefficients.items()}
-    return Finding(Cause(hydrodynamics.QUADRATIC_DRAG, np.array(values)), (), {}, 0.98, told, 50.0)
+    parameters = {name: Value(size, "N s2/m2", 0.9 * size, 1.1 * size) for name, size in coefficients.items()}
+    return Finding(Cause(hydrodynamics.QUADRATIC_DRAG, np.array(values)), (), {}, 0.98, parameters, 50.0)
 
 
 ASTERN = Finding(
@@ -419,8 +426,8 @@ def test_thrust_that_acts_late_beside_the_causes_is_a_doubt_of_its_axis_and_wide
     assert "later, by about 20 ms" in doubt.sentence
     value, low = accepted.values["M_u"].value, accepted.values["M_u"].low95
     assert value == before["M_u"].value
-    own = np.log(before["M_u"].value / before["M_u"].low95)
-    assert np.log(value / low) == pytest.approx(np.hypot(own, 1.96 * 0.1), rel=1e-3)
+    spread = np.log(before["M_u"].value / before["M_u"].low95)
+    assert np.log(value / low) == pytest.approx(np.hypot(spread, 1.96 * 0.1), rel=1e-3)
     assert accepted.values["M_v"] == before["M_v"]
 
 
@@ -437,9 +444,9 @@ def test_linear_damping_that_quadratic_drag_may_replace_begins_at_none(nominal, 
     (doubt,) = accepted.doubts
     assert (doubt.about, doubt.outcome) == (("D_u",), Outcome.CONVERGED)
     assert "more quadratic drag than was accepted and less linear damping" in doubt.sentence
-    told = accepted.values["D_u"]
-    assert told.low95 == 0.0
-    assert told.high95 > told.value * (1.0 + 1.96 * 0.9)
+    damping = accepted.values["D_u"]
+    assert damping.low95 == 0.0
+    assert damping.high95 > damping.value * (1.0 + 1.96 * 0.9)
     assert accepted.values["D_v"].low95 > 0.0
 
 
@@ -483,16 +490,16 @@ def test_a_quadratic_drag_accepted_earlier_is_compared_with_the_dives(draggy, sh
     case, file, diagnosis = draggy
     accepted = {
         name: Prior(
-            one.value * (share if name in {item.name for item in QUADRATICS} else 1.0),
-            (one.high95 - one.low95) / 3.92,
+            value.value * (share if name in {item.name for item in QUADRATICS} else 1.0),
+            (value.high95 - value.low95) / 3.92,
             "an earlier dive",
             "thrust",
         )
-        for name, one in diagnosis.numbers.items()
+        for name, value in diagnosis.numbers.items()
     }
-    found = diagnose(dive_of(case), file, case.configuration, accepted=accepted, progress=quiet)
-    assert [one.name for one in found.findings] == causes
-    assert (found.gap.before > 2.0) is bool(causes)
+    later = diagnose(dive_of(case), file, case.configuration, accepted=accepted, progress=quiet)
+    assert [finding.name for finding in later.findings] == causes
+    assert (later.gap.before > 2.0) is bool(causes)
 
 
 def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(draggy):

@@ -39,14 +39,14 @@ NAN = math.nan
 
 
 def effect(name: str, number: int = 0) -> Effect:
-    return next(one for one in LIBRARY if one.name == name and one.number == number)
+    return next(item for item in LIBRARY if item.name == name and item.number == number)
 
 
-def found(name: str, number: int = 0, size: float = 1.0, also: tuple[str, ...] = ()) -> Finding:
-    one = effect(name, number)
-    cause = Cause(one, one.none() + size * (one.start() - one.none()))
-    told = {key: value(v, unit) for key, (v, unit) in one.told(cause.values).items()}
-    return Finding(cause, also, {}, 0.99, told, 50.0)
+def finding_of(name: str, number: int = 0, size: float = 1.0, also: tuple[str, ...] = ()) -> Finding:
+    hidden = effect(name, number)
+    cause = Cause(hidden, hidden.none() + size * (hidden.start() - hidden.none()))
+    parameters = {key: value(v, unit) for key, (v, unit) in hidden.told(cause.values).items()}
+    return Finding(cause, also, {}, 0.99, parameters, 50.0)
 
 
 def value(v: float, unit: str = "kg") -> Value:
@@ -60,8 +60,8 @@ def drift(off: float) -> Drift:
 
 
 def diagnosis(*causes: Finding, values: dict[str, float] | None = None, before: float = 4.0) -> Diagnosis:
-    told = {"M_u": 100.0, "D_u": 40.0, "M_v": 120.0, "D_v": 60.0, "M_r": 9.0} | (values or {})
-    numbers = {name: value(v) for name, v in told.items()}
+    sizes = {"M_u": 100.0, "D_u": 40.0, "M_v": 120.0, "D_v": 60.0, "M_r": 9.0} | (values or {})
+    numbers = {name: value(v) for name, v in sizes.items()}
     gap = Gap(before, (drift(before),), (drift(1.1),), {}, (Share("surge", "steady", 1.0),), (), ())
     return Diagnosis(
         "dive", "ruvifist", "hovering", "explained" if causes else "no_gap", gap, causes, (), None, None, None, None,
@@ -70,52 +70,59 @@ def diagnosis(*causes: Finding, values: dict[str, float] | None = None, before: 
 
 
 def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
-    one = compared(diagnosis(found("quadratic_drag")), diagnosis())
-    assert [each.name for each in one.lacks] == ["quadratic_drag"]
-    assert one.differences == one.spare == ()
-    assert verdict_sentence(one) == (
+    comparison = compared(diagnosis(finding_of("quadratic_drag")), diagnosis())
+    assert [each.name for each in comparison.lacks] == ["quadratic_drag"]
+    assert comparison.differences == comparison.spare == ()
+    assert verdict_sentence(comparison) == (
         "Your simulator must gain quadratic drag: all of the gap lies in surge, steady; with the vehicle's numbers its "
         "5 s drift falls from 40 mm/s to 11 mm/s in surge and from 2.3 deg/s to 0.63 deg/s in yaw."
     )
 
 
 def test_an_effect_that_both_have_but_not_as_much_is_a_number_to_change():
-    one = compared(diagnosis(found("thruster_lag", size=2.0)), diagnosis(found("thruster_lag")))
-    (each,) = one.differences
+    comparison = compared(
+        diagnosis(finding_of("thruster_lag", size=2.0)), diagnosis(finding_of("thruster_lag"))
+    )
+    (each,) = comparison.differences
     assert (each.of, each.name) == ("thruster_lag", "time_constant")
     assert each.share < 0
-    assert "its thruster lag's time constant is " in verdict_sentence(one)
+    assert "its thruster lag's time constant is " in verdict_sentence(comparison)
 
 
 @pytest.mark.parametrize(
     ("vehicle", "simulator"),
     [
-        (diagnosis(found("quadratic_drag"), before=1.1), diagnosis(found("quadratic_drag"))),
-        (diagnosis(found("thruster_lag", also=("command_delay",))), diagnosis(found("command_delay"))),
+        (diagnosis(finding_of("quadratic_drag"), before=1.1), diagnosis(finding_of("quadratic_drag"))),
+        (
+            diagnosis(finding_of("thruster_lag", also=("command_delay",))),
+            diagnosis(finding_of("command_delay")),
+        ),
         (diagnosis(before=1.1), diagnosis(values={"M_u": 88.0})),
     ],
     ids=["alike", "causes that can't be told apart", "a number that costs no drift"],
 )
 def test_what_both_have_or_costs_no_drift_is_no_matter(vehicle, simulator):
-    one = compared(vehicle, simulator)
-    assert one.lacks == one.spare == one.differences == ()
+    comparison = compared(vehicle, simulator)
+    assert comparison.lacks == comparison.spare == comparison.differences == ()
 
 
 def test_the_same_effect_of_another_thruster_is_another():
-    one = compared(diagnosis(found("weak_thruster", 2)), diagnosis(found("weak_thruster", 1)))
-    assert [each.cause.effect.number for each in one.lacks] == [2]
-    assert [each.cause.effect.number for each in one.spare] == [1]
+    comparison = compared(
+        diagnosis(finding_of("weak_thruster", 2)), diagnosis(finding_of("weak_thruster", 1))
+    )
+    assert [each.cause.effect.number for each in comparison.lacks] == [2]
+    assert [each.cause.effect.number for each in comparison.spare] == [1]
     assert (
         "Its own recording shows weak thruster 1, which this dive does not: look whether it should be there."
-        in lines(one)
+        in lines(comparison)
     )
 
 
-def possible(one: Finding, probability: float = 0.42) -> Finding:
-    return replace(one, probability=probability)
+def possible(finding: Finding, probability: float = 0.42) -> Finding:
+    return replace(finding, probability=probability)
 
 
-MAYBE_DRAG = possible(found("quadratic_drag"))
+MAYBE_DRAG = possible(finding_of("quadratic_drag"))
 
 
 @pytest.mark.parametrize(
@@ -123,32 +130,32 @@ MAYBE_DRAG = possible(found("quadratic_drag"))
     [
         (diagnosis(MAYBE_DRAG), diagnosis(), "lacks", "quadratic_drag", "Your simulator may lack quadratic drag (42"),
         (diagnosis(), diagnosis(MAYBE_DRAG), "spare", "quadratic_drag", "Its own recording may show quadratic drag"),
-        (diagnosis(possible(found("added_payload"))), diagnosis(values={"M_u": 88.0}), "stories", "added_payload",
+        (diagnosis(possible(finding_of("added_payload"))), diagnosis(values={"M_u": 88.0}), "stories", "added_payload",
          "Added payload (42 % probable) may make masses and dampings differ so: "),
     ],
     ids=lambda given: given if isinstance(given, str) else "",
 )  # fmt: skip
 def test_what_is_less_probable_than_not_is_told_as_what_may_be(vehicle, simulator, kind, name, said):
-    one = compared(vehicle, simulator)
-    assert any(line.startswith(said) for line in (verdict_sentence(one), *lines(one)))
-    data = plain(one)["against"]
+    comparison = compared(vehicle, simulator)
+    assert any(line.startswith(said) for line in (verdict_sentence(comparison), *lines(comparison)))
+    data = plain(comparison)["against"]
     assert data["possible"][kind] == [name]
     assert data.get(kind, []) == []
 
 
 def test_what_both_show_and_one_hardly_the_simulator_may_have_already():
-    drag = found("quadratic_drag")
-    one = compared(diagnosis(drag), diagnosis(possible(drag)))
-    (line,) = cause_lines(one)
+    drag = finding_of("quadratic_drag")
+    comparison = compared(diagnosis(drag), diagnosis(possible(drag)))
+    (line,) = cause_lines(comparison)
     assert line.startswith(
         "Your simulator may have it already (42 % probable): Quadratic drag, 99 % probable: "
     )
-    data = plain(one)["against"]
+    data = plain(comparison)["against"]
     assert (data["has"], data["possible"]["has"]) == ([], ["quadratic_drag"])
 
 
 def test_beside_what_is_sure_an_effect_that_may_lack_ends_the_verdict():
-    drag, zone = possible(found("quadratic_drag")), found("dead_zone")
+    drag, zone = possible(finding_of("quadratic_drag")), finding_of("dead_zone")
     both = compared(diagnosis(zone, drag), diagnosis(values={"M_u": 88.0}))
     said = verdict_sentence(both)
     assert said.startswith("Your simulator must gain dead zone: ")
@@ -156,17 +163,17 @@ def test_beside_what_is_sure_an_effect_that_may_lack_ends_the_verdict():
 
 
 def test_the_water_of_a_simulator_s_run_is_not_its_own():
-    sim = diagnosis(found("steady_current"), found("tether"), found("quadratic_drag"))
+    sim = diagnosis(finding_of("steady_current"), finding_of("tether"), finding_of("quadratic_drag"))
     assert [cause.effect.name for cause in simulator_of(sim).causes] == ["quadratic_drag"]
     assert [each.name for each in compared(diagnosis(), sim).spare] == ["quadratic_drag"]
 
 
 def test_a_mass_that_is_off_is_told_in_per_cent_of_the_vehicle_s():
-    one = compared(diagnosis(), diagnosis(values={"M_u": 88.0}))
-    (each,) = one.differences
+    comparison = compared(diagnosis(), diagnosis(values={"M_u": 88.0}))
+    (each,) = comparison.differences
     assert each.share == pytest.approx(-0.12)
     assert difference_sentence(each) == ("its M_u is 12 % too small: 88.0 kg, the vehicle's is 100 kg")
-    assert verdict_sentence(one).startswith(
+    assert verdict_sentence(comparison).startswith(
         "Your simulator lacks no effect that this dive shows, but its M_u is 12 % too small; "
     )
 
@@ -176,57 +183,57 @@ IN_HEAVE = {"M_w": 200.0, "D_w": 100.0}
 
 
 def test_masses_and_drags_that_other_thrust_explains_are_no_numbers_to_change():
-    one = compared(diagnosis(values=STRONGER), diagnosis(values=IN_HEAVE))
-    assert one.differences == ()
-    assert plain(one)["verdict"] == "explained"
-    assert verdict_sentence(one).startswith(
+    comparison = compared(diagnosis(values=STRONGER), diagnosis(values=IN_HEAVE))
+    assert comparison.differences == ()
+    assert plain(comparison)["verdict"] == "explained"
+    assert verdict_sentence(comparison).startswith(
         "Your simulator lacks no effect that this dive shows, but its thrust is 25 % too strong; "
     )
 
 
 def test_a_number_that_other_thrust_does_not_explain_is_told_at_the_simulator_s_thrust():
-    one = compared(diagnosis(values=STRONGER | {"D_v": 150.0}), diagnosis(values=IN_HEAVE))
-    (each,) = one.differences
+    comparison = compared(diagnosis(values=STRONGER | {"D_v": 150.0}), diagnosis(values=IN_HEAVE))
+    (each,) = comparison.differences
     assert each.share == pytest.approx(-0.5, abs=0.01)
     assert difference_sentence(each) == (
         "its D_v is 50 % too small: 60.0 kg, the vehicle's is 120 kg at the simulator's thrust"
     )
-    (data,) = plain(one)["against"]["differences"]
+    (data,) = plain(comparison)["against"]["differences"]
     assert data["thrust_taken_out"] == pytest.approx(0.8, abs=0.005)
 
 
 def test_what_the_dive_has_most_evidence_of_is_told_first():
-    drag, lag = replace(found("quadratic_drag"), gain_nats=12.0), found("thruster_lag", size=2.0)
-    one = compared(diagnosis(drag, lag), diagnosis(found("thruster_lag"), values={"M_u": 88.0}))
-    starts = [line.split()[:2] for line in difference_lines(one)]
+    drag, lag = replace(finding_of("quadratic_drag"), gain_nats=12.0), finding_of("thruster_lag", size=2.0)
+    comparison = compared(diagnosis(drag, lag), diagnosis(finding_of("thruster_lag"), values={"M_u": 88.0}))
+    starts = [line.split()[:2] for line in difference_lines(comparison)]
     assert starts == [["Its", "thruster"], ["Its", "M_u"], ["Quadratic", "drag,"], ["Your", "simulator"]]
-    by_nats = [each.nats for each in one.differences]
+    by_nats = [each.nats for each in comparison.differences]
     assert by_nats == sorted(by_nats, reverse=True)
     assert by_nats[-1] > drag.gain_nats
 
 
 def test_where_thrust_pushes_against_the_motion_nothing_is_told_of_thrust():
-    one = compared(replace(diagnosis(), first=("It goes the other way.",)), diagnosis())
-    assert one.thrust.whole is not None
-    assert thrust_sentences(one) == ()
+    comparison = compared(replace(diagnosis(), first=("It goes the other way.",)), diagnosis())
+    assert comparison.thrust.whole is not None
+    assert thrust_sentences(comparison) == ()
     assert thrust_sentences(compared(diagnosis(), diagnosis()))[0].startswith(
         "The vehicle's thrust is not told from the simulator's: 1.0"
     )
 
 
 def test_what_no_candidate_explains_is_never_told_as_nothing():
-    one = compared(replace(diagnosis(before=1.3), verdict="unknown"), diagnosis())
-    assert verdict_sentence(one) == (
+    comparison = compared(replace(diagnosis(before=1.3), verdict="unknown"), diagnosis())
+    assert verdict_sentence(comparison) == (
         "Your simulator lacks something that no candidate explains: all of the gap lies in surge, steady."
     )
 
 
 def test_a_cause_that_a_refit_takes_up_is_the_story_of_the_numbers_and_no_effect_to_gain():
-    payload = found("added_payload")
-    one = compared(diagnosis(payload), diagnosis(values={"M_u": 88.0}))
-    assert one.lacks == ()
-    assert one.stories == (payload,)
-    said = lines(one)[1]
+    payload = finding_of("added_payload")
+    comparison = compared(diagnosis(payload), diagnosis(values={"M_u": 88.0}))
+    assert comparison.lacks == ()
+    assert comparison.stories == (payload,)
+    said = lines(comparison)[1]
     assert said.startswith("Added payload would make masses and dampings differ so: ")
     assert "(mass " in said
     assert " kg (95 %: " in said
@@ -242,7 +249,7 @@ def test_no_more_than_three_numbers_stand_in_the_verdict_the_worst_first():
 
 
 @pytest.mark.parametrize(
-    ("one", "other", "apart"),
+    ("first", "other", "apart"),
     [
         (value(100.0), value(105.0), True),
         (value(100.0), value(103.0), False),
@@ -251,18 +258,20 @@ def test_no_more_than_three_numbers_stand_in_the_verdict_the_worst_first():
         (Value(1.0, "kg", 0.5, 9.0), value(5.0), False),
     ],
 )
-def test_numbers_differ_beyond_three_standard_errors_and_one_per_cent(one: Value, other: Value, apart: bool):
-    assert differ(one, other) is apart
+def test_numbers_differ_beyond_three_standard_errors_and_one_per_cent(
+    first: Value, other: Value, apart: bool
+):
+    assert differ(first, other) is apart
 
 
 def test_degrees_of_freedom_that_a_recording_does_not_tell_are_named():
-    one = compared(diagnosis(), diagnosis())
-    assert one.untold == ("heave", "roll", "pitch", "yaw")
-    assert lines(one)[-1].startswith("In heave, roll, pitch and yaw nothing is said of masses")
+    comparison = compared(diagnosis(), diagnosis())
+    assert comparison.untold == ("heave", "roll", "pitch", "yaw")
+    assert lines(comparison)[-1].startswith("In heave, roll, pitch and yaw nothing is said of masses")
 
 
 def test_the_verdict_and_the_effects_of_plain_data_are_of_what_the_simulator_must_gain():
-    drag, zone = found("quadratic_drag"), found("dead_zone")
+    drag, zone = finding_of("quadratic_drag"), finding_of("dead_zone")
     has_it = plain(compared(diagnosis(drag, before=1.1), diagnosis(drag)))
     assert (has_it["verdict"], has_it["effects"]) == ("no_gap", [])
     assert (has_it["against"]["has"], has_it["against"]["lacks"]) == (["quadratic_drag"], [])
@@ -276,10 +285,10 @@ def test_the_verdict_and_the_effects_of_plain_data_are_of_what_the_simulator_mus
 
 
 def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as_such():
-    one = compared(diagnosis(before=1.3), diagnosis())
-    assert one.differences == one.lacks == ()
-    assert plain(one)["verdict"] == "ambiguous"
-    assert verdict_sentence(one) == (
+    comparison = compared(diagnosis(before=1.3), diagnosis())
+    assert comparison.differences == comparison.lacks == ()
+    assert plain(comparison)["verdict"] == "ambiguous"
+    assert verdict_sentence(comparison) == (
         "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its 5 s "
         "drift is 13 mm/s in surge (noise alone 10 mm/s) and 13 mm/s in sway (noise alone 10 mm/s); with the vehicle's "
         "numbers its 5 s drift falls from 13 mm/s to 11 mm/s in surge and from 0.74 deg/s to 0.63 deg/s in yaw: give "
@@ -291,8 +300,8 @@ def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recordi
     case = draw_case(150031, names=[], seconds=60.0)
     nominal = planted_nominal(case)
     mass = nominal.course.mass
-    told = {"M_u": value(1.3 * mass[0]), "D_u": Value(20.0, "N/(m/s)", 1.0, 1000.0)}
-    held = Simulator(told, ()).filters_of(nominal)
+    values = {"M_u": value(1.3 * mass[0]), "D_u": Value(20.0, "N/(m/s)", 1.0, 1000.0)}
+    held = Simulator(values, ()).filters_of(nominal)
     assert held.course.mass[0] == pytest.approx(0.98 * 1.3 * mass[0], rel=0.005)
     assert held.course.damping[0] == pytest.approx(nominal.course.damping[0], rel=0.005)
 
@@ -320,20 +329,20 @@ def pair() -> tuple[Case, Case]:
 
 def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Case]):
     real, sim = pair
-    few = [one for one in LIBRARY if one.name in ("dead_zone", "quadratic_drag", "reverse_thrust_loss")]
-    told: list[float] = []
-    one: Against = against(
+    few = [item for item in LIBRARY if item.name in ("dead_zone", "quadratic_drag", "reverse_thrust_loss")]
+    shares: list[float] = []
+    comparison: Against = against(
         dive_of(real),
         check_of(sim),
         real.file,
         real.configuration,
         effects=few,
-        progress=lambda share, _: told.append(share),
+        progress=lambda share, _: shares.append(share),
     )
-    assert [each.name for each in one.lacks] == ["dead_zone"]
-    assert one.spare == ()
+    assert [each.name for each in comparison.lacks] == ["dead_zone"]
+    assert comparison.spare == ()
     truth = real.truth()["effects"][0]["parameters"]["half_width"]
-    assert one.lacks[0].parameters["half_width"].value == pytest.approx(truth, rel=0.25)
-    assert one.vehicle.gap.drifts[1].total > 1.5 * one.vehicle.gap.after[1].total
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert comparison.lacks[0].parameters["half_width"].value == pytest.approx(truth, rel=0.25)
+    assert comparison.vehicle.gap.drifts[1].total > 1.5 * comparison.vehicle.gap.after[1].total
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0

@@ -29,9 +29,9 @@ def course(nominal):
 
 
 def test_it_finds_mass_drags_trim_and_delay_of_a_motion_that_obeys_it(course):
-    found = baseline_of(course, course.nu)
-    terms = found.terms[0]
-    assert found.delay_s[0] == pytest.approx(LATE_S, abs=0.03)
+    baseline = baseline_of(course, course.nu)
+    terms = baseline.terms[0]
+    assert baseline.delay_s[0] == pytest.approx(LATE_S, abs=0.03)
     assert 1.0 / terms[THRUST] == pytest.approx(MASS, rel=0.03)
     assert -terms[LINEAR] / terms[THRUST] == pytest.approx(LINEAR_DRAG, rel=0.15)
     assert -terms[QUADRATIC] / terms[THRUST] == pytest.approx(SQUARE_DRAG, rel=0.1)
@@ -41,8 +41,8 @@ def test_it_finds_mass_drags_trim_and_delay_of_a_motion_that_obeys_it(course):
 def test_flown_over_five_seconds_it_follows_that_motion_with_a_trim_of_its_own(course):
     measured = course.nu[::EACH]
     starts, length = np.array([100, 800, 1500]), 125
-    found = baseline_of(course, course.nu)
-    spoilt = replace(found, terms=found.terms * np.array([1, 1, 1, 1, 0.0]))
+    baseline = baseline_of(course, course.nu)
+    spoilt = replace(baseline, terms=baseline.terms * np.array([1, 1, 1, 1, 0.0]))
     flown = spoilt.flown(course, measured, starts, length)
     assert flown.shape == (3, length, 6)
     true = measured[starts[:, None] + np.arange(1, length + 1)]
@@ -51,13 +51,13 @@ def test_flown_over_five_seconds_it_follows_that_motion_with_a_trim_of_its_own(c
 
 
 def test_the_disturbance_of_a_dive_that_obeys_its_model_is_a_small_part_of_its_thrust(nominal):
-    told = {one.dof: one for one in disturbance_of(nominal)}
+    by_dof = {item.dof: item for item in disturbance_of(nominal)}
     for dof in ("surge", "heave"):
-        assert told[dof].driven
-        assert 0.0 < told[dof].share < 0.1
-        assert told[dof].std > 0.0
+        assert by_dof[dof].driven
+        assert 0.0 < by_dof[dof].share < 0.1
+        assert by_dof[dof].std > 0.0
     # Sway and heading were only held, by a thrust that answers the disturbance.
     for dof in ("sway", "yaw"):
-        assert (told[dof].driven, told[dof].share) == (False, 1.0)
-    assert not told["roll"].pushed
-    assert swallowing(told.values()) == ()
+        assert (by_dof[dof].driven, by_dof[dof].share) == (False, 1.0)
+    assert not by_dof["roll"].pushed
+    assert swallowing(by_dof.values()) == ()

@@ -16,9 +16,9 @@ from identify.diagnose import search
 from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
+from identify.diagnose.findings import parameters_of, strongest_first, trials_of
 from identify.diagnose.result import Disturbance, Finding
 from identify.diagnose.search import explained_by, remainder_nats
-from identify.diagnose.verdict import parameters_of, strongest_first, trials_of
 from identify.diagnose.weighing import Fitted
 from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
 from identify.effects.effect import Effect
@@ -59,13 +59,13 @@ def test_a_weight_is_taken_for_a_push_in_any_direction_up_to_half_a_per_cent(
     best, less = 2000.0, share * 0.005 * 2000.0
     fits = [fit_of(best, THRUST_BIAS), fit_of(best - less, NET_BUOYANCY)]
     for some in (fits, fits[::-1]):
-        found = search._simplest(some, fit_of(0.0))
-        assert found.causes[-1].effect is taken
+        fit = search._simplest(some, fit_of(0.0))
+        assert fit.causes[-1].effect is taken
 
 
 def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
-    found = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
-    assert found.causes[-1].effect is THRUST_BIAS
+    fit = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
+    assert fit.causes[-1].effect is THRUST_BIAS
     assert search._simplest([], fit_of(0.0)) is None
 
 
@@ -80,8 +80,8 @@ def test_a_weight_is_taken_for_a_thruster_that_gives_nothing_at_all_when_it_does
     )
     weight, light = fit_of(100.0 - fewer, NET_BUOYANCY), fit_of(90.0, NET_BUOYANCY)
     for some in ([nothing, weight], [weight, nothing]):
-        found = search._simplest(some, fit_of(0.0))
-        assert found.causes[-1].effect is NET_BUOYANCY
+        fit = search._simplest(some, fit_of(0.0))
+        assert fit.causes[-1].effect is NET_BUOYANCY
     assert search._simplest([half, fit_of(95.0, NET_BUOYANCY)], fit_of(0.0)) is half
     assert search._simplest([nothing, light], fit_of(0.0)) is nothing
     # Nor does either come back in a swap.
@@ -134,8 +134,8 @@ def test_a_drag_that_lacked_a_number_gets_it_back(monkeypatch: pytest.MonkeyPatc
         ranked = [(1.0, 1.0, cause) for cause in tried]
         monkeypatch.setattr(search, "ranked_candidates", lambda *_, ranked=ranked: ranked)
         monkeypatch.setattr(search, "_shows_in_motion", lambda *_: True)
-        found = search.swapped(weighing, fit)  # type: ignore[arg-type]
-        assert found.causes == (expected,)
+        fit_after = search.swapped(weighing, fit)  # type: ignore[arg-type]
+        assert fit_after.causes == (expected,)
 
 
 @pytest.fixture(scope="module")
@@ -163,9 +163,9 @@ def test_drag_that_grows_is_no_form_of_a_quadratic_one_and_growth_one_of_any_oth
     growing = (course.since_s / course.since_s[-1] - 0.5)[:, None]
     for effect, grows in ((QUADRATIC_DRAG, False), (COUPLED_DAMPING, True)):
         cause = Cause(effect, effect.start())
-        own = growing * cause.act(course).wrench
+        grown = growing * cause.act(course).wrench
         forms = [act.wrench for act in other_forms(course, cause)]
-        assert any(np.allclose(form, own) for form in forms) == grows
+        assert any(np.allclose(form, grown) for form in forms) == grows
 
 
 def test_a_centre_of_mass_has_a_form_of_the_acceleration_that_vertical_thrust_makes(course):
@@ -200,28 +200,35 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
     nominal, library = planted_nominal(case), (QUADRATIC_DRAG, COUPLED_DAMPING)
     shape = case.file.vehicle.configurations[case.configuration]
     drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
-    found = explained_by([drag], nominal, library)
-    sure = Finding(found.causes[0], (), {}, 0.9, {}, 30.0)
-    known = known_with_causes(found.causes, found.now)
-    whole = likely_accepted([sure], found, known, nominal, library, (), shape)
-    none = likely_accepted([replace(sure, probability=0.42)], found, known, nominal, library, (), shape)
-    assert [one.name for one in whole.effects] == ["quadratic_drag"]
+    explanation = explained_by([drag], nominal, library)
+    finding = Finding(explanation.causes[0], (), {}, 0.9, {}, 30.0)
+    known = known_with_causes(explanation.causes, explanation.now)
+    whole = likely_accepted([finding], explanation, known, nominal, library, (), shape)
+    none = likely_accepted(
+        [replace(finding, probability=0.42)], explanation, known, nominal, library, (), shape
+    )
+    assert [effect.name for effect in whole.effects] == ["quadratic_drag"]
     assert none.effects == ()
     assert none.sentences[0] == (
         "Quadratic drag was not accepted: it is 42 % probable, likelier absent than present."
     )
     # Without its quadratic part, all of the drag is linear again.
-    plain = explained_by([], nominal, library, found.now).now
+    plain = explained_by([], nominal, library, explanation.now).now
     assert none.values["D_u"].value == pytest.approx(float(plain.course.damping[0]))
     assert none.values["D_u"].value > 1.02 * whole.values["D_u"].value
 
 
 def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves():
-    def one(probability: float, gain_nats: float) -> Finding:
+    def finding(probability: float, gain_nats: float) -> Finding:
         return Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, probability, {}, gain_nats)
 
-    heard, possible, strong, stronger = one(0.9, 0.0), one(0.499, 80.0), one(0.972, 40.0), one(0.968, 60.0)
-    half = one(0.5, 1.0)
+    heard, possible, strong, stronger = (
+        finding(0.9, 0.0),
+        finding(0.499, 80.0),
+        finding(0.972, 40.0),
+        finding(0.968, 60.0),
+    )
+    half = finding(0.5, 1.0)
     given = (possible, half, heard, strong, stronger)
     assert strongest_first(given) == (stronger, strong, heard, half, possible)
 
@@ -244,7 +251,7 @@ def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(hea
     alike = ambiguity_of(heavy, 0)
     # A weight says less than a push in any direction.
     assert (cause.effect.name, alike.names) == ("net_buoyancy", ("thrust_bias",))
-    assert all(one > 0.99 for one in alike.likeness.values())
+    assert all(likeness > 0.99 for likeness in alike.likeness.values())
     assert alike.margin_nats > 20
     # What does as well but is not alike is no other name for it.
     monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
@@ -257,23 +264,25 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
     cause = Cause(QUADRATIC_DRAG, np.array([10.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     surge = course.nu[:, 0]
     true = -np.sign(surge) * np.abs(surge) ** 1.8
-    own = cause.act(course).wrench[:, 0]
+    drag = cause.act(course).wrench[:, 0]
     others = [act.wrench[:, 0] for act in other_forms(course, cause)]
-    whole = np.column_stack([own, *others])
+    whole = np.column_stack([drag, *others])
     left = true - whole @ np.linalg.lstsq(whole, true, rcond=None)[0]
-    alone = true - own * (own @ true) / (own @ own)
+    alone = true - drag * (drag @ true) / (drag @ drag)
     assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
 
 
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
     (cause,) = heavy.causes
-    mine = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
-    tried = trials_of(heavy, (mine,))
-    assert {one.name for one in tried} == {effect.name for effect in LIBRARY}
-    assert [one.label for one in tried if one.accepted] == [cause.effect.label]
-    twin = next(one for one in tried if one.name in {"net_buoyancy", "thrust_bias"} and not one.accepted)
+    weight = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
+    tried = trials_of(heavy, (weight,))
+    assert {trial.name for trial in tried} == {effect.name for effect in LIBRARY}
+    assert [trial.label for trial in tried if trial.accepted] == [cause.effect.label]
+    twin = next(
+        trial for trial in tried if trial.name in {"net_buoyancy", "thrust_bias"} and not trial.accepted
+    )
     assert twin.gain_nats < 2.0
-    assert all(one.why == "" for one in tried if one.gain_nats <= 7.0)
+    assert all(trial.why == "" for trial in tried if trial.gain_nats <= 7.0)
 
 
 @pytest.mark.parametrize(
@@ -313,7 +322,7 @@ def test_the_variants_of_a_cause_with_the_same_parameters_are_its_forms_but_not_
     in_space = CG_OFFSET_IN_SPACE.act(course, offset.values).wrench
     assert first.wrench is not None
     np.testing.assert_array_equal(first.wrench, in_space)
-    assert any(one.wrench is not None and one.wrench[:, 4].any() for one in others)
+    assert any(act.wrench is not None and act.wrench[:, 4].any() for act in others)
     sea = waves(4.0)
     assert not [*other_variants(course, Cause(sea, sea.start()), (sea, waves(5.0)))]
 
@@ -332,13 +341,13 @@ def heavy_vehicle(heavy_nominal):
 def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are_as_without_it(
     heavy_vehicle, monkeypatch
 ):
-    nominal, found = heavy_vehicle
-    (size,) = found.causes[0].values
+    nominal, explanation = heavy_vehicle
+    (size,) = explanation.causes[0].values
     monkeypatch.setattr(module, "is_certain", lambda _: False)
-    wide = (size / covariance_of(found.weighing, found.fit)[0, 0] ** 0.5) ** 2
+    wide = (size / covariance_of(explanation.weighing, explanation.fit)[0, 0] ** 0.5) ** 2
     for factor, stays in ((wide / 4.0, True), (wide / 3.5, False)):
         monkeypatch.setattr(module, "_covariance", lambda *of, by=factor: by * covariance_beside(*of))
-        left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
+        left, covariance = without_doubtful(explanation, nominal, HEAVY_LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     # The last of an axis, how even its two poles are, hardly matters where they are one.
     ends = [of_axis.stop - 1 for of_axis in nominal.joint.slices]
@@ -350,83 +359,83 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
 
 
 def test_a_lone_cause_that_is_certain_stays_however_wide_its_interval(heavy_vehicle, monkeypatch):
-    nominal, found = heavy_vehicle
-    assert found.fit.gain > 200.0
+    nominal, explanation = heavy_vehicle
+    assert explanation.fit.gain > 200.0
     monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
-    left, _ = without_doubtful(found, nominal, HEAVY_LIBRARY)
-    assert left is found
+    left, _ = without_doubtful(explanation, nominal, HEAVY_LIBRARY)
+    assert left is explanation
 
 
 def test_of_causes_that_may_both_be_absent_the_one_that_saves_less_goes_first(heavy_vehicle, monkeypatch):
     """However wide the interval of the one that casts the shadow."""
-    nominal, found = heavy_vehicle
-    fit = found.weighing.fitted((*found.causes, Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())))
+    nominal, explanation = heavy_vehicle
+    fit = explanation.weighing.fitted((*explanation.causes, Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())))
     tried = []
 
     def refitted(causes, *_):
         tried.append([cause.effect for cause in causes])
-        return replace(found, fit=found.weighing.fitted(()))
+        return replace(explanation, fit=explanation.weighing.fitted(()))
 
     monkeypatch.setattr(module, "explained_by", refitted)
     monkeypatch.setattr(module, "_covariance", lambda *_: np.eye(7))
     monkeypatch.setattr(
         module, "_confidence", lambda of, _, k: 0.1 if of.causes[k].effect is NET_BUOYANCY else 0.5
     )
-    without_doubtful(replace(found, fit=fit), nominal, HEAVY_LIBRARY)
+    without_doubtful(replace(explanation, fit=fit), nominal, HEAVY_LIBRARY)
     assert tried == [[NET_BUOYANCY]]
 
 
 def test_a_moment_stays_though_its_gain_is_over_masses_that_hardly_differ(heavy_vehicle, monkeypatch):
     """The interval of a gain over a difference of masses can hold anything; that the moment is there is another
     question."""
-    nominal, found = heavy_vehicle
+    nominal, explanation = heavy_vehicle
 
     def of_masses(weighing, _causes):
-        size = float(np.sqrt((found.fit.slopes**2).sum()))
+        size = float(np.sqrt((explanation.fit.slopes**2).sum()))
         nominal = weighing.rows.nuisance
-        dense = np.hstack([nominal.dense()[:, 1:], found.fit.slopes + 1e-3 * size])
+        dense = np.hstack([nominal.dense()[:, 1:], explanation.fit.slopes + 1e-3 * size])
         return nominal.blocks_of(dense)
 
     monkeypatch.setattr(module, "coupled_nominal", of_masses)
-    left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
-    assert left is found
-    (size,) = found.causes[0].values
+    left, covariance = without_doubtful(explanation, nominal, HEAVY_LIBRARY)
+    assert left is explanation
+    (size,) = explanation.causes[0].values
     assert size < 2.0 * covariance[0, 0] ** 0.5
 
 
 def test_nothing_is_named_where_the_disturbance_hides_what_thrust_does(heavy_vehicle, monkeypatch):
-    nominal, found = heavy_vehicle
+    nominal, explanation = heavy_vehicle
     drowned, clear = (
         tuple(Disturbance(dof, 1.0, share, True, True) for dof, share in (("surge", 0.95), ("heave", least)))
         for least in (0.91, 0.5)
     )
     held = tuple(replace(each, driven=False) for each in drowned)
     monkeypatch.setattr(module, "disturbance_of", lambda _: held)
-    assert without_doubtful(found, nominal, HEAVY_LIBRARY)[0].causes
+    assert without_doubtful(explanation, nominal, HEAVY_LIBRARY)[0].causes
     monkeypatch.setattr(module, "disturbance_of", lambda _: clear)
-    assert without_doubtful(found, nominal, HEAVY_LIBRARY)[0].causes
+    assert without_doubtful(explanation, nominal, HEAVY_LIBRARY)[0].causes
     monkeypatch.setattr(module, "disturbance_of", lambda _: drowned)
-    left, covariance = without_doubtful(found, nominal, HEAVY_LIBRARY)
+    left, covariance = without_doubtful(explanation, nominal, HEAVY_LIBRARY)
     assert (left.causes, covariance.shape) == ((), (0, 0))
 
 
 def test_a_cause_that_ends_at_a_bound_that_is_a_guess_is_dropped(heavy_vehicle):
-    nominal, found = heavy_vehicle
+    nominal, explanation = heavy_vehicle
     (parameter,) = NET_BUOYANCY.parameters
-    (size,) = found.causes[0].values
+    (size,) = explanation.causes[0].values
     narrow = replace(NET_BUOYANCY, parameters=(replace(parameter, low=size),))
-    fit = replace(found.fit, causes=(Cause(narrow, np.array([size])),))
-    left, _ = without_doubtful(replace(found, fit=fit), nominal, HEAVY_LIBRARY)
+    fit = replace(explanation.fit, causes=(Cause(narrow, np.array([size])),))
+    left, _ = without_doubtful(replace(explanation, fit=fit), nominal, HEAVY_LIBRARY)
     assert left.causes == ()
 
 
 def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch):
     case = draw_case(300_911, names=["waves"], size=0.7, seconds=200.0)
     nominal = planted_nominal(case)
-    found = explained(nominal, waves(5.0))
-    assert [cause.effect.name for cause in found.causes] == ["waves"]
+    explanation = explained(nominal, waves(5.0))
+    assert [cause.effect.name for cause in explanation.causes] == ["waves"]
     monkeypatch.setattr(module, "_covariance", lambda *of: 1e9 * covariance_beside(*of))
-    assert without_doubtful(found, nominal, (waves(5.0),))[0] is found
+    assert without_doubtful(explanation, nominal, (waves(5.0),))[0] is explanation
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 6, 7, 24])
@@ -445,7 +454,7 @@ def fitted(effect, values, std):
 
 
 @pytest.mark.parametrize(
-    ("effect", "values", "std", "told"),
+    ("effect", "values", "std", "names"),
     [
         (QUADRATIC_DRAG, [75, 140, 480, 3040, 78, 42], [4, 13, 110, 1600, 8, 1.1],
          {"X_uu", "Y_vv", "Z_ww", "M_qq", "N_rr"}),
@@ -455,8 +464,8 @@ def fitted(effect, values, std):
     ],
     ids=["one may be nothing or enormous", "surely small", "all are vague"],
 )  # fmt: skip
-def test_a_part_that_may_be_nothing_or_enormous_is_not_told_beside_others(effect, values, std, told):
-    assert set(parameters_of(fitted(effect, values, std), 0)) == told
+def test_a_part_that_may_be_nothing_or_enormous_is_not_told_beside_others(effect, values, std, names):
+    assert set(parameters_of(fitted(effect, values, std), 0)) == names
 
 
 @pytest.mark.parametrize(("east_m_s", "begins"), [(0.3, True), (0.01, False)])

@@ -36,54 +36,55 @@ def case():
 
 
 @pytest.fixture(scope="module")
-def found(case):
+def diagnosis(case):
     return diagnosed(case, *SMALL, check=check_of(case))
 
 
 @pytest.mark.slow
-def test_the_hidden_effect_is_named_with_its_parameters(found):
-    assert found.findings[0].name == "quadratic_drag"
-    values = found.findings[0].parameters
+def test_the_hidden_effect_is_named_with_its_parameters(diagnosis):
+    assert diagnosis.findings[0].name == "quadratic_drag"
+    values = diagnosis.findings[0].parameters
     assert values
     for value in values.values():
         assert value.low95 < value.value < value.high95
-    assert found.findings[0].gain_nats > 20
-    assert found.tried[0].accepted
-    assert any("lasts 79 s: with so little of it to hold out" in note for note in found.notes)
+    assert diagnosis.findings[0].gain_nats > 20
+    assert diagnosis.tried[0].accepted
+    assert any("lasts 79 s: with so little of it to hold out" in note for note in diagnosis.notes)
 
 
-def test_the_gap_lies_where_it_truly_does_and_shares_sum_to_one(case, found):
+def test_the_gap_lies_where_it_truly_does_and_shares_sum_to_one(case, diagnosis):
     shares = {}
-    for one in found.gap.where:
-        shares[one.dof] = shares.get(one.dof, 0.0) + one.share
+    for share in diagnosis.gap.where:
+        shares[share.dof] = shares.get(share.dof, 0.0) + share.share
     assert sum(shares.values()) == pytest.approx(1.0)
     assert max(shares, key=lambda dof: shares[dof]) in case.truth()["dof"]
-    assert found.gap.before > 1.2
+    assert diagnosis.gap.before > 1.2
 
 
-def test_with_the_effect_in_the_drift_falls_towards_its_floor_here_held_out_and_on_another_dive(found):
+def test_with_the_effect_in_the_drift_falls_towards_its_floor_here_held_out_and_on_another_dive(diagnosis):
     before, after = (
-        next(one for one in of if one.horizon_s == 5.0) for of in (found.gap.drifts, found.gap.after)
+        next(drift for drift in of if drift.horizon_s == 5.0)
+        for of in (diagnosis.gap.drifts, diagnosis.gap.after)
     )
     assert after.total < 0.5 * (before.total + 1.0)
-    for shrink in (found.heldout, found.check):
+    for shrink in (diagnosis.heldout, diagnosis.check):
         assert shrink.after < shrink.before
         assert shrink.value > 0.5
 
 
-def test_the_feed_forward_would_gain_by_it(found):
-    gain = found.findings[0].feedforward
+def test_the_feed_forward_would_gain_by_it(diagnosis):
+    gain = diagnosis.findings[0].feedforward
     assert gain.after_m_s < gain.before_m_s
 
 
 def test_a_simulator_that_is_known_by_a_dive_holds_also_a_cause_that_is_not_accepted(
-    case, found, monkeypatch
+    case, diagnosis, monkeypatch
 ):
     monkeypatch.setattr(module, "unexplained_nats", lambda _left: 1e9)
     unsure = diagnosed(case, *SMALL)
-    assert [one.name for one in found.accepted.effects] == ["quadratic_drag"]
+    assert [effect.name for effect in diagnosis.accepted.effects] == ["quadratic_drag"]
     assert unsure.accepted.effects == ()
-    assert unsure.numbers["D_u"].value == found.accepted.values["D_u"].value
+    assert unsure.numbers["D_u"].value == diagnosis.accepted.values["D_u"].value
     assert unsure.numbers["D_u"].value < unsure.accepted.values["D_u"].value
 
 
@@ -93,24 +94,29 @@ def test_without_any_effect_to_try_no_cause_is_named_and_the_gap_is_unknown(case
     assert bare.verdict == "unknown"
 
 
-def test_against_a_model_accepted_before_the_feed_forward_gains_by_masses_and_dampings_too(case, found):
-    accepted = {name: Prior(1.5 * one.value, 0.01 * one.value) for name, one in found.numbers.items()}
+def test_against_a_model_accepted_before_the_feed_forward_gains_by_masses_and_dampings_too(case, diagnosis):
+    accepted = {
+        name: Prior(1.5 * value.value, 0.01 * value.value) for name, value in diagnosis.numbers.items()
+    }
     later = diagnosed(case, *SMALL, accepted=accepted)
-    (gain,) = (one.feedforward for one in later.findings if one.name == "quadratic_drag")
-    own = found.findings[0].feedforward
-    assert gain.before_m_s > 1.5 * own.before_m_s
-    assert gain.after_m_s == pytest.approx(own.after_m_s, rel=0.02)
+    (gain,) = (finding.feedforward for finding in later.findings if finding.name == "quadratic_drag")
+    plain_gain = diagnosis.findings[0].feedforward
+    assert gain.before_m_s > 1.5 * plain_gain.before_m_s
+    assert gain.after_m_s == pytest.approx(plain_gain.after_m_s, rel=0.02)
 
 
-def test_the_answer_keeps_to_the_schema(found):
-    jsonschema.validate(plain(found), json.loads(SCHEMA.read_text()))
+def test_the_answer_keeps_to_the_schema(diagnosis):
+    jsonschema.validate(plain(diagnosis), json.loads(SCHEMA.read_text()))
 
 
 def refused(case, dive, check=None):
     with pytest.raises(FitError) as error:
         diagnosed(case, THRUST_GAIN, dive=dive, check=check)
     sentence = str(error.value)
-    assert sum(sentence.count(str(one.source)) for one in (dive, check) if one is not None) == 1
+    assert (
+        sum(sentence.count(str(recording.source)) for recording in (dive, check) if recording is not None)
+        == 1
+    )
     return sentence
 
 
@@ -120,21 +126,21 @@ def without_velocity(dive):
 
 
 def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
-    said = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
-    *unread, unseen = said.provisos
-    assert [one.split(" was")[0] for one in unread] == ["Surge", "Sway", "Heave"]
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, dive=without_velocity(dive_of(case)))
+    *unread, unseen = diagnosis.provisos
+    assert [proviso.split(" was")[0] for proviso in unread] == ["Surge", "Sway", "Heave"]
     assert "depth alone does not determine it" in unread[2]
-    assert all("no velocity" in one and "record the DVL" in one for one in unread)
+    assert all("no velocity" in proviso and "record the DVL" in proviso for proviso in unread)
     assert unseen.startswith("In roll, pitch and yaw no unknown force was looked for")
-    assert "I_r" in said.numbers
+    assert "I_r" in diagnosis.numbers
 
 
 def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_curve(case):
-    said = diagnosed(case, DEAD_ZONE, QUADRATIC_DRAG, dive=replace(dive_of(case), pwm=None, rpm=None))
-    assert {one.name for one in said.tried} == {"quadratic_drag"}
-    (proviso,) = said.provisos
+    diagnosis = diagnosed(case, DEAD_ZONE, QUADRATIC_DRAG, dive=replace(dive_of(case), pwm=None, rpm=None))
+    assert {trial.name for trial in diagnosis.tried} == {"quadratic_drag"}
+    (proviso,) = diagnosis.provisos
     assert "record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW" in proviso
-    assert [one.name for one in said.findings] == ["quadratic_drag"]
+    assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]
 
 
 @pytest.mark.parametrize(
@@ -159,14 +165,14 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
     # A hull that has the drag itself can't lack it.
     left = {*tried} - {*module._able(tried, lacks, replace(shape, damping="both"))}
     assert left == {*unjudged, QUADRATIC_DRAG}
-    for sentence, told in zip(unjudged_causes(lacks), words, strict=True):
-        assert told in sentence
+    for sentence, name in zip(unjudged_causes(lacks), words, strict=True):
+        assert name in sentence
 
 
 def test_how_late_an_autopilot_s_filter_is_stands_among_the_notes_and_not_beside_the_verdict(case):
-    said = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive_of(case), velocity_is_filtered=True))
-    assert any("a late DVL was not judged" in note for note in said.notes)
-    assert not any("DVL" in proviso for proviso in said.provisos)
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive_of(case), velocity_is_filtered=True))
+    assert any("a late DVL was not judged" in note for note in diagnosis.notes)
+    assert not any("DVL" in proviso for proviso in diagnosis.provisos)
 
 
 def with_pulses(dive, of_neutral):
@@ -210,8 +216,8 @@ def test_a_delay_far_beyond_the_vehicle_file_s_is_named_with_its_size(case):
         pwm=Signal(dive.pwm.time_s - 0.8, dive.pwm.value),
         tau_cmd=None if dive.tau_cmd is None else Signal(dive.tau_cmd.time_s - 0.8, dive.tau_cmd.value),
     )
-    found = diagnosed(case, COMMAND_DELAY, QUADRATIC_DRAG, dive=early)
-    (delay,) = (item for item in found.findings if item.name == "command_delay")
+    diagnosis = diagnosed(case, COMMAND_DELAY, QUADRATIC_DRAG, dive=early)
+    (delay,) = (item for item in diagnosis.findings if item.name == "command_delay")
     assert delay.probability > 0.9
     assert delay.parameters["delay"].value == pytest.approx(0.8, abs=0.01)
 
@@ -296,18 +302,23 @@ class TestCommand:
     def test_what_was_accepted_earlier_is_held_beside_the_dive(self, case, folder, tmp_path, capsys):
         values = zip((*MASSES, *DAMPINGS), (*case.vehicle.mass, *case.vehicle.damping), strict=True)
         parameters = [
-            {"name": one.name, "identifiable": True, "given_thrust": 1.3 * v, "given_thrust_std": 0.02 * v}
-            for one, v in values
+            {
+                "name": coefficient.name,
+                "identifiable": True,
+                "given_thrust": 1.3 * v,
+                "given_thrust_std": 0.02 * v,
+            }
+            for coefficient, v in values
         ]
         earlier, answer = tmp_path / "earlier.json", tmp_path / "a.json"
-        told = {
+        answer_before = {
             "method": "likelihood", "outcome": "converged", "configuration": case.configuration,
             "parameters": parameters, "vehicle": {"name": case.name, "sha256": "0" * 64},
         }  # fmt: skip
-        earlier.write_text(json.dumps(told))
+        earlier.write_text(json.dumps(answer_before))
         assert self.run(folder, "--accepted", earlier, "--json", answer) == 0
-        assert "thrust_gain" in {one["name"] for one in json.loads(answer.read_text())["effects"]}
-        earlier.write_text(json.dumps(told | {"configuration": "another"}))
+        assert "thrust_gain" in {effect["name"] for effect in json.loads(answer.read_text())["effects"]}
+        earlier.write_text(json.dumps(answer_before | {"configuration": "another"}))
         capsys.readouterr()
         assert self.run(folder, "--accepted", earlier) == 2
         assert "another" in capsys.readouterr().err

@@ -55,13 +55,13 @@ def test_the_copy_of_the_schema_is_the_shared_one(schema):
 
 
 def effect(name):
-    return next(one for one in LIBRARY if one.name == name)
+    return next(item for item in LIBRARY if item.name == name)
 
 
-def found(name, **other):
-    one = effect(name)
-    values = {key: Value(v, unit, NAN, NAN) for key, (v, unit) in one.told(one.start()).items()}
-    return replace(Finding(Cause(one, one.start()), (), {}, 0.9, values, 30.0), **other)
+def finding_of(name, **other):
+    hidden = effect(name)
+    values = {key: Value(v, unit, NAN, NAN) for key, (v, unit) in hidden.told(hidden.start()).items()}
+    return replace(Finding(Cause(hidden, hidden.start()), (), {}, 0.9, values, 30.0), **other)
 
 
 def diagnosis(**other):
@@ -76,7 +76,7 @@ def diagnosis(**other):
         (Dependence("surge", "speed", "odd", 0.9), Dependence("yaw", "heading", None, 0.2)),
     )
     whole = Diagnosis(
-        "dive", "ruvifist", "hovering", "explained", gap, (found("quadratic_drag"),), (), None,
+        "dive", "ruvifist", "hovering", "explained", gap, (finding_of("quadratic_drag"),), (), None,
         Shrink(2.0, 1.1, 0.9, 0.7, 1.0), None, None, (), 1.0,
     )  # fmt: skip
     return replace(whole, **other)
@@ -89,12 +89,12 @@ def diagnosis(**other):
         diagnosis(verdict="no_gap", findings=(), heldout=Shrink(1.0, 1.0, NAN, NAN, NAN)),
         diagnosis(
             verdict="ambiguous",
-            findings=(found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.99}),),
+            findings=(finding_of("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.99}),),
             next=Next(("fast steps",), (), ("thruster_lag", "command_delay")),
         ),
         diagnosis(
             verdict="partly",
-            findings=(found("weak_thruster", feedforward=Gain(0.02, 0.01)),),
+            findings=(finding_of("weak_thruster", feedforward=Gain(0.02, 0.01)),),
             gap=replace(
                 diagnosis().gap,
                 unexplained=0.4,
@@ -124,7 +124,7 @@ def test_every_verdict_keeps_to_the_schema_and_is_json(made, schema):
 
 
 NOTHING = Unexplained((), (), ())
-SURE, UNSURE = found("dead_zone"), found("dead_zone", probability=0.4)
+SURE, UNSURE = finding_of("dead_zone"), finding_of("dead_zone", probability=0.4)
 
 
 def left_by(*gains):
@@ -225,8 +225,8 @@ TILTING = replace(left_by(300.0), shapes=(GenericForce(4, "speed", "odd", np.zer
 def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_left(
     left, closes, filtered, stays
 ):
-    told = above_noise(left, closes, filtered)
-    assert told == left if stays else told.shapes == ()
+    unexplained = above_noise(left, closes, filtered)
+    assert unexplained == left if stays else unexplained.shapes == ()
 
 
 @pytest.mark.parametrize(
@@ -242,8 +242,8 @@ def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_le
     ],
 )
 def test_beside_accepted_effects_a_force_that_makes_no_drift_beyond_noise_is_no_unknown(left, after, stays):
-    told = above_noise(left, closing(after, NAN), (), np.full(6, 2.0))
-    assert told == left if stays else told.shapes == ()
+    unexplained = above_noise(left, closing(after, NAN), (), np.full(6, 2.0))
+    assert unexplained == left if stays else unexplained.shapes == ()
 
 
 def test_only_forces_beyond_chance_count_as_left():
@@ -262,14 +262,14 @@ def test_a_large_disturbance_is_looked_at_on_one_spot_and_with_the_thrusters_off
     alone = next_for_disturbance(None)
     assert "thrusters off" in alone.manoeuvres[0]
     assert "current" in alone.sensors[0]
-    beside = next_for_disturbance(Next(("fast steps",), (), ("thruster_lag",)))
-    assert beside.manoeuvres == (*alone.manoeuvres, "fast steps")
-    assert beside.splits == ("thruster_lag",)
+    both = next_for_disturbance(Next(("fast steps",), (), ("thruster_lag",)))
+    assert both.manoeuvres == (*alone.manoeuvres, "fast steps")
+    assert both.splits == ("thruster_lag",)
 
 
 def test_what_to_dive_next_is_what_tells_apart_the_causes_that_are_alike():
-    more = next_of([found("battery_sag", also=("fouling",))], LIBRARY)
+    more = next_of([finding_of("battery_sag", also=("fouling",))], LIBRARY)
     assert more.splits == ("battery_sag", "fouling")
     assert "a coast-down" in more.manoeuvres
     assert "the voltage" in more.sensors
-    assert next_of([found("battery_sag")], LIBRARY) is None
+    assert next_of([finding_of("battery_sag")], LIBRARY) is None

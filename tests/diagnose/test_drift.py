@@ -44,9 +44,9 @@ def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():
     lacking = np.zeros((750, 6))
     lacking[:, 0] = 1.0
     plain, wild = (
-        drifts(still(30.0, lacking=lacking, slope=one), np.full((3, 6), 0.01)) for one in (0.0 * slope, slope)
+        drifts(still(30.0, lacking=lacking, slope=by), np.full((3, 6), 0.01)) for by in (0.0 * slope, slope)
     )
-    assert all(one.ran_away == 0.0 and np.isfinite(one.total) for one in plain)
+    assert all(horizon.ran_away == 0.0 and np.isfinite(horizon.total) for horizon in plain)
     assert wild[2].ran_away == 1.0
     assert wild[2].by_axis[0] == pytest.approx(1000.0)
     assert ran_away(plain, plain) == ()
@@ -79,8 +79,8 @@ def test_a_floor_is_the_rms_of_forty_minutes_of_drawn_dives_and_of_four_dives_at
 def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nominal):
     force = np.concatenate([drawn(nominal, np.random.default_rng(seed))[0] for seed in range(8)])
     for problem, position in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
-        own, dof = nominal.theta[position], problem.axis.dof
-        sigma, memory_s = np.exp(own[DISTURBANCE]), np.exp(own[TIME_CONSTANT])
+        theta, dof = nominal.theta[position], problem.axis.dof
+        sigma, memory_s = np.exp(theta[DISTURBANCE]), np.exp(theta[TIME_CONSTANT])
         assert np.std(force[:, dof]) == pytest.approx(sigma, rel=0.25)
         together = np.mean(force[1:, dof] * force[:-1, dof]) / np.mean(force[:, dof] ** 2)
         assert together == pytest.approx(np.exp(-STEP_S / memory_s), abs=0.05)
@@ -106,8 +106,8 @@ def test_the_noise_of_a_drawn_step_has_the_covariance_that_the_filters_take_it_t
         )
         columns.append((true[1], position[1], pushed[1]))
     root = np.array(columns).T
-    nu, nu_x, nu_d, x, x_d, d = table[0, 11:17]
-    expected = np.array([[nu, nu_x, nu_d], [nu_x, x, x_d], [nu_d, x_d, d]])
+    nu, nu_x, nu_d, x, x_d, off = table[0, 11:17]
+    expected = np.array([[nu, nu_x, nu_d], [nu_x, x, x_d], [nu_d, x_d, off]])
     np.testing.assert_allclose(root @ root.T, expected, rtol=1e-6, atol=1e-12)
 
 
@@ -115,14 +115,14 @@ def test_a_model_without_a_gap_drifts_by_its_floor_and_one_with_a_force_too_much
     model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     floors = floors_of(nominal, model, np.random.default_rng(0))
     plain = drifts(model, floors)
-    assert [one.horizon_s for one in plain] == [1.0, 5.0, 20.0]
-    for one in plain:
-        assert one.total == pytest.approx(1.0, abs=0.25)
+    assert [horizon.horizon_s for horizon in plain] == [1.0, 5.0, 20.0]
+    for calm in plain:
+        assert calm.total == pytest.approx(1.0, abs=0.25)
     wrench = np.zeros_like(model.nu)
     wrench[:, 0] = 4.0 * np.sqrt(np.mean(model.nu[:, 0] ** 2)) * model.damping[0]
     pushed = drifts(model.less(-wrench), floors)
-    for one, other in zip(plain, pushed, strict=True):
-        assert other.by_axis[0] > 2 * one.by_axis[0]
+    for calm, other in zip(plain, pushed, strict=True):
+        assert other.by_axis[0] > 2 * calm.by_axis[0]
 
 
 MASS = np.array([20.0, 30.0, 40.0, 0.5, 0.6, 0.7])
@@ -144,16 +144,16 @@ def flown(starts, steps, lacking, nu, slope, fitted=range(6), errors=0.0):
 
 
 def flown_in_plain_words(start, steps, lacking, nu, slope, free, error):
-    def rate(i, d, a):
-        change = np.subtract(coriolis(MASS, nu[i] + d), coriolis(MASS, nu[i]))
-        return free * (-lacking[i] - change - DAMPING * d + slope[i] @ d - STIFFNESS * a) / MASS
+    def rate(i, off, angle):
+        change = np.subtract(coriolis(MASS, nu[i] + off), coriolis(MASS, nu[i]))
+        return free * (-lacking[i] - change - DAMPING * off + slope[i] @ off - STIFFNESS * angle) / MASS
 
-    d, a = error.copy(), np.zeros(6)
+    off, angle = error.copy(), np.zeros(6)
     for i in range(start, start + steps):
-        first, guess = rate(i, d, a), d + FLIGHT_STEP_S * rate(i, d, a)
-        second = rate(i + 1, guess, a + FLIGHT_STEP_S * d)
-        d, a = d + 0.5 * FLIGHT_STEP_S * (first + second), a + 0.5 * FLIGHT_STEP_S * (d + guess)
-    return d
+        first, guess = rate(i, off, angle), off + FLIGHT_STEP_S * rate(i, off, angle)
+        second = rate(i + 1, guess, angle + FLIGHT_STEP_S * off)
+        off, angle = off + 0.5 * FLIGHT_STEP_S * (first + second), angle + 0.5 * FLIGHT_STEP_S * (off + guess)
+    return off
 
 
 def test_it_is_off_by_what_the_equation_of_motion_says_also_where_forces_change_with_velocity():
@@ -175,8 +175,8 @@ def test_an_axis_that_is_not_fitted_follows_what_was_recorded_and_errors_count_a
     errors, fitted = 0.05 * rng.normal(size=(COUNT, 6)), np.array([0, 2, 5])
     free = np.isin(np.arange(6), fitted).astype(np.float64)
     off = flown([4], [25], lacking, nu, slope, fitted, errors)[0, 0]
-    d = flown_in_plain_words(4, 25, lacking, nu, slope, free, free * errors[4])
-    np.testing.assert_allclose(off[fitted], (d - errors[29])[fitted], rtol=1e-9)
+    in_plain_words = flown_in_plain_words(4, 25, lacking, nu, slope, free, free * errors[4])
+    np.testing.assert_allclose(off[fitted], (in_plain_words - errors[29])[fitted], rtol=1e-9)
     assert np.isnan(off[[1, 3, 4]]).all()
 
 

@@ -33,15 +33,15 @@ def begun(name: str, seconds: float) -> Dive:
     return dive.between(start_s, start_s + seconds)
 
 
-def told(name: str, seconds: float) -> Diagnosis:
+def diagnosis_of(name: str, seconds: float) -> Diagnosis:
     return diagnose(begun(f"{name}/dive.tlog.gz", seconds), vehicle(), "rov", progress=lambda *_: None)
 
 
 @short_or_whole
 def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
-    found = told("open_1", seconds)
-    assert [one.name for one in found.findings] == [HULL]
-    assert found.verdict == "explained"
+    diagnosis = diagnosis_of("open_1", seconds)
+    assert [finding.name for finding in diagnosis.findings] == [HULL]
+    assert diagnosis.verdict == "explained"
 
 
 @pytest.mark.soak
@@ -49,10 +49,10 @@ def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
 def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
     file = vehicle()
     dive = replace(begun("open_1/dive.tlog.gz", seconds), velocity=None)
-    found = diagnose(dive, file, "rov", progress=lambda *_: None)
-    assert found.verdict == "no_gap"
-    *unread, unseen = found.provisos
-    assert [one.split()[0] for one in unread] == ["Surge", "Sway"]
+    diagnosis = diagnose(dive, file, "rov", progress=lambda *_: None)
+    assert diagnosis.verdict == "no_gap"
+    *unread, unseen = diagnosis.provisos
+    assert [proviso.split()[0] for proviso in unread] == ["Surge", "Sway"]
     assert unseen.startswith("In heave, roll, pitch and yaw no unknown force was looked for")
 
 
@@ -65,8 +65,8 @@ def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
     ],
 )
 def test_water_and_tether_are_found_with_their_size(name, effect, parameters, within):
-    found, true = told(name, WHOLE_S), truth(name)
-    assert {one.name for one in found.findings} == {HULL, effect}
-    values = next(one for one in found.findings if one.name == effect).parameters
+    diagnosis, true = diagnosis_of(name, WHOLE_S), truth(name)
+    assert {finding.name for finding in diagnosis.findings} == {HULL, effect}
+    values = next(finding for finding in diagnosis.findings if finding.name == effect).parameters
     for parameter, key in parameters.items():
         assert values[parameter].value == pytest.approx(true[key], **within)

@@ -56,7 +56,7 @@ SEED = 300_932
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory):
+def published_case(tmp_path_factory):
     """Diagnose a dive with a published model whose quadratic drag is a share of the true one; returns its JSON."""
     folder = tmp_path_factory.mktemp("published")
     case = draw_case(SEED, names=["quadratic_drag"], seconds=150.0)
@@ -87,12 +87,12 @@ def told(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("share", "causes"), rows_rest_in_soak([(0.4, ["fouling"]), (1.0, [])]))
-def test_the_gap_is_that_of_the_published_numbers_with_their_quadratic_drag(told, share, causes):
-    _, _, _, run = told
-    found = run(share)
-    assert [effect["name"] for effect in found["effects"][:1]] == causes
-    assert (found["gap"]["before"] > 2.0) is bool(causes)
-    notes = " ".join(found["told"]["notes"])
+def test_the_gap_is_that_of_the_published_numbers_with_their_quadratic_drag(published_case, share, causes):
+    _, _, _, run = published_case
+    answer = run(share)
+    assert [effect["name"] for effect in answer["effects"][:1]] == causes
+    assert (answer["gap"]["before"] > 2.0) is bool(causes)
+    notes = " ".join(answer["told"]["notes"])
     assert ("the dive contradicts X_uu 27.8 (the dive: 72.4" in notes) is bool(causes)
     assert "M_u" not in notes
 
@@ -125,8 +125,10 @@ def test_a_number_is_contradicted_beyond_what_both_are_known_to():
         ("bare.yaml", "has no model: write the published numbers there"),
     ],
 )
-def test_a_file_that_can_not_be_held_against_a_dive_is_named_with_what_to_do(told, accepted, says, capsys):
-    folder, _, file_with, _ = told
+def test_a_file_that_can_not_be_held_against_a_dive_is_named_with_what_to_do(
+    published_case, accepted, says, capsys
+):
+    folder, _, file_with, _ = published_case
     file_with(1.0)
     file_with(1.0, "bare.yaml", model={})
     words = [

@@ -40,26 +40,28 @@ def innovations(problem, theta):
 
 
 def test_a_force_that_the_filter_knows_takes_out_of_its_innovations_what_its_column_says(rows):
-    own = rows.axes[0]
-    force = np.sin(0.7 * own.problem.axis.time_s)
-    told = replace(own.problem, axis=replace(own.problem.axis, force=own.problem.axis.force + force[:, None]))
-    change = innovations(told, own.theta) - innovations(own.problem, own.theta)
-    np.testing.assert_allclose(-change / own.std, own.by_force(force[:, None])[:, 0], atol=1e-9)
+    axis = rows.axes[0]
+    force = np.sin(0.7 * axis.problem.axis.time_s)
+    pushed = replace(
+        axis.problem, axis=replace(axis.problem.axis, force=axis.problem.axis.force + force[:, None])
+    )
+    change = innovations(pushed, axis.theta) - innovations(axis.problem, axis.theta)
+    np.testing.assert_allclose(-change / axis.std, axis.by_force(force[:, None])[:, 0], atol=1e-9)
 
 
 def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(rows):
-    for own in rows.axes:
-        off = np.cos(0.3 * own.problem.axis.time_s)
-        spoilt = replace(own.problem, reading=own.problem.reading + off)
-        change = innovations(spoilt, own.theta) - innovations(own.problem, own.theta)
-        np.testing.assert_allclose(change / own.std, own.by_reading(off[:, None])[:, 0], atol=1e-8)
+    for axis in rows.axes:
+        off = np.cos(0.3 * axis.problem.axis.time_s)
+        spoilt = replace(axis.problem, reading=axis.problem.reading + off)
+        change = innovations(spoilt, axis.theta) - innovations(axis.problem, axis.theta)
+        np.testing.assert_allclose(change / axis.std, axis.by_reading(off[:, None])[:, 0], atol=1e-8)
 
 
 def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
     middle = float(np.median(nominal.course.time_s))
     problems = tuple(
-        replace(one, reading=one.reading + np.where(one.axis.time_s >= middle, 0.05, 0.0))
-        for one in nominal.joint.problems
+        replace(problem, reading=problem.reading + np.where(problem.axis.time_s >= middle, 0.05, 0.0))
+        for problem in nominal.joint.problems
     )
     joint = replace(nominal.joint, problems=problems)
     before = predicted(nominal.joint, nominal.theta, nominal.motion)
@@ -71,21 +73,23 @@ def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
 
 def test_nor_does_it_know_a_thrust_that_a_controller_gives_in_answer_to_a_reading_of_that_time(nominal):
     """Readings and the grid share times here: the commands that follow a reading carry its noise."""
-    own = nominal.joint.problems[0]
-    read = own.axis.time_s[np.isfinite(own.reading)]
+    first = nominal.joint.problems[0]
+    read = first.axis.time_s[np.isfinite(first.reading)]
     at = float(read[len(read) // 2])
     problems = tuple(
         replace(
-            one,
-            axis=replace(one.axis, force=one.axis.force + np.where(one.axis.time_s > at, 5.0, 0.0)[:, None]),
+            problem,
+            axis=replace(
+                problem.axis, force=problem.axis.force + np.where(problem.axis.time_s > at, 5.0, 0.0)[:, None]
+            ),
         )
-        for one in nominal.joint.problems
+        for problem in nominal.joint.problems
     )
     joint = replace(nominal.joint, problems=problems)
     step_s = float(nominal.motion.time_s[1] - nominal.motion.time_s[0])
     near = at + 1e-9 + step_s * np.arange(-40, 40)
     motion = Motion(near, np.zeros((80, 6)))
-    before, after = (predicted(one, nominal.theta, motion) for one in (nominal.joint, joint))
+    before, after = (predicted(filters, nominal.theta, motion) for filters in (nominal.joint, joint))
     known = near < at + 1e-6
     np.testing.assert_array_equal(after.nu_dot[known], before.nu_dot[known])
     assert np.abs(after.nu_dot - before.nu_dot).max() > 0
@@ -93,17 +97,19 @@ def test_nor_does_it_know_a_thrust_that_a_controller_gives_in_answer_to_a_readin
 
 def test_an_acceleration_between_readings_is_that_of_a_step_during_which_something_pushed(nominal):
     """Of several readings at one time all but the first end an empty step, in which no force means anything."""
-    empty = [one.axis.step_s[1:] <= 0 for one in nominal.joint.problems]
-    assert any(one.any() for one in empty)
+    empty = [problem.axis.step_s[1:] <= 0 for problem in nominal.joint.problems]
+    assert any(steps.any() for steps in empty)
     problems = tuple(
         replace(
-            one,
-            axis=replace(one.axis, force=np.where(one.axis.step_s[:, None] > 0, one.axis.force, 1e6)),
+            problem,
+            axis=replace(
+                problem.axis, force=np.where(problem.axis.step_s[:, None] > 0, problem.axis.force, 1e6)
+            ),
         )
-        for one in nominal.joint.problems
+        for problem in nominal.joint.problems
     )
     joint = replace(nominal.joint, problems=problems)
-    clean, spoilt = (predicted(one, nominal.theta, nominal.motion) for one in (nominal.joint, joint))
+    clean, spoilt = (predicted(filters, nominal.theta, nominal.motion) for filters in (nominal.joint, joint))
     # The first event of all ends no step.
     np.testing.assert_array_equal(spoilt.nu_dot[10:], clean.nu_dot[10:])
 
@@ -118,16 +124,16 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     column = loose.columns([Act(wrench=wrench)], course)
     only = loose.nuisance.dense()[:, -1:]
     np.testing.assert_allclose(only, column, atol=1e-9)
-    told = equations_of(
+    alone = equations_of(
         size * column[:, 0], 0.0 * only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
     )
-    beside = equations_of(
+    both = equations_of(
         size * column[:, 0], only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
     )
     information = float(column[:, 0] @ column[:, 0])
-    assert told.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
+    assert alone.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
-    assert beside.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + 0.02**2))
+    assert both.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + 0.02**2))
 
 
 def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):
@@ -218,12 +224,12 @@ class TestEvidence:
         return equations_of(value, nominal[:, None], np.zeros(1), columns, piece)
 
     def test_a_cause_is_found_with_its_size_and_standard_error(self):
-        found = self.made(0.3, np.random.default_rng(0)).evidence([0])
-        std = float(np.sqrt(found.covariance[0, 0]))
+        evidence = self.made(0.3, np.random.default_rng(0)).evidence([0])
+        std = float(np.sqrt(evidence.covariance[0, 0]))
         assert std == pytest.approx(1 / np.sqrt(4000), rel=0.1)
-        assert abs(found.size[0] - 0.3) < 3 * std
-        assert found.gain == pytest.approx(0.5 * 4000 * 0.3**2, rel=0.2)
-        assert found.gain < found.fitted
+        assert abs(evidence.size[0] - 0.3) < 3 * std
+        assert evidence.gain == pytest.approx(0.5 * 4000 * 0.3**2, rel=0.2)
+        assert evidence.gain < evidence.fitted
 
     def test_a_column_that_explains_nothing_costs_on_pieces_held_out_what_its_error_does(self):
         rng = np.random.default_rng(1)
@@ -258,7 +264,7 @@ def test_columns_by_blocks_are_added_and_multiplied_as_all_rows_are(blocks):
     pieces, dense, by = pieces_of(PIECE), blocks.dense(), np.zeros((5, 2))
     by[0, 0], by[2, 0], by[4, 1] = 2.0, -1.0, 3.0
     others = np.random.default_rng(100_002).normal(size=(160, 3))
-    for found, expected in (
+    for product, expected in (
         (blocks.products(PIECE), products_of(dense, pieces)),
         (blocks.products_with(others, PIECE), products_of(dense, pieces, others)),
         (blocks.some([4, 2]), dense[:, [4, 2]]),
@@ -267,7 +273,7 @@ def test_columns_by_blocks_are_added_and_multiplied_as_all_rows_are(blocks):
         (blocks.combined(by).dense(), dense @ by),
         (blocks.square(), dense.T @ dense),
     ):
-        np.testing.assert_allclose(found, expected, atol=1e-12)
+        np.testing.assert_allclose(product, expected, atol=1e-12)
     # The second block alone has the fifth column, and so its multiple.
     assert 1 not in blocks.combined(by).parts[0].of
 
@@ -393,10 +399,12 @@ def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
     nominal, others = rng.normal(size=(300, 3)), rng.normal(size=(300, 2))
     others += nominal[:, :2]
     value, piece = rng.normal(size=300), np.repeat(np.arange(6), 50)
-    told = equations_of(value, nominal, np.zeros(3), others, piece)
+    equations = equations_of(value, nominal, np.zeros(3), others, piece)
     left = np.linalg.lstsq(nominal, np.column_stack([others, value]), rcond=None)[0]
     free = np.column_stack([others, value]) - nominal @ left
     for k in range(6):
-        own = free[piece == k]
-        np.testing.assert_allclose(told.held_square[k], own[:, :2].T @ own[:, :2], rtol=1e-5, atol=1e-3)
-        np.testing.assert_allclose(told.held_right[k], own[:, :2].T @ own[:, 2], rtol=1e-5, atol=1e-3)
+        part = free[piece == k]
+        np.testing.assert_allclose(
+            equations.held_square[k], part[:, :2].T @ part[:, :2], rtol=1e-5, atol=1e-3
+        )
+        np.testing.assert_allclose(equations.held_right[k], part[:, :2].T @ part[:, 2], rtol=1e-5, atol=1e-3)

@@ -51,17 +51,17 @@ def nominal():
 
 
 def test_the_cause_of_a_gap_is_found_in_runs_of_15_s():
-    found = diagnosed(CASE, QUADRATIC_DRAG, STEADY_CURRENT, dive=runs_of(dive_of(CASE)))
-    assert found.verdict == "explained"
-    assert [finding.cause.effect.name for finding in found.findings] == ["quadratic_drag"]
-    assert found.heldout.after == pytest.approx(1.0, abs=0.2)
-    assert [drift.horizon_s for drift in found.gap.after] == [1.0, 5.0]
+    diagnosis = diagnosed(CASE, QUADRATIC_DRAG, STEADY_CURRENT, dive=runs_of(dive_of(CASE)))
+    assert diagnosis.verdict == "explained"
+    assert [finding.cause.effect.name for finding in diagnosis.findings] == ["quadratic_drag"]
+    assert diagnosis.heldout.after == pytest.approx(1.0, abs=0.2)
+    assert [drift.horizon_s for drift in diagnosis.gap.after] == [1.0, 5.0]
 
 
 def test_runs_without_a_gap_drift_by_noise_alone():
-    found = diagnosed(PLAIN, QUADRATIC_DRAG, STEADY_CURRENT, dive=runs_of(dive_of(PLAIN)))
-    assert found.verdict == "no_gap"
-    assert 0.8 < found.gap.before < 1.2
+    diagnosis = diagnosed(PLAIN, QUADRATIC_DRAG, STEADY_CURRENT, dive=runs_of(dive_of(PLAIN)))
+    assert diagnosis.verdict == "no_gap"
+    assert 0.8 < diagnosis.gap.before < 1.2
 
 
 def test_runs_have_one_trim_in_common_as_a_steady_push_is_a_cause(nominal):
@@ -122,10 +122,10 @@ def test_an_angle_is_averaged_within_its_run():
     time_s = np.arange(0.0, 20.0, 0.04)
     runs_s = ((0.0, 8.0), (11.0, 19.9))
     angle, rate = np.where(time_s < 9.5, 1.0, -2.0), np.zeros(len(time_s))
-    found = smoothed_angle(time_s, time_s, angle, rate, runs_s)
+    smoothed = smoothed_angle(time_s, time_s, angle, rate, runs_s)
     inside = (time_s < 8.0) | ((time_s >= 11.0) & (time_s < 19.9))
-    np.testing.assert_allclose(found[inside], angle[inside], atol=1e-12)
-    assert not found[(time_s > 8.1) & (time_s < 10.9)].any()
+    np.testing.assert_allclose(smoothed[inside], angle[inside], atol=1e-12)
+    assert not smoothed[(time_s > 8.1) & (time_s < 10.9)].any()
 
 
 def test_the_silence_between_runs_is_no_lull_among_bursts(nominal):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from fakes.planted import explained
 
-from identify.diagnose import confidence, search
-from identify.diagnose import verdict as findings
+from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
+from identify.diagnose.findings import probability
 from identify.diagnose.nominal import refitted
 from identify.diagnose.search import (
     explained_by,
@@ -17,7 +17,6 @@ from identify.diagnose.search import (
     required_gain,
     with_one_more,
 )
-from identify.diagnose.verdict import probability
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
@@ -41,11 +40,11 @@ def test_a_drag_of_which_the_model_is_told_the_opposite_is_found_with_its_size(n
     )
     opposed = refitted(nominal, [QUADRATIC_DRAG.act(nominal.course, -size)])
     spoilt = replace(opposed, acts=(), course=nominal.course)
-    found = explained(spoilt, *LIBRARY)
-    (cause,) = found.causes
+    explanation = explained(spoilt, *LIBRARY)
+    (cause,) = explanation.causes
     assert cause.effect is QUADRATIC_DRAG
     assert cause.values[0] == pytest.approx(size[0], rel=0.15)
-    assert found.now.course.mass[0] == pytest.approx(nominal.course.mass[0], rel=0.02)
+    assert explanation.now.course.mass[0] == pytest.approx(nominal.course.mass[0], rel=0.02)
 
 
 def test_a_cause_whose_size_ends_at_nothing_is_gone(nominal):
@@ -86,14 +85,14 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
         spoilt, drag = with_drag(nominal, bent)
         weighing = weighing_of(spoilt, LIBRARY)
         fit = replace(weighing.fitted([drag]), motion_nats=1e5, unsteady_nats=1e5)
-        rest = FormRemainder(weighing, fit)
+        remainder = FormRemainder(weighing, fit)
         large = Cause(QUADRATIC_DRAG, 100 * fit.causes[0].values)
         many = FormRemainder(weighing, replace(fit, causes=(large,)))
-        assert many.overlap(further) == pytest.approx(1e4 * rest.overlap(further))
+        assert many.overlap(further) == pytest.approx(1e4 * remainder.overlap(further))
         assert many.saved_overlap(further) < 0.01 * many.overlap(further)
         asked = max(many.saved_overlap(further), 0.001 * 1e5)
         assert required_gain(many, further) == pytest.approx(7.0 + asked)
-        seen.append(rest.saved_overlap(further))
+        seen.append(remainder.saved_overlap(further))
     assert seen[1] > 5 * seen[0]
 
 
@@ -122,8 +121,8 @@ PUSH = Cause(QUADRATIC_DRAG, 50.0 * np.eye(6)[0])
 def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(monkeypatch, nats, errors, taken):
     monkeypatch.setattr(search, "_beyond_all", lambda *_: None)
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(nats, errors, PUSH)])
-    found = with_one_more(saving(nats), fitted((), 0.0))
-    assert found.causes == ((PUSH,) if taken else ())
+    fit = with_one_more(saving(nats), fitted((), 0.0))
+    assert fit.causes == ((PUSH,) if taken else ())
 
 
 @pytest.mark.parametrize(("nats", "kept"), [(7.1, True), (6.9, False)])
@@ -135,12 +134,12 @@ def test_a_cause_alone_that_saves_less_than_seven_nats_is_dropped_again(nats, ke
 def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard_error(
     monkeypatch, errors, kept
 ):
-    beside = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
+    coupled = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
     monkeypatch.setattr(search, "_others_at_their_best", lambda _, fit, k: fitted([fit.causes[1 - k]], 20.0))
     monkeypatch.setattr(search, "required_gain", lambda *_: 7.0)
-    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, beside)])
-    left = pruned(saving(20.0), fitted([PUSH, beside], 40.0)).causes
-    assert left == ((PUSH, beside) if kept else (beside,))
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, coupled)])
+    left = pruned(saving(20.0), fitted([PUSH, coupled], 40.0)).causes
+    assert left == ((PUSH, coupled) if kept else (coupled,))
 
 
 @pytest.mark.parametrize(("first", "looks"), [(1, [0, 1, 2]), (2, [0, 2, 1])])
@@ -184,18 +183,18 @@ def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihoo
     settled, forms = search._settled, [drag, other, drag]
 
     def less_likely(nominal, weighing, fit, at):
-        weighing, found = settled(nominal, weighing, fit, at)
+        weighing, fit_now = settled(nominal, weighing, fit, at)
         if not forms[0].values[1]:
-            found, worse = fit, replace(weighing.now, log_posterior=-1e9)
+            fit_now, worse = fit, replace(weighing.now, log_posterior=-1e9)
             weighing = replace(weighing, now=worse)
-        return weighing, found
+        return weighing, fit_now
 
     monkeypatch.setattr(search, "_settled", less_likely)
     monkeypatch.setattr(search, "improved", lambda weighing, *_: weighing.fitted([forms.pop(0)]))
-    found = explained(spoilt, *LIBRARY)
+    explanation = explained(spoilt, *LIBRARY)
     assert len(forms) == 1
-    assert found.causes[0].values[1] == 0.0
-    assert found.now.log_posterior > -1e9
+    assert explanation.causes[0].values[1] == 0.0
+    assert explanation.now.log_posterior > -1e9
 
 
 def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows(nominal, monkeypatch):
@@ -216,17 +215,17 @@ def test_in_waves_and_there_alone_the_tilting_of_the_hull_tells_no_mass(nominal)
     swell, drag = Cause(waves(5.0), np.full(6, 2.0)), Cause(QUADRATIC_DRAG, np.full(6, 5.0))
     assert explained_by([swell], nominal, (swell.effect,)).now.joint.in_waves
     assert not explained_by([drag], nominal, LIBRARY).now.joint.in_waves
-    heavier, told = nominal.theta.copy(), {}
+    heavier, unmoved = nominal.theta.copy(), {}
     heavier[nominal.joint.mass_indices[0]] += 1.0
     for in_waves in (False, True):
         joint = replace(nominal.joint, in_waves=in_waves)
         masses = {p.axis.dof: float(p.masses[0]) for p in joint.at(heavier)}
-        told[in_waves] = {dof for dof, mass in masses.items() if mass == masses[0]}
+        unmoved[in_waves] = {dof for dof, mass in masses.items() if mass == masses[0]}
         for k, problem in enumerate(joint.problems):
-            own = joint.slices[k].stop - joint.slices[k].start
-            others = len(joint.score_of(k, nominal.theta)[0]) - own
+            size = joint.slices[k].stop - joint.slices[k].start
+            others = len(joint.score_of(k, nominal.theta)[0]) - size
             assert (others == 0) is (in_waves and problem.axis.dof in (3, 4))
-    assert told[False] - told[True] == {3, 4}
+    assert unmoved[False] - unmoved[True] == {3, 4}
 
 
 def test_causes_are_refitted_from_the_filters_that_are_near(nominal, monkeypatch):
@@ -261,9 +260,9 @@ def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_fa
     settled = SimpleNamespace(now=SimpleNamespace(log_posterior=rise))
     monkeypatch.setattr(search, "_settled", lambda *given: (settled, given[2]))
     weighing = replace_now(saving(8.0), log_posterior=0.0)
-    found = search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None)
-    assert (found is not None) == taken
-    assert found is None or found[1].causes == (first, PUSH)
+    fit = search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None)
+    assert (fit is not None) == taken
+    assert fit is None or fit[1].causes == (first, PUSH)
     refused = (PUSH.effect.label,)
     assert search._likelier_with_one_more(None, weighing, fitted([first], 50.0), refused, None) is None
 
@@ -275,49 +274,51 @@ def replace_now(weighing, log_posterior):
 
 def test_a_doubtful_cause_is_as_probable_as_the_filters_need_it(nominal, monkeypatch):
     spoilt, _ = with_drag(nominal)
-    found = explained(spoilt, *LIBRARY)
-    without = explained_by([], spoilt, LIBRARY, found.now)
-    rises = found.now.log_posterior - without.now.log_posterior
-    by_filters = confidence.margin_by_filters(found, 0, spoilt, LIBRARY)
+    explanation = explained(spoilt, *LIBRARY)
+    without = explained_by([], spoilt, LIBRARY, explanation.now)
+    rises = explanation.now.log_posterior - without.now.log_posterior
+    by_filters = confidence.margin_by_filters(explanation, 0, spoilt, LIBRARY)
     assert 7.0 < by_filters <= rises
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     nothing = confidence.AmbiguityGroup((), {}, 0.0)
     monkeypatch.setattr(findings, "ambiguity_of", lambda *_: nothing)
-    (cause,) = findings.findings_of(found, found.fit.covariance, None, 0.0, spoilt, LIBRARY)
+    (cause,) = findings.findings_of(explanation, explanation.fit.covariance, None, 0.0, spoilt, LIBRARY)
     assert cause.probability == pytest.approx(probability(by_filters))
 
 
-def findings_beside(found, unexplained_nats):
+def findings_beside(explanation, unexplained_nats):
     """The causes beside unknown forces, as probable as the regression holds them."""
-    return findings.findings_of(found, found.fit.covariance, None, unexplained_nats, found.now, ())
+    return findings.findings_of(
+        explanation, explanation.fit.covariance, None, unexplained_nats, explanation.now, ()
+    )
 
 
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
-    found = explained(with_drag(nominal)[0], *LIBRARY)
-    (sure,) = findings_beside(found, 0.0)
-    monkeypatch.setattr(confidence, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
-    (doubtful,) = findings_beside(found, 0.0)
-    assert doubtful.probability < 0.6 < sure.probability
+    explanation = explained(with_drag(nominal)[0], *LIBRARY)
+    (certain,) = findings_beside(explanation, 0.0)
+    monkeypatch.setattr(confidence, "remainder_nats", lambda *_: certain.gain_nats - 6.0)
+    (doubtful,) = findings_beside(explanation, 0.0)
+    assert doubtful.probability < 0.6 < certain.probability
 
 
 def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
-    found = explained(with_drag(nominal)[0], *LIBRARY)
-    told = [findings_beside(found, nats)[0] for nats in (0.0, 40.0, 1e9)]
-    margins = [6.0 * one.probability / (0.98 - one.probability) for one in told]
+    explanation = explained(with_drag(nominal)[0], *LIBRARY)
+    causes = [findings_beside(explanation, nats)[0] for nats in (0.0, 40.0, 1e9)]
+    margins = [6.0 * cause.probability / (0.98 - cause.probability) for cause in causes]
     assert margins[1] == pytest.approx(margins[0] ** 2 / (margins[0] + 10.0))
-    assert told[1].probability > 0.8 * told[0].probability
-    assert told[2].probability < 0.01
+    assert causes[1].probability > 0.8 * causes[0].probability
+    assert causes[2].probability < 0.01
 
 
 @pytest.mark.parametrize(
-    ("margin_nats", "told"), [(-1.0, 0.0), (0.0, 0.0), (3.0, 0.98 / 3), (6.0, 0.49), (54.0, 0.98 * 0.9)]
+    ("margin_nats", "expected"), [(-1.0, 0.0), (0.0, 0.0), (3.0, 0.98 / 3), (6.0, 0.49), (54.0, 0.98 * 0.9)]
 )
-def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, told):
-    assert probability(margin_nats) == pytest.approx(told, rel=1e-9)
+def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, expected):
+    assert probability(margin_nats) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(("log_posterior", "named"), [(-1.0, 1), (-10.0, 2)])
@@ -353,12 +354,12 @@ def test_a_late_thrust_is_known_no_better_than_its_stamps_and_dropped_where_thes
     delay = Cause(COMMAND_DELAY, np.array([0.2]))
     opposed = refitted(nominal, [delay.act(nominal.course).times(-1.0)])
     late = replace(opposed, acts=(), course=nominal.course, stamped_s=0.0)
-    found = explained_by([delay], late, (COMMAND_DELAY,))
-    (exact,) = confidence.covariance_of(found.weighing, found.fit).ravel()
+    explanation = explained_by([delay], late, (COMMAND_DELAY,))
+    (exact,) = confidence.covariance_of(explanation.weighing, explanation.fit).ravel()
     for stamped_s, stays in ((0.025, True), (0.11, False)):
         stamped = replace(late, stamped_s=stamped_s)
-        found = explained_by([delay], stamped, (COMMAND_DELAY,))
-        left, covariance = confidence.without_doubtful(found, stamped, (COMMAND_DELAY,))
+        explanation = explained_by([delay], stamped, (COMMAND_DELAY,))
+        left, covariance = confidence.without_doubtful(explanation, stamped, (COMMAND_DELAY,))
         assert covariance.ravel().tolist() == ([pytest.approx(exact + stamped_s**2)] if stays else [])
         assert bool(left.causes) == stays
 

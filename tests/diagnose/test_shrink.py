@@ -9,6 +9,7 @@ import pytest
 
 from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import Block, Blocks
+from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.result import Prediction, Shrink
 from identify.diagnose.shrink import (
@@ -24,7 +25,6 @@ from identify.diagnose.shrink import (
     without_seas,
 )
 from identify.diagnose.simulation import EACH
-from identify.diagnose.verdict import braking_of, feedforward_gain_by
 from identify.effects.environment import varying_current, waves
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 
@@ -59,9 +59,9 @@ def test_what_drifts_by_less_than_noise_has_shrunk_whole_and_by_no_more():
 def test_where_a_cause_changes_nothing_the_floor_is_what_noise_came_to_as_far_as_chance_reaches(
     still, floor, closed
 ):
-    one = windows(3.0, 1.0)
-    one.before[:, 1] = one.after[:, 1] = still**2
-    shrink = one.shrink(np.random.default_rng(0))
+    sample = windows(3.0, 1.0)
+    sample.before[:, 1] = sample.after[:, 1] = still**2
+    shrink = sample.shrink(np.random.default_rng(0))
     assert shrink.floor == pytest.approx(np.sqrt((1.0 + floor**2) / 2))
     assert (shrink.value == pytest.approx(1.0)) is closed
     assert closed or shrink.value < 0.75
@@ -99,15 +99,15 @@ def test_a_fold_that_tells_nothing_moves_nothing_wherever_the_filters_optimum_li
 
 
 def test_a_gap_that_a_single_piece_makes_is_no_gap_to_be_sure_of():
-    one = windows(1.0, 1.0)
-    one.before[:4] *= 20.0
-    assert np.isnan(one.shrink(np.random.default_rng(0)).value)
+    sample = windows(1.0, 1.0)
+    sample.before[:4] *= 20.0
+    assert np.isnan(sample.shrink(np.random.default_rng(0)).value)
 
 
 def test_the_interval_holds_the_value_and_is_wider_where_pieces_differ():
     rng = np.random.default_rng(3)
-    one = windows(2.0, 1.2, 80)
-    spread = Windows(one.before * rng.gamma(2.0, 0.5, 20)[one.piece, None], one.after, one.piece)
+    sample = windows(2.0, 1.2, 80)
+    spread = Windows(sample.before * rng.gamma(2.0, 0.5, 20)[sample.piece, None], sample.after, sample.piece)
     shrink = spread.shrink(np.random.default_rng(0))
     assert shrink.low95 < shrink.value < shrink.high95
     assert shrink.high95 - shrink.low95 > 0.05
@@ -115,7 +115,10 @@ def test_the_interval_holds_the_value_and_is_wider_where_pieces_differ():
 
 def test_seas_are_noise_to_a_further_dive():
     drag = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
-    sea, current = (Cause(one, one.start()) for one in (waves(5.0), varying_current(40.0)))
+    sea, current = (
+        Cause(sea_or_current, sea_or_current.start())
+        for sea_or_current in (waves(5.0), varying_current(40.0))
+    )
     assert without_seas([sea, drag, current]) == [drag]
 
 
@@ -140,10 +143,10 @@ def prediction():
 
 
 def test_a_drift_is_what_the_last_line_of_a_window_is_off_by():
-    found = windows_of(prediction())
-    np.testing.assert_allclose(np.sqrt(found.before[:, [0, 5]]), 4.0)
-    np.testing.assert_allclose(np.sqrt(found.after[:, [0, 5]]), 1.0)
-    assert found.shrink(np.random.default_rng(0)).value == pytest.approx(1.0)
+    read = windows_of(prediction())
+    np.testing.assert_allclose(np.sqrt(read.before[:, [0, 5]]), 4.0)
+    np.testing.assert_allclose(np.sqrt(read.after[:, [0, 5]]), 1.0)
+    assert read.shrink(np.random.default_rng(0)).value == pytest.approx(1.0)
 
 
 def test_the_table_holds_all_that_the_shrink_is_worked_out_from():
@@ -154,8 +157,8 @@ def test_the_table_holds_all_that_the_shrink_is_worked_out_from():
     assert any("no number where before is no more than 0.1 over floor" in line for line in notes)
     last = {row["window"]: row for row in rows}
     drifts = [
-        (float(row[f"{what}_u"]) - float(row["measured_u"])) / 0.01
-        for what in ("before", "after")
+        (float(row[f"{model}_u"]) - float(row["measured_u"])) / 0.01
+        for model in ("before", "after")
         for row in last.values()
     ]
     np.testing.assert_allclose(drifts, [4.0] * 3 + [1.0] * 3, atol=1e-3)

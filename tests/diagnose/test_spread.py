@@ -53,8 +53,8 @@ def test_a_part_that_hardly_tells_of_a_parameter_has_no_say() -> None:
     quiet = parts == 0
     slopes[quiet] *= 0.01
     left[quiet] += 50.0 * slopes[quiet, 0] / 0.01
-    rest = between_parts(slopes[~quiet], left[~quiet], parts[~quiet] - 1)
-    assert between_parts(slopes, left, parts) == pytest.approx(rest)
+    loud = between_parts(slopes[~quiet], left[~quiet], parts[~quiet] - 1)
+    assert between_parts(slopes, left, parts) == pytest.approx(loud)
 
 
 def test_one_part_alone_says_nothing_of_others() -> None:
@@ -70,9 +70,9 @@ def weighing() -> Weighing:
 
 def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(weighing: Weighing) -> None:
     cause = Cause(FOULING, np.array([4e-4]))
-    own = weighing.rows.columns([cause.act(weighing.now.course)], weighing.now.course)[:, 0]
+    force = weighing.rows.columns([cause.act(weighing.now.course)], weighing.now.course)[:, 0]
     with_it = coupled_nominal(weighing, (cause,)).dense() - weighing.rows.nuisance.dense()
-    assert with_it.sum(axis=1) == pytest.approx(-own, abs=1e-6 * float(np.abs(own).max()))
+    assert with_it.sum(axis=1) == pytest.approx(-force, abs=1e-6 * float(np.abs(force).max()))
 
 
 def test_a_drag_of_its_own_changes_with_no_damping(weighing: Weighing) -> None:
@@ -107,11 +107,11 @@ def test_where_another_form_is_true_it_moves_the_parameter_within_its_interval(w
     course = weighing.now.course
     late = read(weighing, DRAG.act(course).each(lambda part: delayed(part, course.step_s, 0.2)))
     fit = late.fitted((DRAG,))
-    shift, told = float(in_other_forms(late, fit, weighing.rows.nuisance)[0]), float(fit.causes[0].values[0])
+    shift, size = float(in_other_forms(late, fit, weighing.rows.nuisance)[0]), float(fit.causes[0].values[0])
     assert abs(shift) > 1.5 * float(np.sqrt(fit.covariance[0, 0]))
     assert covariance_of(late, fit)[0, 0] > shift**2
     # What comes late is as large.
-    assert abs(told + shift - DRAG.values[0]) < abs(told - DRAG.values[0])
+    assert abs(size + shift - DRAG.values[0]) < abs(size - DRAG.values[0])
 
 
 def certain(weighing: Weighing, act: Act, times: float = 1.0) -> bool:

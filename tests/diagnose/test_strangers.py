@@ -80,9 +80,9 @@ def test_spikes_are_left_out_and_told_beside_the_verdict(case):
     assert np.isnan(sound.velocity.value).sum() == np.isnan(value).sum() + len(read)
     assert (spikes.dof, spikes.count) == (0, len(read))
     assert spikes.share == pytest.approx(1 / 40, rel=0.1)
-    found = diagnosed(case, QUADRATIC_DRAG, dive=with_velocity(dive, value))
-    assert found.verdict == "no_gap"
-    (proviso,) = found.provisos
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, dive=with_velocity(dive, value))
+    assert diagnosis.verdict == "no_gap"
+    (proviso,) = diagnosis.provisos
     assert f"these spikes were left out: {len(read)} in surge (2.5 %)" in proviso
 
 
@@ -129,8 +129,8 @@ def test_a_velocity_that_stood_still_for_most_of_a_dive_is_left_out_and_for_less
     without, (sentence,) = without_still_velocity(still)
     assert without.velocity is None
     assert "check the DVL" in sentence
-    rest = replace(dive, frozen={"velocity": ((start, start + 0.98 * half),)})
-    assert without_still_velocity(rest) == (rest, ())
+    briefly = replace(dive, frozen={"velocity": ((start, start + 0.98 * half),)})
+    assert without_still_velocity(briefly) == (briefly, ())
 
 
 def with_velocity(dive, value):

@@ -57,8 +57,8 @@ def test_masses_and_drags_all_larger_alike_are_less_thrust():
         dict.fromkeys(("surge", "sway", "heave", "yaw"), 0.8)
     )
     # A mass and a drag in both recordings, each known to 1 %; four axes.
-    one = math.log(ratio.by_axis["surge"].high95 / 0.8) / 1.96
-    assert one == pytest.approx(0.01, rel=1e-3)
+    std = math.log(ratio.by_axis["surge"].high95 / 0.8) / 1.96
+    assert std == pytest.approx(0.01, rel=1e-3)
     assert math.log(ratio.whole.high95 / 0.8) / 1.96 == pytest.approx(0.005, rel=1e-3)
 
 

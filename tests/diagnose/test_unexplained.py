@@ -151,7 +151,8 @@ def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
 
 def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
     left = [
-        GenericForce(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")
+        GenericForce(0, variable, None, nominal.course.depth_m)
+        for variable in ("voltage", "time", "heading", "depth")
     ]
     more = next_for_unexplained(
         left, nominal.course, Next(("coast-down",), ("voltage log",), ("fouling", "battery_sag"))
@@ -165,12 +166,16 @@ def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(n
 
 
 def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
-    off = tuple(replace(one, off=one.off - 0.05) for one in nominal.witnesses if one.kind == "heading")
+    off = tuple(
+        replace(witness, off=witness.off - 0.05) for witness in nominal.witnesses if witness.kind == "heading"
+    )
 
     def turns_unseen(now):
         weighing = weighing_of(now, ())
         left = unexplained_of(weighing, weighing.fitted(()))
-        return [size for one, size in zip(left.shapes, left.forces, strict=True) if one.timing == "steady"]
+        return [
+            size for force, size in zip(left.shapes, left.forces, strict=True) if force.timing == "steady"
+        ]
 
     assert turns_unseen(replace(nominal, witnesses=off)) == [0.0]
     assert turns_unseen(nominal) == []
@@ -190,8 +195,8 @@ def test_lines_beside_the_strongest_of_a_sea_are_kin_of_it(nominal):
     course = nominal.course
     whole_s = course.since_s[-1]
     cause = Cause(waves(6.0), np.array([1.0, 0.5, -0.3, 0.8, 0.2, 0.1]))
-    beside = Cause(waves(1.0 / (1.0 / 6.0 + 2.0 / whole_s)), np.array([0.3, 0.9, 0.1, 0.0, 0.0, 0.0]))
-    other = beside.act(course).wrench[:, 0]
+    neighbour = Cause(waves(1.0 / (1.0 / 6.0 + 2.0 / whole_s)), np.array([0.3, 0.9, 0.1, 0.0, 0.0, 0.0]))
+    other = neighbour.act(course).wrench[:, 0]
     slopes = [cause.slope(course, p) for p in range(6)]
     assert left_by(other, columns_of([*slopes, *companions(course, cause)], 0)) < 0.05
     assert left_by(other, columns_of([*slopes, *other_forms(course, cause)], 0)) > 0.5
@@ -205,15 +210,15 @@ def test_a_tether_pulls_down_as_well(nominal):
     assert left_by(down, columns_of(companions(course, cause), 2)) < 1e-9
 
 
-@pytest.mark.parametrize(("off_m_s2", "told"), [(0.012, 0), (0.3, 1)])
-def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, told):
+@pytest.mark.parametrize(("off_m_s2", "count"), [(0.012, 0), (0.3, 1)])
+def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, count):
     case = draw_case(300_914, names=(), seconds=240.0)
     dive = dive_of(case)
     read = dive.specific_force
     off = replace(read, value=read.value + np.array([off_m_s2, 0.0, 0.0]))
     nominal = planted_nominal(case, replace(dive, specific_force=off))
     left = unexplained_forces(unexplained_of(weighing := weighing_of(nominal, ()), weighing.fitted(())))
-    assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * told
+    assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * count
 
 
 @pytest.fixture(scope="module")
@@ -230,10 +235,10 @@ def left_of(name, seed):
 
 def test_a_filter_run_backwards_weighs_any_force_as_it_does_forwards(weighing):
     rng = np.random.default_rng(1)
-    for own in weighing.rows.axes:
-        force, left = rng.standard_normal(len(own.problem.axis.time_s)), rng.standard_normal(len(own.std))
-        forwards = own.prewhitened(own.by_force(force[:, None]))[:, 0] @ left
-        assert scores(own, left) @ force == pytest.approx(forwards, rel=1e-9)
+    for axis in weighing.rows.axes:
+        force, left = rng.standard_normal(len(axis.problem.axis.time_s)), rng.standard_normal(len(axis.std))
+        forwards = axis.prewhitened(axis.by_force(force[:, None]))[:, 0] @ left
+        assert scores(axis, left) @ force == pytest.approx(forwards, rel=1e-9)
 
 
 def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing):
@@ -250,7 +255,7 @@ def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing
 def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing):
     left = left_of(name, 330_901)
     assert (dof, variable, timing) in {
-        (one.dof, one.variable, one.timing) for one in unexplained_forces(left)
+        (force.dof, force.variable, force.timing) for force in unexplained_forces(left)
     }
 
 
@@ -263,14 +268,14 @@ def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
 
 
 def test_a_wild_reading_is_no_blow(weighing):
-    own, rows = (
+    axis, rows = (
         weighing.rows.axes[0],
         np.random.default_rng(3).standard_normal(len(weighing.rows.axes[0].std)),
     )
     time_s = weighing.now.course.time_s
     wild = rows.copy()
     wild[::150] += 30.0
-    gains = [max(one.gain for one in bursts({0: (own, values)}, time_s)) for values in (rows, wild)]
+    gains = [max(burst.gain for burst in bursts({0: (axis, values)}, time_s)) for values in (rows, wild)]
     assert gains[1] < gains[0] + 5.0
 
 
@@ -302,7 +307,7 @@ def quiet() -> Case:
 def still(quiet: Case) -> Nominal:
     """Its filters: the disturbance of a sea is not slow."""
     now = fitted(quiet)
-    assert all(one.gain < 11.7 for one in slow_forces(now))
+    assert all(force.gain < 11.7 for force in slow_forces(now))
     return now
 
 
@@ -346,14 +351,14 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
 
     now = fitted(replace(quiet, planted=(Planted("push", {}, apply, 1.0, novel=True),)))
     assert [*slow_axes(now)] == [5]
-    (found,) = slow_forces(now)
+    (push,) = slow_forces(now)
     true = pushed(now.course.time_s, size)
-    assert found.gain > 23.4
-    assert np.corrcoef(found.force, true)[0, 1] > 0.8
-    assert np.std(found.force) == pytest.approx(np.std(true), rel=0.3)
+    assert push.gain > 23.4
+    assert np.corrcoef(push.force, true)[0, 1] > 0.8
+    assert np.std(push.force) == pytest.approx(np.std(true), rel=0.3)
     weighing = weighing_of(now, ())
-    told = [(shape.dof, shape.timing) for shape in unexplained_of(weighing, weighing.fitted(())).shapes]
-    assert (5, "drifting") in told
+    shapes = [(shape.dof, shape.timing) for shape in unexplained_of(weighing, weighing.fitted(())).shapes]
+    assert (5, "drifting") in shapes
 
 
 @pytest.mark.parametrize(
@@ -363,11 +368,13 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
 def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name, seed, near, parameters):
     case = draw_case(seed, names=[name], size=0.7, seconds=200.0)
     true_s = case.truth()["effects"][0]["parameters"]["period"]
-    found = [effect for effect in seas_of(planted_nominal(case)) if effect.name == name]
-    assert found
-    for effect in found:
-        lines_s = [float(one) for one in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")]
-        assert all(one == pytest.approx(true_s, rel=near) for one in lines_s)
+    seas = [effect for effect in seas_of(planted_nominal(case)) if effect.name == name]
+    assert seas
+    for effect in seas:
+        lines_s = [
+            float(period) for period in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")
+        ]
+        assert all(line_s == pytest.approx(true_s, rel=near) for line_s in lines_s)
         assert len(effect.parameters) == len(lines_s) * parameters
 
 

@@ -29,7 +29,7 @@ def still_and_drifting():
     attitude = attitude_at(dive.attitude, dive.velocity.time_s)
     water = to_body(attitude, np.tile([*CURRENT, 0.0], (len(attitude), 1)))
     drifting = replace(dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + water))
-    return tuple(nominal_of(one, mission.file, mission.configuration) for one in (dive, drifting))
+    return tuple(nominal_of(recording, mission.file, mission.configuration) for recording in (dive, drifting))
 
 
 def test_less_its_current_a_dive_is_one_in_still_water(still_and_drifting):
@@ -93,16 +93,17 @@ def test_what_the_filter_of_an_autopilot_is_off_by_is_that_of_its_quieter_axis(s
     def with_colour(axis: Axis) -> Axis:
         return replace(axis, channels=(coloured, *axis.channels[1:]))
 
-    problems = tuple(replace(one, axis=with_colour(one.axis)) for one in still.joint.problems[:2])
+    problems = tuple(replace(problem, axis=with_colour(problem.axis)) for problem in still.joint.problems[:2])
     joint = replace(still.joint, problems=problems)
     theta = np.concatenate([still.theta[of_axis] for of_axis in joint.slices])
     surge, sway = (
-        of_axis.start + one.coloured_index for of_axis, one in zip(joint.slices, problems, strict=True)
+        of_axis.start + problem.coloured_index
+        for of_axis, problem in zip(joint.slices, problems, strict=True)
     )
     theta[[surge, sway]] = np.log([0.032, 0.005])
     tied, at = _alike(joint, theta, (0, 1, 2))
     assert np.exp(at[[surge, sway]]) == pytest.approx([0.005, 0.005])
-    assert [np.exp(one.prior_mean[one.coloured_index]) for one in tied.problems] == pytest.approx(
+    assert [np.exp(problem.prior_mean[problem.coloured_index]) for problem in tied.problems] == pytest.approx(
         [0.005, 0.005]
     )
     same, where = _alike(joint, theta, ())

@@ -51,24 +51,26 @@ def lacking(nominal, cause):
 
 def test_a_drag_in_surge_lies_in_surge_and_goes_with_the_speed(nominal):
     cause = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
-    found = lacking(nominal, cause)
-    np.testing.assert_allclose(found.wrench, cause.act(nominal.course).wrench[::EACH], atol=1e-9)
-    shares = shares_of(found.power, phases_of(nominal.course, EACH))
-    assert {one.dof for one in shares} == {"surge"}
-    assert sum(one.share for one in shares) == pytest.approx(1.0)
-    assert list(shares) == sorted(shares, key=lambda one: -one.share)
-    first = depends_on(found, nominal.course, EACH)[0]
+    missing = lacking(nominal, cause)
+    np.testing.assert_allclose(missing.wrench, cause.act(nominal.course).wrench[::EACH], atol=1e-9)
+    shares = shares_of(missing.power, phases_of(nominal.course, EACH))
+    assert {share.dof for share in shares} == {"surge"}
+    assert sum(share.share for share in shares) == pytest.approx(1.0)
+    assert list(shares) == sorted(shares, key=lambda share: -share.share)
+    first = depends_on(missing, nominal.course, EACH)[0]
     assert (first.dof, first.variable, first.parity) == ("surge", "speed", "odd")
     assert 0.5 < first.strength <= 1.0
 
 
 def test_slices_by_speed_put_a_drag_where_it_is_fast_and_each_cut_is_whole(nominal):
-    found = lacking(nominal, Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0])))
-    slices = slices_of(found.power, nominal.course, EACH)
-    by_speed = [one for one in slices if one.by == "speed" and one.dof == "surge"]
+    missing = lacking(nominal, Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0])))
+    slices = slices_of(missing.power, nominal.course, EACH)
+    by_speed = [part for part in slices if part.by == "speed" and part.dof == "surge"]
     assert by_speed[-1].share > by_speed[0].share
-    for by in {one.by for one in slices}:
-        assert sum(one.share for one in slices if one.by == by and one.dof == "surge") == pytest.approx(1.0)
+    for by in {part.by for part in slices}:
+        assert sum(part.share for part in slices if part.by == by and part.dof == "surge") == pytest.approx(
+            1.0
+        )
 
 
 @pytest.mark.parametrize(
@@ -95,9 +97,9 @@ def test_a_force_lies_where_it_acts_however_far_the_nominal_model_is_bent_to_mak
             bent[of_axis.start + DAMPING] += 2.0
     before, after = (simulation_of(nominal, theta, nominal.motion.nu) for theta in (bent, nominal.theta))
     still = np.zeros_like(after.nu)
-    found = missing_of(before, after.less(pushed[::EACH]), still, still[:, :3], nominal)
-    assert found.power.mean(axis=0).argmax() == 5
-    power = beyond_refit(found, pushed, nominal, EACH).power.mean(axis=0)
+    missing = missing_of(before, after.less(pushed[::EACH]), still, still[:, :3], nominal)
+    assert missing.power.mean(axis=0).argmax() == 5
+    power = beyond_refit(missing, pushed, nominal, EACH).power.mean(axis=0)
     assert power[0] > 0
     assert power[1:].max() < 0.1 * power[0]
 
@@ -107,8 +109,8 @@ def test_what_a_refit_takes_up_whole_is_no_power_of_a_gap(nominal):
     pushed = 3.0 * course.nu_dot * np.eye(6)[0] + course.coriolis_of(3.0 * np.eye(6)[0], course.nu)
     model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     still = np.zeros_like(model.nu)
-    found = missing_of(model, model, still, still[:, :3], nominal)
-    power = beyond_refit(found, pushed - 2.0 * course.nu, nominal, EACH).power
+    missing = missing_of(model, model, still, still[:, :3], nominal)
+    power = beyond_refit(missing, pushed - 2.0 * course.nu, nominal, EACH).power
     assert power.max() == pytest.approx(0.0, abs=1e-9)
 
 
@@ -129,16 +131,16 @@ class TestPhases:
         )
         nu = np.zeros((len(speed), 6))
         nu[:, 0] = speed
-        told = self.phases(nominal, nu)
-        assert (told[200], told[600], told[1200], told[1900], told[2300]) == (
+        phases = self.phases(nominal, nu)
+        assert (phases[200], phases[600], phases[1200], phases[1900], phases[2300]) == (
             "rest", "accelerating", "steady", "decelerating", "rest",
         )  # fmt: skip
 
     def test_turning_and_going_astern_are_told(self, nominal):
         nu = np.zeros((2000, 6))
         nu[:1000, 0], nu[1000:, 0], nu[1500:, 5] = 0.4, -0.4, 0.3
-        told = self.phases(nominal, nu)
-        assert (told[500], told[1250], told[1750]) == ("steady", "reversing", "turning")
+        phases = self.phases(nominal, nu)
+        assert (phases[500], phases[1250], phases[1750]) == ("steady", "reversing", "turning")
 
 
 def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
@@ -174,9 +176,9 @@ def test_a_moment_that_goes_with_the_speed_of_another_axis_goes_with_nothing_les
     course = nominal.course
     high = replace(course, altitude_m=20.0 + 0.01 * np.sin(course.since_s))
     cause = Cause(COUPLED_DAMPING, np.array([0.0, 2.0]))
-    found = lacking(replace(nominal, course=high), cause)
-    told = [one for one in depends_on(found, high, EACH) if one.dof == "yaw"]
-    assert [(one.variable, one.parity) for one in told] == [("speed", "odd")]
+    missing = lacking(replace(nominal, course=high), cause)
+    of_yaw = [dependence for dependence in depends_on(missing, high, EACH) if dependence.dof == "yaw"]
+    assert [(dependence.variable, dependence.parity) for dependence in of_yaw] == [("speed", "odd")]
 
 
 def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
@@ -190,10 +192,10 @@ def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
         (40.0, 20.0, 5.0),
         (1.0, 1.0, 1.0),
     )
-    told = character_of(left)
-    assert (told.frame, told.parity, told.timing) == ("world", "neither", "steady")
-    assert told.dof == ("surge", "sway")
-    assert told.depends_on == ("heading", "position", "speed")
+    character = character_of(left)
+    assert (character.frame, character.parity, character.timing) == ("world", "neither", "steady")
+    assert character.dof == ("surge", "sway")
+    assert character.depends_on == ("heading", "position", "speed")
 
 
 def drift_of(off):
@@ -222,8 +224,8 @@ def test_a_generic_force_counts_for_no_more_than_the_nats_that_it_saves(nominal)
     seconds = float(course.time_s[-1] - course.time_s[0])
     (of_axis,) = [
         of_axis
-        for one, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True)
-        if one.axis.dof == 0
+        for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True)
+        if problem.axis.dof == 0
     ]
     disturbances = seconds / (2 * np.exp(nominal.theta[of_axis][TIME_CONSTANT]))
     assert power[:, 0].mean() == pytest.approx(2 * 20.0 / disturbances, rel=0.01)
@@ -237,14 +239,14 @@ def case():
 
 
 def where(case) -> set[str]:
-    found = diagnosed(case, QUADRATIC_DRAG)
-    assert {one.name for one in found.findings} == {"wrong_feedback_log", "quadratic_drag"}
-    return {one.dof for one in found.gap.where}
+    diagnosis = diagnosed(case, QUADRATIC_DRAG)
+    assert {finding.name for finding in diagnosis.findings} == {"wrong_feedback_log", "quadratic_drag"}
+    return {share.dof for share in diagnosis.gap.where}
 
 
 def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accepted_too(case, monkeypatch):
     doubted = {
-        DOFS[one.dof] for one in unrecorded(dive_of(case), case.file.vehicle.water) if one.dof in (0, 1, 5)
+        DOFS[lack.dof] for lack in unrecorded(dive_of(case), case.file.vehicle.water) if lack.dof in (0, 1, 5)
     }
     assert doubted
     by_drag = where(case)
@@ -253,8 +255,8 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
 
     def possible(*given):
         return tuple(
-            one if one.cause.effect.acts_on == "log" else replace(one, probability=0.4)
-            for one in found_of(*given)
+            finding if finding.cause.effect.acts_on == "log" else replace(finding, probability=0.4)
+            for finding in found_of(*given)
         )
 
     monkeypatch.setattr(module, "findings_of", possible)

@@ -18,7 +18,7 @@ from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.verdict import parameters_of
+from identify.diagnose.findings import parameters_of
 from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.effects.actuators import SATURATION, thruster_lag
@@ -29,51 +29,56 @@ WHOLE_S = 1000.0
 short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([150.0, WHOLE_S]))
 
 
-def told(name, seconds, lag_s=0.03):
+def diagnosis_of(name, seconds, lag_s=0.03):
     file = load_vehicle(VEHICLE)
     curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
     file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     dives = (read_dive(shared("sealed", name, f"{which}.tlog.gz")) for which in ("dive", "check"))
-    dive, check = (one.between(one.span_s[0], one.span_s[0] + seconds) for one in dives)
+    dive, check = (
+        recording.between(recording.span_s[0], recording.span_s[0] + seconds) for recording in dives
+    )
     return diagnose(dive, file, "hovering", check=check, progress=quiet)
 
 
 @short_or_whole
 def test_a_dive_that_hides_nothing_has_no_gap(seconds):
-    found = told("open_1", seconds)
-    assert found.verdict == "no_gap"
-    assert found.findings == ()
-    assert found.gap.before == pytest.approx(1.0, abs=0.15)
-    assert found.check.after == pytest.approx(1.0, abs=0.15)
+    diagnosis = diagnosis_of("open_1", seconds)
+    assert diagnosis.verdict == "no_gap"
+    assert diagnosis.findings == ()
+    assert diagnosis.gap.before == pytest.approx(1.0, abs=0.15)
+    assert diagnosis.check.after == pytest.approx(1.0, abs=0.15)
 
 
 @pytest.mark.parametrize("seed", rest_in_soak([310_024, 310_001, 310_023, 310_026]))
 def test_a_quiet_gyro_that_sees_a_whole_dive_turn_makes_no_unknown_force(seed):
     """Its readings, dated an eighth of a millisecond off, did."""
     case = draw_case(seed, kind="none")
-    found = diagnose(dive_of(case), case.file, case.configuration, progress=quiet)
-    assert (found.verdict, found.findings) == ("no_gap", ())
+    diagnosis = diagnose(dive_of(case), case.file, case.configuration, progress=quiet)
+    assert (diagnosis.verdict, diagnosis.findings) == ("no_gap", ())
 
 
 @short_or_whole
 def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(seconds):
-    found = told("open_2", seconds)
-    assert [one.name for one in found.findings] == ["quadratic_drag"]
+    diagnosis = diagnosis_of("open_2", seconds)
+    assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]
     truth = {"X_uu": 30.37, "Y_vv": 28.65, "N_rr": 10.43}
     for name, value in truth.items():
-        one = found.findings[0].parameters[name]
-        std = (one.high95 - one.low95) / 3.92
-        assert abs(one.value - value) < 3.3 * std, name
-    assert found.check.after < found.check.before
-    assert found.heldout.after < found.heldout.before
+        parameter = diagnosis.findings[0].parameters[name]
+        std = (parameter.high95 - parameter.low95) / 3.92
+        assert abs(parameter.value - value) < 3.3 * std, name
+    assert diagnosis.check.after < diagnosis.check.before
+    assert diagnosis.heldout.after < diagnosis.heldout.before
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("lag_s", [0.05, 0.01])
 def test_a_lag_of_the_vehicle_file_that_is_20_ms_off_is_named_with_the_true_one(lag_s):
-    found = told("open_1", WHOLE_S, lag_s)
-    assert (found.verdict, [one.name for one in found.findings]) == ("explained", ["thruster_lag"])
-    true = found.findings[0].parameters["time_constant"]
+    diagnosis = diagnosis_of("open_1", WHOLE_S, lag_s)
+    assert (diagnosis.verdict, [finding.name for finding in diagnosis.findings]) == (
+        "explained",
+        ["thruster_lag"],
+    )
+    true = diagnosis.findings[0].parameters["time_constant"]
     assert true.low95 < 0.03 < true.high95
 
 
@@ -84,18 +89,21 @@ TRUE = {"X_uu": 48.285, "Y_vv": 62.08, "Z_ww": 68.98}
 def test_the_firmwares_own_submarine_has_quadratic_drag_and_no_gap_where_its_file_has_both_drags():
     file = load_vehicle("ardusub_vectored")
     dive = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"), None, file)
-    found = diagnose(dive, file, "vectored", progress=quiet)
-    assert (found.verdict, [one.name for one in found.findings]) == ("explained", ["quadratic_drag"])
-    parameters = found.findings[0].parameters
+    diagnosis = diagnose(dive, file, "vectored", progress=quiet)
+    assert (diagnosis.verdict, [finding.name for finding in diagnosis.findings]) == (
+        "explained",
+        ["quadratic_drag"],
+    )
+    parameters = diagnosis.findings[0].parameters
     for name in ("X_uu", "Y_vv"):
         assert parameters[name].value == pytest.approx(TRUE[name], rel=0.05)
     # Its heave was only held.
     assert parameters["Z_ww"].low95 < TRUE["Z_ww"] < parameters["Z_ww"].high95
     shape = replace(file.vehicle.configurations["vectored"], damping="both")
     both = replace(file, vehicle=replace(file.vehicle, configurations={"vectored": shape}))
-    found = diagnose(dive, both, "vectored", progress=quiet)
-    assert (found.verdict, found.findings) == ("no_gap", ())
-    assert any("Yaw was not judged: it settles within" in note for note in found.provisos)
+    diagnosis = diagnose(dive, both, "vectored", progress=quiet)
+    assert (diagnosis.verdict, diagnosis.findings) == ("no_gap", ())
+    assert any("Yaw was not judged: it settles within" in note for note in diagnosis.provisos)
 
 
 FILE = load_vehicle("ruvifist")

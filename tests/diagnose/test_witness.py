@@ -31,26 +31,26 @@ def honest(case_and_nominal):
 
 
 def of_kind(nominal, kind):
-    return [one for one in nominal.witnesses if one.kind == kind]
+    return [witness for witness in nominal.witnesses if witness.kind == kind]
 
 
 def test_where_nothing_hides_each_witness_reads_noise(honest):
-    kinds = {one.kind for one in honest.witnesses}
+    kinds = {witness.kind for witness in honest.witnesses}
     assert kinds == {"shaft", "heading", "specific_force"}
-    for one in honest.witnesses:
-        rows = weighed_witness(one, [], honest.course).whitened(one.off[:, None])[:, 0]
+    for witness in honest.witnesses:
+        rows = weighed_witness(witness, [], honest.course).whitened(witness.off[:, None])[:, 0]
         assert abs(rows.mean()) < 5 / np.sqrt(len(rows))
         # These shafts are dated exactly, and allowed to be dated worse.
-        assert (0.1 if one.kind == "shaft" else 0.5) < rows.std() < 1.5
+        assert (0.1 if witness.kind == "shaft" else 0.5) < rows.std() < 1.5
 
 
 def test_shafts_that_stand_still_at_small_pulses_are_seen_thruster_by_thruster():
     case, nominal = nominal_with(["dead_zone"])
     half_width = case.truth()["effects"][0]["parameters"]["half_width"]
     act = DEAD_ZONE_SHIFTED.act(nominal.course, np.array([half_width]))
-    for one in of_kind(nominal, "shaft"):
-        seen = one.of(act)
-        assert np.linalg.norm(one.off - seen) < 0.5 * np.linalg.norm(one.off)
+    for witness in of_kind(nominal, "shaft"):
+        seen = witness.of(act)
+        assert np.linalg.norm(witness.off - seen) < 0.5 * np.linalg.norm(witness.off)
 
 
 def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
@@ -64,15 +64,15 @@ def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
 
 def test_an_accelerometer_that_is_tilted_reads_gravity():
     case, nominal = nominal_with(["imu_gravity_leak"])
-    told = case.truth()["effects"][0]["parameters"]
-    act = IMU_GRAVITY_LEAK.act(nominal.course, np.array([told["roll"], told["pitch"]]))
-    for one in of_kind(nominal, "specific_force"):
-        assert one.off.mean() == pytest.approx(one.of(act).mean(), abs=0.01)
+    tilt = case.truth()["effects"][0]["parameters"]
+    act = IMU_GRAVITY_LEAK.act(nominal.course, np.array([tilt["roll"], tilt["pitch"]]))
+    for witness in of_kind(nominal, "specific_force"):
+        assert witness.off.mean() == pytest.approx(witness.of(act).mean(), abs=0.01)
 
 
 def test_a_push_on_the_hull_is_seen_by_none_of_them(honest):
     act = THRUST_BIAS.act(honest.course, np.array([1.0, 0.0, 0.0, 0.0]))
-    assert all(one.of(act) is None for one in honest.witnesses)
+    assert all(witness.of(act) is None for witness in honest.witnesses)
 
 
 STEPS_S = np.cumsum(np.random.default_rng(300_902).uniform(1.5, 4.0, 25))
@@ -110,22 +110,22 @@ def test_speeds_that_are_told_late_are_nobodys_evidence_to_the_last_newton(case_
     case, nominal = case_and_nominal
     stepped = Stepped(case, nominal.course, late_s)
     assert len(stepped.shafts) == nominal.course.asked_n.shape[1]
-    for one in stepped.shafts:
-        size, *_ = np.linalg.lstsq(one.known, one.off, rcond=None)
-        np.testing.assert_allclose(one.known @ size, one.off, atol=1e-9)
-        assert (np.abs(one.off).max() > 0.1) == (late_s != 0.0)
+    for shaft in stepped.shafts:
+        size, *_ = np.linalg.lstsq(shaft.known, shaft.off, rcond=None)
+        np.testing.assert_allclose(shaft.known @ size, shaft.off, atol=1e-9)
+        assert (np.abs(shaft.off).max() > 0.1) == (late_s != 0.0)
 
 
 def test_a_reading_goes_astray_by_what_the_thrust_changes_by_within_its_dates_jitter(case_and_nominal):
     case, nominal = case_and_nominal
     stepped = Stepped(case, nominal.course, 0.0)
-    one = stepped.shafts[0]
-    time_s = one.bins.time_s
+    shaft = stepped.shafts[0]
+    time_s = shaft.bins.time_s
     changed = stepped.thrust_n(time_s + 0.03) - stepped.thrust_n(time_s - 0.03)
-    np.testing.assert_allclose(one.timing_std, one.bins.mean(0.5 * np.abs(changed)), atol=1e-9)
-    assert one.timing_std.max() > 0.1
-    weights = weighed_witness(one, [], nominal.course)
-    assert np.all(weights.std >= 0.5 * one.timing_std)
+    np.testing.assert_allclose(shaft.timing_std, shaft.bins.mean(0.5 * np.abs(changed)), atol=1e-9)
+    assert shaft.timing_std.max() > 0.1
+    weights = weighed_witness(shaft, [], nominal.course)
+    assert np.all(weights.std >= 0.5 * shaft.timing_std)
 
 
 def beyond(known, values):
@@ -135,12 +135,12 @@ def beyond(known, values):
 def test_telemetry_may_be_late_with_what_a_slower_thruster_does_too(case_and_nominal):
     case, nominal = case_and_nominal
     stepped = Stepped(case, nominal.course, 0.1, more_lag_s=0.25)
-    one = stepped.shafts[0]
+    shaft = stepped.shafts[0]
     act = thruster_lag(nominal.course.lag_s)[0].act(stepped.course, np.array([stepped.lag_s]))
-    left = one.off - one.of(act)
-    following = weighed_witness(one, [act], stepped.course).witness
-    assert beyond(following.known, left) < 0.1 * beyond(one.known, left)
-    np.testing.assert_array_equal(weighed_witness(one, [], stepped.course).witness.known, one.known)
+    left = shaft.off - shaft.of(act)
+    following = weighed_witness(shaft, [act], stepped.course).witness
+    assert beyond(following.known, left) < 0.1 * beyond(shaft.known, left)
+    np.testing.assert_array_equal(weighed_witness(shaft, [], stepped.course).witness.known, shaft.known)
 
 
 @pytest.mark.parametrize("off_s", [-0.02, 0.02])
@@ -148,6 +148,6 @@ def test_shafts_say_nothing_of_a_lag_that_is_other_by_no_more_than_a_course_roun
     nominal = case_and_nominal[1]
     lag_s = nominal.course.lag_s
     act = thruster_lag(lag_s)[0].act(nominal.course, np.array([lag_s + off_s]))
-    for one in of_kind(nominal, "shaft"):
-        seen = one.of(act)
-        assert beyond(one.known, seen) < 0.03 * np.linalg.norm(seen)
+    for shaft in of_kind(nominal, "shaft"):
+        seen = shaft.of(act)
+        assert beyond(shaft.known, seen) < 0.03 * np.linalg.norm(seen)

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bridge.vehicle.config import load_vehicle
-from identify.effects.course import Course, delayed, lagged
+from identify.effects.course import Course, delayed, lagged, thrust_of
 from identify.effects.effect import ARRAYS, Act, Effect
 from identify.effects.library import library
 
@@ -74,8 +74,8 @@ def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
     schema = json.loads(shared("answers.schema.3.json").read_text())
     assert set(schema["properties"]["effects"]["items"]["properties"]["name"]["enum"]) == set(PARAMETERS)
     # The form names the gain of a depth sensor, but gives it no parameters.
-    told = schema["$defs"]["parameters_of_each_effect"]
-    assert {"depth_scale": ["scale"]} | told == PARAMETERS
+    named = schema["$defs"]["parameters_of_each_effect"]
+    assert {"depth_scale": ["scale"]} | named == PARAMETERS
 
 
 def test_no_two_effects_go_by_one_label() -> None:
@@ -86,16 +86,16 @@ def test_no_two_effects_go_by_one_label() -> None:
 def test_each_name_is_told_with_all_its_parameters_by_one_of_its_forms() -> None:
     fullest: dict[str, list[str]] = {}
     for effect in LIBRARY:
-        told = list(effect.told(effect.start()))
-        fullest[effect.name] = max(told, fullest.get(effect.name, []), key=len)
+        names = list(effect.told(effect.start()))
+        fullest[effect.name] = max(names, fullest.get(effect.name, []), key=len)
     assert fullest == PARAMETERS
 
 
 @every_effect
 def test_every_effect_says_what_it_is_and_tells_its_parameters_in_units(effect: Effect) -> None:
-    told = effect.told(effect.start())
-    assert set(told) <= set(PARAMETERS[effect.name])
-    assert all(np.isfinite(value) and unit for value, unit in told.values())
+    parameters = effect.told(effect.start())
+    assert set(parameters) <= set(PARAMETERS[effect.name])
+    assert all(np.isfinite(value) and unit for value, unit in parameters.values())
     assert len(effect.sentence) > 15
     assert not effect.sentence.endswith(".")
     assert effect.separation.every
@@ -146,19 +146,19 @@ def test_at_none_it_adds_nothing_and_at_start_something_finite_of_the_right_shap
 def test_a_linear_effect_adds_in_proportion(effect: Effect, data: st.DataObject, rich_course: Course) -> None:
     size = st.floats(-3.0, 3.0)
     first, second = (np.array([data.draw(size) for _ in effect.parameters]) for _ in range(2))
-    one, two, both = (
+    by_first, by_second, both = (
         parts(effect.act(rich_course, effect.none() + by)) for by in (first, second, first - 2 * second)
     )
     for name, value in both.items():
-        assert np.allclose(value, one[name] - 2 * two[name], rtol=1e-9, atol=1e-9)
+        assert np.allclose(value, by_first[name] - 2 * by_second[name], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("effect", [e for e in LIBRARY if not e.linear], ids=lambda e: e.label)
 def test_an_effect_that_is_not_linear_does_not_add_in_proportion(effect: Effect, rich_course: Course) -> None:
     none = np.where(np.isinf(effect.none()), 25.0, effect.none())
     step = effect.start() - none
-    one, two = (parts(effect.act(rich_course, none + by)) for by in (step, 2 * step))
-    assert any(not np.allclose(two[name], 2 * value, rtol=1e-6, atol=1e-12) for name, value in one.items())
+    once, twice = (parts(effect.act(rich_course, none + by)) for by in (step, 2 * step))
+    assert any(not np.allclose(twice[name], 2 * value, rtol=1e-6, atol=1e-12) for name, value in once.items())
 
 
 def test_the_feed_forward_makes_up_for_these_and_for_no_others() -> None:
@@ -213,13 +213,22 @@ def test_without_a_lag_comes_what_is_asked_for() -> None:
     assert np.array_equal(lagged(asked, 0.02, 0.0), asked)
 
 
+@pytest.mark.parametrize("lag_s", [0.0, 0.1])
+def test_thrust_comes_a_lag_after_the_step_of_its_demand_and_no_half_step_before(lag_s: float) -> None:
+    asked, at_s = np.zeros((400, 1)), 0.02 * np.arange(400)
+    asked[200:] = 10.0
+    grown = np.diff(thrust_of(asked, 0.02, lag_s)[:, 0])
+    middle_s = 0.5 * (at_s[1:] + at_s[:-1])
+    assert np.average(middle_s, weights=grown) == pytest.approx(200 * 0.02 + lag_s, abs=1e-3)
+
+
 @pytest.mark.parametrize("delay_s", [0.0, 0.05, 0.12, -0.07, 100.0, -100.0])
 def test_a_delay_reads_what_was_there_before(delay_s: float) -> None:
     time_s = 0.05 * np.arange(100)
     values = np.column_stack([np.sin(time_s), time_s])
     late = delayed(values, 0.05, delay_s)
-    for found, column in zip(late.T, values.T, strict=True):
-        assert found == pytest.approx(np.interp(time_s - delay_s, time_s, column), abs=1e-12)
+    for reading, column in zip(late.T, values.T, strict=True):
+        assert reading == pytest.approx(np.interp(time_s - delay_s, time_s, column), abs=1e-12)
 
 
 def test_north_and_down_are_seen_as_a_tilted_vehicle_sees_them(course: Made) -> None:

@@ -110,7 +110,8 @@ def test_a_lag_in_two_stages_begins_as_the_nominal_lag_and_ends_in_equal_halves(
 
 def test_a_delay_lacks_the_whole_step_until_it_is_over(course: Made) -> None:
     sharp = replace(stepping(course), lag_s=0.0)
-    for steps, lacking in ((-1, 0.0), (0, -10.0), (1, -10.0), (2, 0.0)):
+    # At the instants of the demand's step and of the thrust's, thrust is midway between before and after.
+    for steps, lacking in ((-1, 0.0), (0, -5.0), (1, -10.0), (2, -5.0), (3, 0.0)):
         result = more(actuators.COMMAND_DELAY, sharp, 0.1, at=200 + steps)
         assert result == pytest.approx(lacking * SURGE, abs=1e-9)
 
@@ -180,8 +181,8 @@ def test_a_thruster_loses_in_the_wash_of_the_one_before_it(course: Made) -> None
 
 
 def test_the_reaction_of_a_propeller_is_about_its_own_axis(course: Made) -> None:
-    rest = course(asked_n=0.0)
-    aside = np.sign(np.round(rest.allocation[1], 9))
+    unpowered = course(asked_n=0.0)
+    aside = np.sign(np.round(unpowered.allocation[1], 9))
     sway = course(asked_n=10 * aside)
     pushes = sway.wrench_of(10 * aside)[:3]
     assert abs(pushes[1]) > 1.0

@@ -20,7 +20,7 @@ from identify.ingest.proposal_of_runs import propose
 from identify.ingest.ros.bags import read_bag
 from tui import cli
 
-T = np.arange(40) / 8.0 + 3.0
+TIME_S = np.arange(40) / 8.0 + 3.0
 UNIX_S = 1_700_000_000.25
 MAP = """
 time: {column: time_s}
@@ -35,7 +35,7 @@ tau_cmd: {columns: [/commands/wrench.tau_x_n, /commands/wrench.tau_y_n, /command
 
 
 def columns(count: int, size: float) -> np.ndarray:
-    return size * np.sin(np.outer(T, np.arange(1.0, count + 1.0)))
+    return size * np.sin(np.outer(TIME_S, np.arange(1.0, count + 1.0)))
 
 
 def made() -> Dive:
@@ -44,10 +44,11 @@ def made() -> Dive:
     attitude = columns(4, 0.1) + np.array([1.0, 0.0, 0.0, 0.0])
     attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
     return Dive(
-        "made", Path("made.tlog"), "abc", velocity=Signal(T, velocity), gyro=Signal(T + 0.01, columns(3, 0.2)),
-        attitude=Signal(T + 0.02, attitude), depth=Signal(T[::2], columns(1, 3.0)[::2]),
-        pwm=Signal(T, 1500.0 + columns(2, 100.0)), tau_cmd=Signal(T, columns(6, 30.0)),
-        nu_ref=Signal(T, columns(14, 1.0)), unix_at_boot_s=UNIX_S, notes=("It was cold.",),
+        "made", Path("made.tlog"), "abc", velocity=Signal(TIME_S, velocity),
+        gyro=Signal(TIME_S + 0.01, columns(3, 0.2)),
+        attitude=Signal(TIME_S + 0.02, attitude), depth=Signal(TIME_S[::2], columns(1, 3.0)[::2]),
+        pwm=Signal(TIME_S, 1500.0 + columns(2, 100.0)), tau_cmd=Signal(TIME_S, columns(6, 30.0)),
+        nu_ref=Signal(TIME_S, columns(14, 1.0)), unix_at_boot_s=UNIX_S, notes=("It was cold.",),
     )  # fmt: skip
 
 
@@ -91,7 +92,7 @@ def test_the_decoder_of_ros_reads_the_same_numbers_and_an_unknown_one_stays_unkn
     seen = np.array([[m.velocity_x_m_s, m.velocity_y_m_s, m.velocity_z_m_s] for m in said])
     np.testing.assert_array_equal(seen, dive.velocity.value)
     assert np.isnan(seen[5]).all()
-    assert [m.time_s for m in said] == T.tolist()
+    assert [m.time_s for m in said] == TIME_S.tolist()
 
 
 def test_imported_again_the_numbers_and_times_are_equal(tmp_path: Path) -> None:
@@ -106,7 +107,7 @@ def test_imported_again_the_numbers_and_times_are_equal(tmp_path: Path) -> None:
 
 def test_its_own_names_are_proposed_as_a_column_map(tmp_path: Path) -> None:
     drawn = draw_one(100_300, seconds=30.0).dive
-    file = written(tmp_path, replace(drawn, nu_fb=Signal(T, columns(6, 1.0)), velocity_is_filtered=True))
+    file = written(tmp_path, replace(drawn, nu_fb=Signal(TIME_S, columns(6, 1.0)), velocity_is_filtered=True))
     proposal = propose(read_bag([file]).streams, file)
     taken = {choice.signal: choice.columns for choice in proposal.choices}
     assert taken["velocity"].columns[0] == "/velocity_filtered.velocity_x_m_s"
@@ -118,7 +119,7 @@ def test_its_own_names_are_proposed_as_a_column_map(tmp_path: Path) -> None:
 
 
 def test_times_before_zero_are_counted_from_the_whole_second_before_the_first(tmp_path: Path) -> None:
-    dive = Dive("made", Path("made.csv"), "", depth=Signal(T - 5.5, columns(1, 1.0)))
+    dive = Dive("made", Path("made.csv"), "", depth=Signal(TIME_S - 5.5, columns(1, 1.0)))
     file = tmp_path / "early.mcap"
     with file.open("wb") as opened:
         assert write_mcap(opened, list(topics(dive)), None, {}).origin_s == 3.0
@@ -145,7 +146,7 @@ def test_the_verb_writes_a_dive_and_says_its_clock(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log, columns_file, out = tmp_path / "log.csv", tmp_path / "map.yaml", tmp_path / "out.mcap"
-    lines = [f"{time},{depth}" for time, depth in zip(T, columns(1, 2.0)[:, 0], strict=True)]
+    lines = [f"{time},{depth}" for time, depth in zip(TIME_S, columns(1, 2.0)[:, 0], strict=True)]
     log.write_text("\n".join(["t,d", *lines]), encoding="utf-8")
     columns_file.write_text("time: {column: t}\ndepth: {columns: [d], unit: m}\n", encoding="utf-8")
     words = ["export", str(log), "--columns", str(columns_file), "--to", "mcap", "--out", str(out)]

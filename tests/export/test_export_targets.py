@@ -88,8 +88,10 @@ def test_gazebos_links_together_have_the_rigid_bodys_centre_and_inertia(model):
         mass = float(link.findtext("inertial/mass"))
         total, moment = total + mass, moment + mass * place
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-            own = link.findtext(f"inertial/inertia/i{'xyz'[i]}{'xyz'[j]}")
-            inertia[i, j] += float(own or 0.0) + mass * ((place @ place) * (i == j) - place[i] * place[j])
+            about_link = link.findtext(f"inertial/inertia/i{'xyz'[i]}{'xyz'[j]}")
+            inertia[i, j] += float(about_link or 0.0) + mass * (
+                (place @ place) * (i == j) - place[i] * place[j]
+            )
     assert total == pytest.approx(72.0, rel=1e-12)
     centre = moment / total
     assert centre == pytest.approx([0.1, -0.02, -0.03])

@@ -99,13 +99,13 @@ class Ardusub:
             for act in acts:
                 act()
 
-    def until(self, found, seconds, *acts):
-        """Let time pass until `found()`; its result, or False after `seconds`."""
+    def until(self, look, seconds, *acts):
+        """Let time pass until `look()`; its result, or False after `seconds`."""
         for _ in range(round(seconds / TICK_S)):
-            if result := found():
+            if result := look():
                 return result
             self.run(TICK_S, *acts)
-        return found()
+        return look()
 
     def arm(self, wanted=True):
         self.armed = wanted
@@ -137,11 +137,11 @@ class Ardusub:
         system, component = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
         if message.get_type() == "MANUAL_CONTROL":
             system, component = message.target, 0
-        found = [
+        routes = [
             (address, link) for address, link in self.routes.items()
             if (system in (0, address[0])) and (component in (0, address[1])) and link != number
         ]  # fmt: skip
-        for link in {link for _, link in found}:
+        for link in {link for _, link in routes}:
             self.ends[link].write(frame.raw)
         known = any(address == (system, component) for address in self.routes)
         strangers = self.quirks.executes_for_strangers and system == 1 and not known

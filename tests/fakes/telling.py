@@ -11,9 +11,9 @@ HUB = "tcp:127.0.0.1:4711"
 
 def telling(**changed):
     """The state of a recording of this process, written now; some of it `changed`."""
-    told = {
+    state = {
         "pid": os.getpid(), "hub": HUB, "links": (LINK,), "folder": "/dives/a", "began_utc": "2026-11-20T09:12:03Z",
         "frames": 0, "bytes": 0, "lost": 0, "disk_left_s": 1.0, "notices": (),
         "written_unix_s": clock.SystemClock().unix_s(),
     }  # fmt: skip
-    return Holding(**told | changed)
+    return Holding(**state | changed)

@@ -226,13 +226,13 @@ def test_the_end_key_makes_it_hold_here_and_a_second_press_disarms_it():
     sea.until(lambda: sea.flight.state is State.HOLDING, within_s=0.5)
     assert sea.flight.end is End.KEY
     sea.run(3.0)
-    rest = sea.state[:3].copy()
+    place = sea.state[:3].copy()
     assert abs(sea.state[7]) < 0.05
     sea.session.disarm()
     sea.run(0.3)
     assert sea.session.idle
     assert (sea.flight.state, sea.vehicle.bridge.armed, sea.neutral) == (State.IDLE, False, True)
-    assert np.abs(sea.state[:3] - rest).max() < 0.1
+    assert np.abs(sea.state[:3] - place).max() < 0.1
 
 
 def test_a_vehicle_that_starts_anew_lies_still_and_its_ground_says_so():

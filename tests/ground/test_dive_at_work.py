@@ -151,13 +151,13 @@ def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothin
 def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
     folder, frames, other, monkeypatch
 ) -> None:
-    own = folder.path / "telemetry.tlog"
-    write_records(own, frames[:-10])
+    telemetry = folder.path / "telemetry.tlog"
+    write_records(telemetry, frames[:-10])
     made_whole = merging.made_whole
 
     def slowly(*how):
         result = made_whole(*how)
-        with own.open("ab") as file:
+        with telemetry.open("ab") as file:
             file.write(other.read_bytes()[-500:])
         return result
 

@@ -102,8 +102,8 @@ def examined(talker, vehicle="ruvifist", free_bytes=10**12):
     return {finding.name: finding for finding in result}
 
 
-def trouble(found):
-    return {name: f.sentence for name, f in found.items() if f.level is not Level.OK}
+def trouble(findings):
+    return {name: f.sentence for name, f in findings.items() if f.level is not Level.OK}
 
 
 def test_a_healthy_vehicle_has_nothing_wrong(talker):
@@ -125,11 +125,11 @@ def test_silence_is_a_failed_link(talker):
 
 def test_losses_are_told(talker):
     talker.skip_every = 5
-    told = re.fullmatch(
+    losses = re.fullmatch(
         r"talker:: (\d+) of (\d+) frames of system 1, component 1 lost, as seen here \((19|20)%\); better the link",
         examined(talker)["loss"].sentence,
     )
-    assert int(told[1]) / int(told[2]) == pytest.approx(0.2, abs=0.01)
+    assert int(losses[1]) / int(losses[2]) == pytest.approx(0.2, abs=0.01)
 
 
 def test_a_link_without_a_vehicle_is_told_with_the_frames_that_came(talker):

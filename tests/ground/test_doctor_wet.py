@@ -140,9 +140,9 @@ def test_the_latency_of_each_sensor_is_found(key, late):
         error_s = abs(latency.latency_s - late[latency.sensor])
         assert error_s < 3.5 * latency.std_s
         assert error_s < (0.04 if latency.sensor == "dvl" else 0.01)
-    told = {f.name: f for f in latency_findings(result)}
-    assert "add 0." in told["dvl latency"].sentence
-    assert told["fog latency"].level is Level.OK
+    by_name = {f.name: f for f in latency_findings(result)}
+    assert "add 0." in by_name["dvl latency"].sentence
+    assert by_name["fog latency"].level is Level.OK
 
 
 def test_a_sensor_that_is_not_aboard_is_not_judged(right):

@@ -275,10 +275,10 @@ def test_a_companion_that_is_heard_late_is_found_though_the_autopilot_said_no(cl
 
 
 def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
-    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
+    stuck, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
     other.stuck = True
     switch = Switch(Mode.OFF)
-    assert not drive(switch, Both(one, other), clock, 10.0)
+    assert not drive(switch, Both(stuck, other), clock, 10.0)
     first, second = switch.words.split("; ")
     assert first == "vehicle 1: off, as read back and as its telemetry says"
     assert second.startswith("vehicle 2: sent ")
@@ -291,7 +291,7 @@ def twins_on(clock):
 
 
 def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherwise(clock):
-    one, other, link, twins = twins_on(clock)
+    first, other, link, twins = twins_on(clock)
     other.stuck = True
     switch = Switch(Mode.OFF)
     assert not drive(switch, link, clock, 30.0, twins)
@@ -299,7 +299,7 @@ def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherw
     assert "as answered" not in switch.words
     other.stuck = False
     assert drive(switch, link, clock, 10.0, twins)
-    assert (one.server.mode, other.server.mode) == (0, 0)
+    assert (first.server.mode, other.server.mode) == (0, 0)
     assert switch.words.startswith(
         "vehicle 1: off, as answered; but two vehicles answer: both:: two vehicles beat as system 1"
     )

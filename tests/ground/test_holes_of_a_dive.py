@@ -223,9 +223,9 @@ def test_a_fetch_says_that_the_dive_is_whole_and_where_else_there_is_damage(tmp_
     dive.dive(4.0)
     folder = dive_of(tmp_path, dive.heard[:20] + dive.heard[-20:])
     (segment, _), *_ = segments_in(dive.folder)
-    own = dive.folder / segment.name
-    data = own.read_bytes()
-    own.write_bytes(data[:1500] + b"\xa5" * 600 + data[2100:])
+    on_disk = dive.folder / segment.name
+    data = on_disk.read_bytes()
+    on_disk.write_bytes(data[:1500] + b"\xa5" * 600 + data[2100:])
     done = fetcher_of(dive).whole(folder)
     assert "frames had not been heard: " not in done.words
     assert "frames had not been heard; the dive is whole in" in done.words

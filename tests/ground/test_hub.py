@@ -68,16 +68,16 @@ def raw_client(hub, data):
 
 
 def test_what_clients_send_is_taken_in_whole_frames_however_it_is_cut(hub, join):
-    one, other = join(), join()
+    client, other = join(), join()
     mine, theirs = frames_of(4, system=255), frames_of(4, system=254)
     for byte in mine[0]:
-        one.write(bytes([byte]))
+        client.write(bytes([byte]))
     cut = len(mine[1]) // 2
-    one.write(mine[1][:cut])
+    client.write(mine[1][:cut])
     for raw in theirs:
         other.write(raw)
     first = taken(hub, until=lambda frames: len(frames) == 5)
-    one.write(mine[1][cut:] + mine[2] + mine[3])
+    client.write(mine[1][cut:] + mine[2] + mine[3])
     second = taken(hub, until=lambda frames: len(frames) == 3)
     assert sorted(first + second) == sorted(mine + theirs)
     assert [raw for raw in first + second if raw in mine] == mine

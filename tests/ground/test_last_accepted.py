@@ -56,7 +56,7 @@ class Receipts:
         return before
 
     def accepted(self, system=None):
-        return {name: one.value for name, one in last_accepted(self.path, system).items()}
+        return {name: item.value for name, item in last_accepted(self.path, system).items()}
 
 
 @pytest.fixture(params=[1, -1], ids=["clock goes on", "clock set back"])
@@ -213,11 +213,11 @@ def test_a_damaged_receipt_or_file_is_left_out_and_so_is_a_number_that_none_of_o
     assert receipts.accepted() == {"FF1_M_U": 100.0}
 
 
-@pytest.mark.parametrize("told", [2**53 - 1, 2**53, 2**53 + 1, 10**299])
-def test_a_strangers_number_never_makes_a_receipt_of_ours_unreadable(receipts, told):
+@pytest.mark.parametrize("number", [2**53 - 1, 2**53, 2**53 + 1, 10**299])
+def test_a_strangers_number_never_makes_a_receipt_of_ours_unreadable(receipts, number):
     receipts.path.mkdir()
     strange = receipts.path / "2026-11-20T070000Z-receipt.json"
-    strange.write_text(f'{{"vehicle": {{"system": 9}}, "outcome": "applied", "number": {told}}}', "utf-8")
+    strange.write_text(f'{{"vehicle": {{"system": 9}}, "outcome": "applied", "number": {number}}}', "utf-8")
     receipts.count = next_number(receipts.path) - 1
     before = receipts.keep(FF1_M_U=100.0)
     assert newest_before(receipts.path, 1) == before
@@ -247,8 +247,8 @@ def test_what_was_foretold_stays_beside_the_upload_that_stands_until_another_tak
     assert last_sidecar(receipts.path, "hovering") is None
     receipts.keep(FF1_M_U=100.0)
     before = receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
-    found = last_sidecar(receipts.path, "hovering")
-    assert (found.foretold, found.credits, found.dived) == (
+    sidecar = last_sidecar(receipts.path, "hovering")
+    assert (sidecar.foretold, sidecar.credits, sidecar.dived) == (
         FORETOLD.foretold, FORETOLD.credits, FORETOLD.dived,
     )  # fmt: skip
     assert last_sidecar(receipts.path, "survey") is None

@@ -53,13 +53,13 @@ def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> Non
         heard_by(frames, lambda unix_s: unix_s - 86_400.0, rng),
     )
     folder, theirs = dive_of(tmp_path, ground), tmp_path / "laptop.tlog"
-    own = folder.path / "telemetry.tlog"
+    telemetry = folder.path / "telemetry.tlog"
     write_records(theirs, other)
-    before = own.read_bytes(), theirs.read_bytes()
+    before = telemetry.read_bytes(), theirs.read_bytes()
     done = merge(folder, theirs)
     assert done.into == folder.path / WHOLE
     assert "its clock is 86400.00" in done.words or "its clock is 86399.99" in done.words
-    assert (own.read_bytes(), theirs.read_bytes()) == before
+    assert (telemetry.read_bytes(), theirs.read_bytes()) == before
     sent = [raw for _, raw in frames]
     of_ground, of_other = {raw for _, raw in ground}, {raw for _, raw in other}
     once = {raw for raw, times in Counter(sent).items() if times == 1}
@@ -115,9 +115,9 @@ def set_by(records, by_s, at_us):
     return [(stamp_us + round(by_s * 1e6) * (stamp_us >= at_us), raw) for stamp_us, raw in records]
 
 
-def most_off_s(found, frames):
+def most_off_s(merged, frames):
     dated = {raw: stamp_us for stamp_us, raw in frames}
-    return max(abs(stamp_us - dated[raw]) * 1e-6 for stamp_us, raw in found.records)
+    return max(abs(stamp_us - dated[raw]) * 1e-6 for stamp_us, raw in merged.records)
 
 
 @pytest.mark.parametrize("by_s", [-86_400.0, -60.0, -2.0, -0.5, 0.5, 2.0, 60.0, 3600.0, 86_400.0])
@@ -163,7 +163,7 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
     result = made_whole([tmp_path / "ground.tlog"], files, SOURCE)
     sent = first + second if second_heard else first
     assert [raw for _, raw in result.records] == [raw for _, raw in sent]
-    assert max(abs(one[0] - true[0]) for one, true in zip(result.records, sent, strict=True)) < 10_000
+    assert max(abs(record[0] - true[0]) for record, true in zip(result.records, sent, strict=True)) < 10_000
     assert (result.guessed > 0, result.holes) == (not second_heard, ())
 
 

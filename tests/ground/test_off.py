@@ -83,9 +83,9 @@ def fight(seed, off_after_s, mode=Mode.BOTH, before=0.0, loss=0.0, seconds=40.0)
     off = Ground(Switch(Mode.OFF, 1), links[1], clock, 0.5 + off_after_s)
     while clock.now_s < seconds:
         clock.advance_to(clock.now_s + STEP_S)
-        told = craft.read(0.0)
+        frames = craft.read(0.0)
         for port in ports:
-            port.heard += told
+            port.heard += frames
         for ground, link in zip((raising, off), links, strict=True):
             ground.step(link.read(0.0))
     return craft, raising, off
@@ -172,25 +172,25 @@ def half_done(clock):
 
 
 def test_one_that_was_raised_since_is_told_as_it_says_now_and_not_fought(half_done, clock):
-    switch, link, one = half_done
-    one.server.write("FF_MODE", 3.0, False)
-    orders = len(one.sets)
+    switch, link, first = half_done
+    first.server.write("FF_MODE", 3.0, False)
+    orders = len(first.sets)
     drive(switch, link, clock, 3.0)
     assert switch.words.startswith(
         "vehicle 1: was off, as read back; its telemetry says both now; vehicle 2: "
     )
-    assert (switch.waits_for, switch.silent, len(one.sets)) == ((1, 2), (), orders)
+    assert (switch.waits_for, switch.silent, len(first.sets)) == ((1, 2), (), orders)
 
 
 def test_a_second_press_is_sent_at_once_to_one_that_was_off_before(half_done, clock):
-    switch, link, one = half_done
-    one.server.write("FF_MODE", 3.0, False)
+    switch, link, first = half_done
+    first.server.write("FF_MODE", 3.0, False)
     drive(switch, link, clock, 3.0)
-    orders, pressed_s = len(one.sets), clock.now_s
+    orders, pressed_s = len(first.sets), clock.now_s
     switch.again()
     drive(switch, link, clock, 4.0)
-    assert one.sets[orders][::3] == (pressed_s, 0.0)
-    assert one.server.mode == 0
+    assert first.sets[orders][::3] == (pressed_s, 0.0)
+    assert first.server.mode == 0
     assert switch.words.startswith("vehicle 1: off, as read back and as its telemetry says; vehicle 2: ")
 
 

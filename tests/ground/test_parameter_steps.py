@@ -121,7 +121,7 @@ def test_a_ground_killed_at_any_message_leaves_what_another_finishes_or_takes_ba
     can_be_finished_and_gone_back_from(vehicle)
 
 
-NAMES = [one.parameter_id(veh_cfg) for veh_cfg in range(4) for one in COEFFICIENTS][:39]
+NAMES = [coefficient.parameter_id(veh_cfg) for veh_cfg in range(4) for coefficient in COEFFICIENTS][:39]
 OLD_FORTY = dict.fromkeys(NAMES, 10.0) | {"FF_MODE": 1.0}
 NEW_FORTY = {name: 11.5 + n for n, name in enumerate(NAMES)} | {"FF_MODE": 2.0}
 BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "delay_s": 0.2, "jitter_s": 0.2}

@@ -172,20 +172,22 @@ def test_a_vehicle_without_commit_is_written_directly_and_taken_back_directly(se
 
 
 def test_what_is_done_only_grows_through_the_stages_and_ends_whole():
-    vehicle, told = Reached(OLD), []
+    vehicle, steps = Reached(OLD), []
     upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
 
     def note():
-        told.append((upload.stage, upload.progress))
+        steps.append((upload.stage, upload.progress))
         return upload.ending is not None
 
     assert vehicle.run(upload, note)
-    assert [item[1][0] for item in told] == sorted(item[1][0] for item in told)
+    assert [item[1][0] for item in steps] == sorted(item[1][0] for item in steps)
     # Twelve of the set, the commit, and the mode.
-    assert {item[1][1] for item in told} == {14}
-    first_of = {stage: next(done for at, done in told if at is stage) for stage in (Stage.COMMIT, Stage.LIVE)}
+    assert {item[1][1] for item in steps} == {14}
+    first_of = {
+        stage: next(done for at, done in steps if at is stage) for stage in (Stage.COMMIT, Stage.LIVE)
+    }
     assert first_of == {Stage.COMMIT: (12, 14), Stage.LIVE: (13, 14)}
-    assert told[-1] == (Stage.DONE, (14, 14))
+    assert steps[-1] == (Stage.DONE, (14, 14))
 
 
 UNIX_S = 1_795_000_000.0
@@ -200,10 +202,10 @@ def begun(folder, system):
 def test_an_upload_of_the_same_second_gets_the_next_number_and_leaves_the_other_s_files_as_they_were(
     tmp_path,
 ):
-    one, other, third = (begun(tmp_path, system) for system in (1, 2, 1))
-    names = [receipt.preimage.name.partition("Z")[2] for receipt in (one, other, third)]
+    first, other, third = (begun(tmp_path, system) for system in (1, 2, 1))
+    names = [receipt.preimage.name.partition("Z")[2] for receipt in (first, other, third)]
     assert names == ["-before.param", "-2-before.param", "-3-before.param"]
-    assert "# Onboard parameters for Vehicle 1" in one.preimage.read_text(encoding="utf-8")
+    assert "# Onboard parameters for Vehicle 1" in first.preimage.read_text(encoding="utf-8")
     assert "# Onboard parameters for Vehicle 2" in other.preimage.read_text(encoding="utf-8")
     assert len(list(tmp_path.glob("*-receipt.json"))) == 3
     third.preimage.unlink()

@@ -25,15 +25,15 @@ def test_whichever_write_fails_no_frame_is_missing(n):
 
 def test_a_full_disk_is_waited_out_in_memory_without_a_litter_of_files():
     ground = Ground()
-    first, *rest = frames_of(200)
+    first, *further = frames_of(200)
     ground.hear(first)
     ground.disk.full, ground.disk.free = True, 0
-    for raw in rest[:-1]:
+    for raw in further[:-1]:
         ground.hear(raw, after_s=0.5)
     assert len(ground.disk.files) == 1
     ground.disk.full, ground.disk.free = False, 1 << 40
-    ground.hear(rest[-1], after_s=10.0)
-    assert [raw for _, raw in ground.disk.stored()] == [first, *rest]
+    ground.hear(further[-1], after_s=10.0)
+    assert [raw for _, raw in ground.disk.stored()] == [first, *further]
     assert any("the disk has 0.0 MB left" in sentence for sentence in ground.sentences())
 
 
@@ -106,16 +106,16 @@ def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
 
 def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer():
     ground = Ground()
-    first, *rest = frames_of(20)
+    first, *further = frames_of(20)
     ground.hear(first)
     assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
     ground.disk.full, ground.disk.free = True, 0
-    for raw in rest[:-1]:
+    for raw in further[:-1]:
         ground.hear(raw, after_s=1.0)
     assert (ground.recorder.unwritten, ground.recorder.waiting) == ("the disk failed; mend it", 18)
     assert ground.recorder.disk_left_s == 0.0
     ground.disk.full, ground.disk.free = False, 1 << 40
-    ground.hear(rest[-1], after_s=10.0)
+    ground.hear(further[-1], after_s=10.0)
     assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
 
 

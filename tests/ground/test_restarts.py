@@ -31,11 +31,11 @@ class Craft:
         return self.encoder.encode(self.beat) + self.encoder.encode(clock)
 
 
-def told(frames):
+def reported(frames):
     """Times and words of the restarts reported for bytes that arrive at these times."""
     peers, framer = Peers(), Framer()
     results = []
-    for at_s, raw in sorted(frames, key=lambda one: one[0]):
+    for at_s, raw in sorted(frames, key=lambda arrival: arrival[0]):
         for frame in framer.feed(raw):
             peer = peers.on_frame(frame, "udpin:1", at_s)
             if peer is not None and peer.restart is not None:
@@ -56,36 +56,36 @@ def restarted(before_s=100, off_s=4, late_s=lambda _: 0.0, **craft):
 
 def test_a_vehicle_that_starts_anew_is_told_of_once_within_four_seconds_of_its_first_word():
     words = "vehicle 1 started anew at 14:15:03 UTC (its clock went back to 0 s)"
-    assert told(restarted()) == [(107, words)]
+    assert reported(restarted()) == [(107, words)]
 
 
 @pytest.mark.parametrize("before_s", [4, 9, 3000])
 @pytest.mark.parametrize("off_s", [0, 2, 700])
 def test_however_long_it_ran_and_was_off(before_s, off_s):
-    assert len(told(restarted(before_s, off_s))) == 1
+    assert len(reported(restarted(before_s, off_s))) == 1
 
 
 def test_a_word_that_came_late_just_before_hides_no_restart():
-    assert len(told([*restarted(), (99.5, Craft().says(96))])) == 1
+    assert len(reported([*restarted(), (99.5, Craft().says(96))])) == 1
 
 
 def test_what_was_told_twice_alone_is_not_believed_yet():
-    assert told(life(Craft(), range(100)) + life(Craft(103.5), [104, 108])) == []
+    assert reported(life(Craft(), range(100)) + life(Craft(103.5), [104, 108])) == []
 
 
 def test_a_companion_is_named_by_its_component_and_its_autopilots_clock_is_its_own():
     companion = restarted(source=(1, 191), kind=18, autopilot=8)
-    result = told(companion + life(Craft(-5000.0), range(165)))
+    result = reported(companion + life(Craft(-5000.0), range(165)))
     assert [words[:52] for _, words in result] == ["vehicle 1 (component 191) started anew at 14:15:03 U"]
 
 
 def test_autopilot_and_bridge_with_clocks_of_their_own_on_one_link_start_nothing():
     bridge = Craft(-9.0, source=(1, 191), kind=18, autopilot=8)
-    assert told(life(Craft(-5000.0), range(600)) + life(bridge, range(600))) == []
+    assert reported(life(Craft(-5000.0), range(600)) + life(bridge, range(600))) == []
 
 
 def test_a_ground_station_that_starts_anew_is_nobodys_vehicle():
-    assert told(restarted(source=(255, 190), kind=dialect.MAV_TYPE_GCS, autopilot=8)) == []
+    assert reported(restarted(source=(255, 190), kind=dialect.MAV_TYPE_GCS, autopilot=8)) == []
 
 
 @pytest.mark.parametrize("unix_s", [UNIX_S, 0.0])
@@ -99,33 +99,33 @@ def test_frames_that_come_late_twice_and_out_of_their_order_start_nothing(
     chance = random.Random(seed)
     once = life(Craft(booted_s, unix_s=unix_s), range(600), lambda _: chance.random() * most_late_s)
     again = [(at_s + chance.random() * most_late_s, raw) for at_s, raw in once if chance.random() < 0.2]
-    assert told([item for item in once + again if chance.random() > 0.3]) == []
+    assert reported([item for item in once + again if chance.random() > 0.3]) == []
 
 
 @pytest.mark.parametrize("late_s", [[3.2, 0, 6.1], [0, 0, 5.5, 3.4], [6.6, 5.6, 4.6, 0, 0]])
 def test_words_of_its_first_seconds_that_come_later_than_newer_ones_start_nothing(late_s):
-    assert told(life(Craft(unix_s=0.0), range(60), lambda at_s: late_s[at_s % len(late_s)])) == []
+    assert reported(life(Craft(unix_s=0.0), range(60), lambda at_s: late_s[at_s % len(late_s)])) == []
 
 
 @pytest.mark.parametrize("stop_s", [3, 8, 30])
 def test_a_ground_that_is_stopped_and_hears_all_at_once_hears_no_restart(stop_s):
     period_s = stop_s + 2
     frames = life(Craft(), range(300), lambda at_s: max(0, stop_s - at_s % period_s))
-    assert told(frames) == []
+    assert reported(frames) == []
 
 
 @pytest.mark.parametrize("unix_s", [UNIX_S, 0.0])
 def test_a_second_link_that_lags_and_alone_remains_starts_nothing(unix_s):
     first, second = Craft(-60.0, unix_s=unix_s), Craft(-60.0, unix_s=unix_s)
     lagging = [(at_s + 12.0, raw) for at_s, raw in life(second, range(300))]
-    assert told(life(first, range(150)) + lagging) == []
+    assert reported(life(first, range(150)) + lagging) == []
 
 
 @pytest.mark.parametrize(("begins_s", "unix_s"), [(0, UNIX_S), (300, UNIX_S), (900, 0.0)])
 def test_a_replay_that_begins_anew_starts_nothing(begins_s, unix_s):
     recorded = life(Craft(unix_s=unix_s), range(begins_s, begins_s + 120))
     again = [(at_s + AGES_S, raw) for at_s, raw in recorded]
-    assert told(recorded + again) == []
+    assert reported(recorded + again) == []
 
 
 def test_a_restart_is_told_of_over_a_bad_link():
@@ -139,7 +139,7 @@ def test_a_restart_is_told_of_over_a_bad_link():
             far.write(raw if tick == 0 else b"\0")
             while data := carrier.read(0.0):
                 frames.append((clock.now_s, data))
-    assert len(told(frames)) == 1
+    assert len(reported(frames)) == 1
 
 
 def test_a_recorder_warns_of_it_and_goes_on():
@@ -240,10 +240,10 @@ def test_what_the_link_knows_of_its_peers_counts():
 ON_BOTH = "a and b: two vehicles beat as system 1, component 1, and both would obey; stop one"
 
 
-def heard_on_links(*told, system=1):
+def heard_on_links(*readings, system=1):
     """The first fault after any of the times since boot: (arrival, link, time since boot), in s."""
     twins, encoder, fault = Peers(), Encoder(1, 1), ""
-    for arrival_s, link, boot_s in sorted(told, key=lambda reading: reading[0]):
+    for arrival_s, link, boot_s in sorted(readings, key=lambda reading: reading[0]):
         raw = encoder.encode(dialect.MAVLink_system_time_message(0, round(1000 * boot_s)))
         for frame in Framer().feed(raw):
             twins.on_frame(frame, link, arrival_s)
@@ -277,9 +277,9 @@ def test_a_restart_that_one_link_hears_later_is_no_second_vehicle(lag):
 
 @pytest.mark.parametrize("stop_s", [3, 8, 30])
 def test_a_ground_that_reads_all_of_a_stop_at_once_hears_no_twins(stop_s):
-    told, period_s = [], stop_s + 2
+    readings, period_s = [], stop_s + 2
     for k in range(20 * period_s):
         arrival_s = max(k, k // period_s * period_s + stop_s)
         # Everything of one link, then everything of the other, as an idle moment reads them.
-        told += [(arrival_s, "a", k), (arrival_s + 0.01, "b", k)]
-    assert heard_on_links(*told) == ""
+        readings += [(arrival_s, "a", k), (arrival_s + 0.01, "b", k)]
+    assert heard_on_links(*readings) == ""

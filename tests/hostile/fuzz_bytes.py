@@ -35,16 +35,16 @@ def mutated(good: bytes, rng: random.Random) -> bytes:
     """`good` with some of its bytes turned over, replaced, taken out, put in, or said twice."""
     data = bytearray(good)
     for _ in range(rng.randrange(1, 10)):
-        at, what = rng.randrange(len(data) + 1), rng.randrange(6)
-        if what == 0 and at < len(data):
+        at, way = rng.randrange(len(data) + 1), rng.randrange(6)
+        if way == 0 and at < len(data):
             data[at] ^= 1 << rng.randrange(8)
-        elif what == 1 and at < len(data):
+        elif way == 1 and at < len(data):
             data[at] = rng.choice(TELLING)
-        elif what == 2:
+        elif way == 2:
             del data[at : at + rng.randrange(1, 20)]
-        elif what == 3:
+        elif way == 3:
             data[at:at] = rng.randbytes(rng.randrange(1, 10))
-        elif what == 4:
+        elif way == 4:
             data[at:at] = data[at : at + rng.randrange(1, 200)]
         else:
             del data[len(data) - rng.randrange(len(data) // 4 + 1) :]

@@ -191,7 +191,7 @@ def parameters(rng: random.Random) -> bytes:
     return ("FF0_D_U,42.25\n" * rng.randrange(2) + "\n".join(lines)).encode()
 
 
-def beside(name: str, data: bytes, read: Callable[[Path], Any]) -> Callable[[Path], Any]:
+def with_file(name: str, data: bytes, read: Callable[[Path], Any]) -> Callable[[Path], Any]:
     """A reader that also wants another file, which is as it should be."""
 
     def both(folder: Path) -> Any:
@@ -230,11 +230,11 @@ def receipts(folder: Path) -> Any:
 def identification(folder: Path) -> Any:
     """All that an upload and a prior take from it, and the sidecar that is written of it."""
     path, leave = folder / "i.json", Leave(any_vehicle=True, doubts=True)
-    told = accepted_in(path, None, leave)
+    accepted = accepted_in(path, None, leave)
     targets = targets_of_identification(path, "ruvifist:hovering", leave)
     assert targets.sidecar is not None
     write_sidecar(folder / "i.param", targets.sidecar)
-    return told, targets
+    return accepted, targets
 
 
 def yaml_of(data: Any) -> bytes:
@@ -287,11 +287,11 @@ READERS = (
     Reader("dive.tlog", lambda folder: list(read_tlog(folder / "dive.tlog")), (TLOG,), crafted_tlog),
     Reader("telemetry.tlog", read_dive, (TLOG,), crafted_tlog),
     Reader(RING_FILE, lambda folder: newest_frames([folder / RING_FILE], 1_000_000), (TLOG,), crafted_tlog),
-    Reader("1.BIN", beside("telemetry.tlog", HEARD, read_dive), (LOGGED,), dataflash),
+    Reader("1.BIN", with_file("telemetry.tlog", HEARD, read_dive), (LOGGED,), dataflash),
     Reader("laptop.tlog", merging, (HEARD[len(HEARD) // 3 :],), crafted_tlog),
     Reader("telemetry.BIN", read_dive, (FLIGHT,), dataflash),
-    Reader("telemetry.csv", beside("columns.yaml", COLUMNS, read_dive), (ROWS,), table),
-    Reader("columns.yaml", beside("telemetry.csv", ROWS, read_dive), (COLUMNS,), in_yaml(COLUMNS)),
+    Reader("telemetry.csv", with_file("columns.yaml", COLUMNS, read_dive), (ROWS,), table),
+    Reader("columns.yaml", with_file("telemetry.csv", ROWS, read_dive), (COLUMNS,), in_yaml(COLUMNS)),
     Reader("map.yaml", lambda folder: column_map(folder / "map.yaml"), (COLUMNS,), in_yaml(COLUMNS)),
     Reader("v.yaml", lambda folder: load_vehicle(str(folder / "v.yaml")), VEHICLES, in_yaml(*VEHICLES)),
     Reader(

@@ -33,7 +33,7 @@ SEEDS = 20
 def feeding(stream: Stream) -> Callable[[bytes], None]:
     feed, fed = stream.make(), 0
 
-    def one(data: bytes) -> None:
+    def run(data: bytes) -> None:
         nonlocal feed, fed
         # What is found must not need all that went before it.
         if fed % AFRESH_AFTER == 0:
@@ -41,11 +41,11 @@ def feeding(stream: Stream) -> Callable[[bytes], None]:
         fed += 1
         feed(bytes(data), 0.001 * fed)
 
-    return one
+    return run
 
 
 def reading(reader: Reader, folder: Path) -> Callable[[bytes], None]:
-    def one(data: bytes) -> None:
+    def run(data: bytes) -> None:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
         (folder / reader.name).write_bytes(bytes(data))
@@ -56,7 +56,7 @@ def reading(reader: Reader, folder: Path) -> Callable[[bytes], None]:
         except SeatrialError:
             pass
 
-    return one
+    return run
 
 
 def main(name: str, seconds: str, folder: Path) -> None:

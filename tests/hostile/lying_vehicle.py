@@ -123,19 +123,19 @@ LIES: dict[Op, dict[str, Lie]] = {
 def hurt(true: Packet, rng: random.Random) -> Packet:
     """The truth with a field or two of it changed."""
     for _ in range(rng.choice((0, 0, 1, 1, 2))):
-        what = rng.choice(("sequence", "session", "op", "request", "offset", "data"))
+        field = rng.choice(("sequence", "session", "op", "request", "offset", "data"))
         number = rng.choice((*WILD, rng.randrange(2**32)))
-        if what == "data":
+        if field == "data":
             data = bytearray(true.data or b"\0")
             data[rng.randrange(len(data))] = rng.choice(TELLING)
             cut = rng.choice((len(data), len(data), rng.randrange(len(data) + 1)))
             true = replace(true, data=bytes(data[:cut]), size=cut)
-        elif what == "offset":
+        elif field == "offset":
             true = replace(true, offset=number)
-        elif what == "sequence":
+        elif field == "sequence":
             true = replace(true, sequence=rng.choice((true.sequence + 1, true.sequence - 1, number)) & 0xFFFF)
         else:
-            true = replace(true, **{what: rng.choice((*Op, number)) & 0xFF})
+            true = replace(true, **{field: rng.choice((*Op, number)) & 0xFF})
     return true
 
 

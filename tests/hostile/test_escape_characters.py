@@ -125,10 +125,10 @@ def test_a_parameter_file_leaves_out_names_that_are_none_and_says_so(tmp_path: P
 
 
 def test_the_app_tells_a_name_as_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[tuple[str, Any]] = []
-    monkeypatch.setattr(App, "notify", lambda _, message, **how: told.append((message, how["markup"])))
+    notices: list[tuple[str, Any]] = []
+    monkeypatch.setattr(App, "notify", lambda _, message, **how: notices.append((message, how["markup"])))
     SeatrialApp.notify(object.__new__(SeatrialApp), f"[/x] {STEERING}")
-    assert told == [(f"[/x] {SHOWN}", False)]
+    assert notices == [(f"[/x] {SHOWN}", False)]
 
 
 def test_a_line_of_mavproxy_is_harmless() -> None:

@@ -145,13 +145,13 @@ def test_damage_in_the_middle_of_what_still_grows_is_fetched_again(
 def test_damage_on_the_vehicle_itself_is_kept_as_it_is_and_counted(
     tmp_path: Path, begin: int, end: int
 ) -> None:
-    dive, own = heard(tmp_path), ring(tmp_path / "ring", SEGMENTS) / GROWING
-    hurt(own, begin, end)
+    dive, growing = heard(tmp_path), ring(tmp_path / "ring", SEGMENTS) / GROWING
+    hurt(growing, begin, end)
     first = fetch(tmp_path, dive)
     assert "The vehicle's recording is damaged (places: 1); what stood there may be missing" in first.words
     assert "the dive is whole" not in first.words
     mirrored = tmp_path / "dives" / MIRROR / (GROWING + PART)
-    assert mirrored.read_bytes() == own.read_bytes()
+    assert mirrored.read_bytes() == growing.read_bytes()
     made = (dive.path / WHOLE).read_bytes()
     again = fetch(tmp_path, dive)
     assert (again.fetched_bytes, again.damaged) == (0, 1)
@@ -159,7 +159,7 @@ def test_damage_on_the_vehicle_itself_is_kept_as_it_is_and_counted(
     assert (dive.path / WHOLE).read_bytes() == made
     # A record more on the vehicle: only that is fetched.
     more = record_of(*KEPT[SEGMENTS][0])
-    with own.open("ab") as file:
+    with growing.open("ab") as file:
         file.write(more)
     assert fetch(tmp_path, dive).fetched_bytes == len(more)
 

@@ -109,13 +109,13 @@ def is_fetched_whole(root: Path, dive: DiveFolder, segments: int = SEGMENTS) -> 
 
 def attack(kind: str, total: int, seed: int, root: Path) -> None:
     """Vehicle after vehicle lies, knowing the honest one's names, until they have said `total` bytes."""
-    rng, said, dive = random.Random(f"{kind} {seed}"), 0, heard(root)
+    rng, said_bytes, dive = random.Random(f"{kind} {seed}"), 0, heard(root)
     mirror, before_mb = root / "dives" / MIRROR, most_mb()
-    while said < total:
+    while said_bytes < total:
         lie: Lie = {"random": noise, "mutated": mutated}.get(kind) or Crafted()
         vehicle = Vehicle(ring(root / "ring", SEGMENTS), lie, rng, A_VEHICLE_BYTES, LONGEST_S)
         fetched(vehicle, dive, rng.random() < 0.3)
-        said += max(vehicle.said, 1)
+        said_bytes += max(vehicle.said, 1)
         keeps_to_its_place(root)
         if rng.random() < 0.3:
             # Once it has begun another: of one that grows no checksum is there, and its middle may be hurt.
@@ -145,23 +145,23 @@ def test_no_number_of_answers_stops_a_fetch(tmp_path: Path) -> None:
 EACH = [(op, name) for op, lies in LIES.items() for name in lies]
 
 
-@pytest.mark.parametrize(("op", "name"), EACH, ids=lambda one: str(getattr(one, "name", one)))
+@pytest.mark.parametrize(("op", "name"), EACH, ids=lambda value: str(getattr(value, "name", value)))
 def test_each_lie_told_for_ever_comes_to_an_end(
     op: Op, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
-    told({op: LIES[op][name]}, tmp_path)
+    fetch_with_lies({op: LIES[op][name]}, tmp_path)
 
 
-def told(lies: dict[Op, Lie], root: Path) -> None:
+def fetch_with_lies(lies: dict[Op, Lie], root: Path) -> None:
     """To all requests of a kind, without an end; all others are answered truly."""
     dive = heard(root)
 
-    def one(asked: Packet, true: Packet, rng: random.Random) -> Packet:
+    def answer(asked: Packet, true: Packet, rng: random.Random) -> Packet:
         lie = lies.get(Op(asked.op))
         return true if lie is None else lie(asked, true, rng)
 
-    fetched(Vehicle(ring(root / "ring", SEGMENTS), one, random.Random(0), 1e9, LONGEST_S), dive)
+    fetched(Vehicle(ring(root / "ring", SEGMENTS), answer, random.Random(0), 1e9, LONGEST_S), dive)
     keeps_to_its_place(root)
     is_fetched_whole(root, dive)
 
@@ -231,18 +231,18 @@ def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_f
 ) -> None:
     """It had made up the bytes and their checksum."""
     dive, name = heard(tmp_path), segment(0).name
-    said = random.Random(0).randbytes((ring(tmp_path / "ring", 2) / name).stat().st_size)
+    data = random.Random(0).randbytes((ring(tmp_path / "ring", 2) / name).stat().st_size)
 
     def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
         if asked.op == Op.READ:
-            return replace(true, data=said[asked.offset :][: asked.size])
-        return acknowledged(asked, crc32(said).to_bytes(4, "little")) if asked.op == Op.CRC32 else true
+            return replace(true, data=data[asked.offset :][: asked.size])
+        return acknowledged(asked, crc32(data).to_bytes(4, "little")) if asked.op == Op.CRC32 else true
 
     fetched(Vehicle(tmp_path / "ring", lie, random.Random(0), 1e9, LONGEST_S), dive)
     mirror = tmp_path / "dives" / MIRROR
-    assert (mirror / name).read_bytes() == said
+    assert (mirror / name).read_bytes() == data
     is_fetched_whole(tmp_path, dive)
-    assert (mirror / f"{name}.other-1").read_bytes() == said
+    assert (mirror / f"{name}.other-1").read_bytes() == data
     keeps_to_its_place(tmp_path)
 
 
@@ -278,5 +278,5 @@ def test_every_pair_of_lies_told_for_ever_comes_to_an_end(
     for number, pair in enumerate(combinations(EACH, 2)):
         lies = {op: LIES[op][name] for op, name in pair}
         if len(lies) == 2:
-            told(lies, tmp_path / str(number))
+            fetch_with_lies(lies, tmp_path / str(number))
             shutil.rmtree(tmp_path / str(number))

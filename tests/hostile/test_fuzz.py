@@ -49,11 +49,11 @@ def opened() -> Opened:
 
 
 @contextmanager
-def soon(what: bytes) -> Iterator[None]:
+def soon(data: bytes) -> Iterator[None]:
     """Fails where one piece takes the processor too long, however busy it is with others."""
 
     def late(*_: object) -> None:
-        raise AssertionError(f"hangs on {what[:2000].hex()}")
+        raise AssertionError(f"hangs on {data[:2000].hex()}")
 
     before = signal.signal(signal.SIGVTALRM, late)
     signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST_CPU_S)

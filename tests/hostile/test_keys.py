@@ -282,8 +282,8 @@ def test_a_replay_sends_none_and_says_how_many_it_left_out(
     sent = Framer().feed(data)
     assert len(sent) == COUNT
     assert SETUP not in {frame.message_id for frame in sent}
-    assert "60 frames sent to" in (told := said(capsys))
-    assert "2 of SETUP_SIGNING left out, which would set a key to sign with" in told
+    assert "60 frames sent to" in (text := said(capsys))
+    assert "2 of SETUP_SIGNING left out, which would set a key to sign with" in text
 
 
 @pytest.mark.parametrize("anew", [False, True])

@@ -74,20 +74,20 @@ def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
     (tmp_path / "folder.yaml").mkdir()
     for name in ("fifo", "fifo.yaml"):
         os.mkfifo(tmp_path / name)
-    said = about(tmp_path, named)
-    assert said.vehicle_path is None
-    assert vehicle_named(said, "ruvifist") == "ruvifist"
+    dive = about(tmp_path, named)
+    assert dive.vehicle_path is None
+    assert vehicle_named(dive, "ruvifist") == "ruvifist"
     if named:
         with pytest.raises(
             ConfigError, match="the dive's vehicle file is not there; give one with --vehicle"
         ):
-            vehicle_named(said)
+            vehicle_named(dive)
 
 
 def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path: Path) -> None:
-    own = tmp_path / "own.yaml"
-    own.write_bytes((CONFIGS / "vehicles" / "ruvifist.yaml").read_bytes())
-    assert vehicle_named(about(tmp_path, str(own))) == f"{own}:hovering"
+    vehicle_file = tmp_path / "own.yaml"
+    vehicle_file.write_bytes((CONFIGS / "vehicles" / "ruvifist.yaml").read_bytes())
+    assert vehicle_named(about(tmp_path, str(vehicle_file))) == f"{vehicle_file}:hovering"
     ours = CONFIGS / "vehicles" / "ruvifist.yaml"
     assert vehicle_named(about(tmp_path, "/gone/ruvifist.yaml")) == f"{ours}:hovering"
     assert vehicle_named(about(tmp_path, "/gone/../../ruvifist.yaml")) == f"{ours}:hovering"

@@ -59,12 +59,12 @@ def write_bag(
     form, _, packing = form.partition(".")
     store = store or store_of(form)
     if form == "bag":
-        one = rosbag1.Writer(folder / "made.bag")
-        one.chunk_threshold = chunk_bytes
+        bag = rosbag1.Writer(folder / "made.bag")
+        bag.chunk_threshold = chunk_bytes
         if packing:
-            one.set_compression(one.CompressionFormat[packing.upper()])
-        with one:
-            _write(one, messages, store, store.serialize_ros1)
+            bag.set_compression(bag.CompressionFormat[packing.upper()])
+        with bag:
+            _write(bag, messages, store, store.serialize_ros1)
         return folder / "made.bag"
     plugin = rosbag2.StoragePlugin.MCAP if form == "mcap" else rosbag2.StoragePlugin.SQLITE3
     two = rosbag2.Writer(folder / "bag", version=9, storage_plugin=plugin)

@@ -61,10 +61,10 @@ def recording(messages: Iterable[Stamped], boot_unix_s: float = BOOT_UNIX_S) -> 
 
 def contract_dive(seconds: int = 10) -> list[Stamped]:
     """Ten messages a second of a vehicle that keeps the contract; surge is a tenth of the time."""
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(10 * seconds):
         t = 5.0 + k / 10
-        own = [
+        messages = [
             odometry(t, (t / 10, 0.2, -0.1)) if k != 3 else odometry(t, (NAN, NAN, NAN), -1),
             imu(t, 0, 0b111111, (0.1, 0.2, 0.3)),
             imu(t, 1, 32, (0.0, 0.0, 0.35)),
@@ -75,7 +75,7 @@ def contract_dive(seconds: int = 10) -> list[Stamped]:
             mav.MAVLink_attitude_quaternion_message(int(t * 1e3), 1, 0, 0, 0, 0, 0, 0),
             mav.MAVLink_scaled_pressure2_message(int(t * 1e3), 1100.5, 0, 2000),
         ]
-        said += [(t + 0.02, 1, 1, message) for message in own]
+        stamped += [(t + 0.02, 1, 1, message) for message in messages]
         if k % 10 == 0:
             slow = [
                 heartbeat(),
@@ -83,9 +83,9 @@ def contract_dive(seconds: int = 10) -> list[Stamped]:
                 mav.MAVLink_named_value_float_message(int(t * 1e3), b"VEH_CFG", 1.0),
                 mav.MAVLink_battery_status_message(0, 0, 0, 0, [16300, *[65535] * 9], 10, 0, 0, 50),
             ]
-            said += [(t + 0.02, 1, 1, message) for message in slow]
-            said.append((t + 0.02, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)))
-    return said
+            stamped += [(t + 0.02, 1, 1, message) for message in slow]
+            stamped.append((t + 0.02, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)))
+    return stamped
 
 
 def write(path: Path, data: bytes) -> Path:

@@ -89,9 +89,9 @@ def hits(fit: Callable[[Dive], Identification], seconds: float) -> tuple[int, li
     """
     inside, errors = 0, []
     for seed in range(30):
-        found = fit(dive(np.random.default_rng(seed), seconds=seconds))
+        answer = fit(dive(np.random.default_rng(seed), seconds=seconds))
         for name, truth in (("M_u", MASS), ("D_u", DAMPING)):
-            one = found[name]
-            inside += one.low95 <= truth <= one.high95
-            errors.append((one.value - truth) / one.std)
+            parameter = answer[name]
+            inside += parameter.low95 <= truth <= parameter.high95
+            errors.append((parameter.value - truth) / parameter.std)
     return inside, errors

@@ -54,11 +54,11 @@ def test_an_interval_holds_those_of_both_models_and_the_shift_as_an_error():
 def test_where_nothing_is_doubted_nothing_is_let_in():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), 120.0))
     timing = np.full((1, 18), 0.02)
-    found = admitted(fit.joint, fit.theta, (), (), timing)
-    assert not found.shift.any()
-    assert found.std(0, 0.01) == pytest.approx(np.hypot(0.01, 0.02))
-    assert found.reach(0, 0.01, EVEN) == pytest.approx((Z95 * np.hypot(0.01, 0.02),) * 2)
-    assert found.covariance == pytest.approx(np.full((18, 18), 0.02**2))
+    admission = admitted(fit.joint, fit.theta, (), (), timing)
+    assert not admission.shift.any()
+    assert admission.std(0, 0.01) == pytest.approx(np.hypot(0.01, 0.02))
+    assert admission.reach(0, 0.01, EVEN) == pytest.approx((Z95 * np.hypot(0.01, 0.02),) * 2)
+    assert admission.covariance == pytest.approx(np.full((18, 18), 0.02**2))
 
 
 def test_the_error_by_timing_covers_what_readings_that_are_late_by_that_change_of_a_mass():
@@ -74,21 +74,21 @@ def test_the_error_by_timing_covers_what_readings_that_are_late_by_that_change_o
 
 @BOTH
 def test_a_dive_without_a_doubt_is_as_wide_as_its_information_says(method):
-    found = estimator(method)(
+    answer = estimator(method)(
         closed_loop.dive(np.random.default_rng(3), 120.0), FILE, "only", network_tasks.quiet
     )
-    assert found.outcome is Outcome.CONVERGED
-    width = np.log(found["M_u"].high95 / found["M_u"].low95) / (2 * Z95)
-    assert width == pytest.approx(found["M_u"].relative_std, rel=0.1)
+    assert answer.outcome is Outcome.CONVERGED
+    width = np.log(answer["M_u"].high95 / answer["M_u"].low95) / (2 * Z95)
+    assert width == pytest.approx(answer["M_u"].relative_std, rel=0.1)
 
 
 def test_letting_a_drag_in_moves_the_linear_damping_to_the_truth():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
-    found = admitted(fit.joint, fit.theta, [SURGE], (), UNTIMED)
+    admission = admitted(fit.joint, fit.theta, [SURGE], (), UNTIMED)
     off = np.log(closed_loop.DAMPING) - fit.log_value[DAMPING_OF_SURGE]
     assert off < -0.15
-    std = found.looser[DAMPING_OF_SURGE] * np.sqrt(fit.covariance[DAMPING_OF_SURGE, DAMPING_OF_SURGE])
-    assert abs(found.shift[DAMPING_OF_SURGE] - off) < 3 * std
+    std = admission.looser[DAMPING_OF_SURGE] * np.sqrt(fit.covariance[DAMPING_OF_SURGE, DAMPING_OF_SURGE])
+    assert abs(admission.shift[DAMPING_OF_SURGE] - off) < 3 * std
 
 
 def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
@@ -96,19 +96,19 @@ def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
     command = dive.tau_cmd
     early = replace(dive, tau_cmd=Signal(command.time_s - 0.15, command.value))
     fit = fitted(early)
-    found = admitted(fit.joint, fit.theta, (), [SURGE], UNTIMED)
+    admission = admitted(fit.joint, fit.theta, (), [SURGE], UNTIMED)
     off = np.log(closed_loop.MASS) - fit.log_value[SURGE]
     assert abs(off) > 0.05
-    assert abs(found.shift[SURGE] - off) < 0.25 * abs(off)
+    assert abs(admission.shift[SURGE] - off) < 0.25 * abs(off)
 
 
 def test_a_doubt_is_the_same_a_step_off_the_maximum():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), 120.0, quadratic=40.0))
     off = fit.theta.copy()
     off[:2] += 0.5 * np.sqrt(np.diag(fit.fits[SURGE].covariance))[:2]
-    there, beside = (doubts_of(fit.joint, theta)[SURGE].drag.score for theta in (fit.theta, off))
+    there, near = (doubts_of(fit.joint, theta)[SURGE].drag.score for theta in (fit.theta, off))
     assert there > 5.0
-    assert beside == pytest.approx(there, rel=0.1)
+    assert near == pytest.approx(there, rel=0.1)
 
 
 @pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
@@ -117,14 +117,14 @@ def test_masses_and_dampings_of_a_dive_made_elsewhere_with_quadratic_drag_lie_in
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
     file = load_vehicle(VEHICLE)
-    found = estimator(method)(
+    answer = estimator(method)(
         read_dive(shared("sealed", "open_2", "dive.tlog.gz")), file, "hovering", network_tasks.quiet
     )
-    assert found.outcome is Outcome.DISAGREES
-    assert sum("speed squared" in doubt.sentence for doubt in found.doubts) == 3
-    told = {name: found[name] for name in truth if np.isfinite(found[name].value)}
-    outside = {name for name, one in told.items() if not one.low95 < truth[name] < one.high95}
+    assert answer.outcome is Outcome.DISAGREES
+    assert sum("speed squared" in doubt.sentence for doubt in answer.doubts) == 3
+    known = {name: answer[name] for name in truth if np.isfinite(answer[name].value)}
+    outside = {name for name, value in known.items() if not value.low95 < truth[name] < value.high95}
     assert outside == set()
     # Its controller's heave follows from nothing recorded: only the likelihood asks the other axes for that mass.
-    assert set(truth) - set(told) == ({"M_w"} if method == "pinn" else set())
-    assert all(one.std < 0.02 * one.value for name, one in told.items() if name[0] in "MI")
+    assert set(truth) - set(known) == ({"M_w"} if method == "pinn" else set())
+    assert all(value.std < 0.02 * value.value for name, value in known.items() if name[0] in "MI")

@@ -46,21 +46,21 @@ def commanded(gains: dict[int, float], dofs=(0, 1, 2, 3, 4, 5), mode: Mode = Mod
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.BOTH])
 @pytest.mark.parametrize("gains", [{}, {1: 0.8}, {2: 0.64, 7: 1.2}], ids=str)
 def test_each_thruster_s_gain_is_found_as_the_allocation_has_it(gains, mode):
-    found = allocated_gains(commanded(gains, mode=mode), FILE, "hovering")
-    assert found == pytest.approx([gains.get(number, 1.0) for number in range(1, 9)], abs=2e-4)
+    allocated = allocated_gains(commanded(gains, mode=mode), FILE, "hovering")
+    assert allocated == pytest.approx([gains.get(number, 1.0) for number in range(1, 9)], abs=2e-4)
 
 
 def test_the_file_s_own_gain_is_part_of_it():
     thrusters = (replace(SHAPE.thrusters[0], gain=0.5), *SHAPE.thrusters[1:])
     shapes = {**FILE.vehicle.configurations, "hovering": replace(SHAPE, thrusters=thrusters)}
     weak = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
-    found = allocated_gains(commanded({1: 0.8}), weak, "hovering")
-    assert found[0] == pytest.approx(0.8, abs=2e-4)
+    allocated = allocated_gains(commanded({1: 0.8}), weak, "hovering")
+    assert allocated[0] == pytest.approx(0.8, abs=2e-4)
 
 
 def test_thrusters_that_did_not_push_or_pushed_all_alike_are_not_told():
-    found = allocated_gains(commanded({1: 0.8}, dofs=(0,)), FILE, "hovering")
-    assert np.isnan(found).all()
+    allocated = allocated_gains(commanded({1: 0.8}, dofs=(0,)), FILE, "hovering")
+    assert np.isnan(allocated).all()
     horizontal = allocated_gains(commanded({1: 0.8}, dofs=(0, 1, 5)), FILE, "hovering")
     assert horizontal[:4] == pytest.approx([0.8, 1.0, 1.0, 1.0], abs=2e-4)
     assert np.isnan(horizontal[4:]).all()

@@ -36,33 +36,33 @@ def judged(fit, **keys):
 )
 def test_a_value_at_a_bound_of_the_list_is_held_there_and_named(name, value, words):
     values = SURGE | {name: value}
-    found = judged(fitted.fit(values, 1e-4 * np.eye(len(values))))
-    assert found.outcome is Outcome.AT_BOUND
-    assert words in found[name].reason
-    assert not found[name].identifiable
-    assert any(name in doubt.about and words in doubt.sentence for doubt in found.doubts)
+    answer = judged(fitted.fit(values, 1e-4 * np.eye(len(values))))
+    assert answer.outcome is Outcome.AT_BOUND
+    assert words in answer[name].reason
+    assert not answer[name].identifiable
+    assert any(name in doubt.about and words in doubt.sentence for doubt in answer.doubts)
 
 
 def test_a_vehicle_without_damping_stops_at_the_bound_of_none(monkeypatch):
     monkeypatch.setattr(closed_loop, "DAMPING", 0.0)
     dive = closed_loop.dive(np.random.default_rng(100_003), seconds=120.0)
-    found = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", quiet)
-    assert found.outcome is Outcome.AT_BOUND
-    assert "lower bound of 0 N/(m/s); the dive puts it below" in found["D_u"].reason
-    assert found["D_u"].low95 == 0.0
-    assert found["M_u"].low95 < closed_loop.MASS < found["M_u"].high95
+    answer = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", quiet)
+    assert answer.outcome is Outcome.AT_BOUND
+    assert "lower bound of 0 N/(m/s); the dive puts it below" in answer["D_u"].reason
+    assert answer["D_u"].low95 == 0.0
+    assert answer["M_u"].low95 < closed_loop.MASS < answer["M_u"].high95
 
 
 def test_a_damping_that_the_dive_knows_nothing_of_is_at_no_bound():
-    found = judged(fitted.fit(SURGE, np.diag([1e-4, 4.0])))
-    assert found.outcome is Outcome.CONVERGED
-    assert "bound" not in found["D_u"].reason
+    answer = judged(fitted.fit(SURGE, np.diag([1e-4, 4.0])))
+    assert answer.outcome is Outcome.CONVERGED
+    assert "bound" not in answer["D_u"].reason
 
 
 def test_a_mass_below_the_dry_mass_makes_data_and_model_disagree():
-    found = judged(fitted.fit(SURGE | {"M_u": 60.0}, 1e-4 * np.eye(2)))
-    assert found.outcome is Outcome.DISAGREES
-    assert any("below the rigid body's own 72" in sentence for sentence in found.sentences)
+    answer = judged(fitted.fit(SURGE | {"M_u": 60.0}, 1e-4 * np.eye(2)))
+    assert answer.outcome is Outcome.DISAGREES
+    assert any("below the rigid body's own 72" in sentence for sentence in answer.sentences)
 
 
 def test_thrusters_of_the_wrong_sign_give_no_parameter():
@@ -86,19 +86,19 @@ def test_what_an_estimator_itself_ended_in_is_not_made_better():
 
 
 def test_the_added_mass_is_wider_by_the_dry_mass():
-    found = judged(fitted.fit(SURGE, 1e-4 * np.eye(2)), dry_mass_std_kg=2.0)
-    assert found["X_udot"].std == pytest.approx(np.hypot(1.0, 2.0))
-    assert found["X_udot"].high95 - found["X_udot"].value > found["M_u"].high95 - found["M_u"].value
+    answer = judged(fitted.fit(SURGE, 1e-4 * np.eye(2)), dry_mass_std_kg=2.0)
+    assert answer["X_udot"].std == pytest.approx(np.hypot(1.0, 2.0))
+    assert answer["X_udot"].high95 - answer["X_udot"].value > answer["M_u"].high95 - answer["M_u"].value
 
 
 @pytest.mark.parametrize(("relative_std", "known"), [(0.05, True), (0.15, False)])
 def test_an_added_mass_follows_the_rule_of_any_coefficient(relative_std, known):
     """Of 100 kg, 28 are added: 15 % of the total are more than half of that."""
-    found = judged(fitted.fit(SURGE, relative_std**2 * np.eye(2)))
-    assert found["M_u"].identifiable
-    assert found["X_udot"].identifiable is known
+    answer = judged(fitted.fit(SURGE, relative_std**2 * np.eye(2)))
+    assert answer["M_u"].identifiable
+    assert answer["X_udot"].identifiable is known
     if not known:
-        assert "X_udot is M_u less the rigid body's own 72 kg: the 28 that is left" in found["X_udot"].reason
+        assert "X_udot is M_u less the rigid body's own 72 kg: the 28 that is left" in answer["X_udot"].reason
 
 
 def test_the_json_has_what_each_parameter_hangs_on():
@@ -154,13 +154,13 @@ def knowing(of, *directions):
     ],
 )
 def test_what_a_dive_can_not_tell_apart_is_told_with_what_to_dive(of, direction, names, words):
-    (found,) = null_directions(knowing(of, direction))
-    assert set(found.weights) == names
-    assert [abs(weight) for weight in found.weights.values()] == pytest.approx(
+    (null_direction,) = null_directions(knowing(of, direction))
+    assert set(null_direction.weights) == names
+    assert [abs(weight) for weight in null_direction.weights.values()] == pytest.approx(
         [len(names) ** -0.5] * len(names)
     )
-    assert words in found.sentence
-    assert found.relative_std > 1e3
+    assert words in null_direction.sentence
+    assert null_direction.relative_std > 1e3
 
 
 def test_a_dive_that_tells_all_or_all_but_a_trim_has_no_null_direction():
@@ -171,28 +171,28 @@ def test_a_dive_that_tells_all_or_all_but_a_trim_has_no_null_direction():
 @given(st.floats(0.02, 3.1), st.floats(1e-3, 1.0))
 def test_sets_do_not_depend_on_how_the_null_space_is_turned(angle, weak):
     of = (*SURGE_AXIS, "M_v", "D_v", "sway_trim")
-    one = np.array([0, 1, -1, 0, 0, 0]) / np.sqrt(2)
-    two = np.array([0, 0, 0, 1, -1, 0]) / np.sqrt(2)
-    turned = [np.cos(angle) * one + np.sin(angle) * two, np.cos(angle) * two - np.sin(angle) * one]
-    told = knowing(of, *turned)
-    told = Information(of, told.matrix + weak * np.outer(turned[0], turned[0]))
-    members = {name for found in null_directions(told) for name in found.weights}
+    first = np.array([0, 1, -1, 0, 0, 0]) / np.sqrt(2)
+    second = np.array([0, 0, 0, 1, -1, 0]) / np.sqrt(2)
+    turned = [np.cos(angle) * first + np.sin(angle) * second, np.cos(angle) * second - np.sin(angle) * first]
+    information = knowing(of, *turned)
+    information = Information(of, information.matrix + weak * np.outer(turned[0], turned[0]))
+    members = {name for null_direction in null_directions(information) for name in null_direction.weights}
     assert members == {"D_u", "surge_trim", "M_v", "D_v"}
 
 
 def test_the_strongest_partner_is_the_one_of_the_largest_correlation():
     relative = np.array([[1.0, 0.5, -0.8], [0.5, 1.0, 0.0], [-0.8, 0.0, 1.0]])
-    found = partners_of(("M_u", "D_u", "M_v"), relative * np.outer([3, 2, 1], [3, 2, 1]))
-    assert (found["M_u"].name, found["M_u"].correlation) == ("M_v", pytest.approx(-0.8))
-    assert found["D_u"].name == "M_u"
+    partners = partners_of(("M_u", "D_u", "M_v"), relative * np.outer([3, 2, 1], [3, 2, 1]))
+    assert (partners["M_u"].name, partners["M_u"].correlation) == ("M_v", pytest.approx(-0.8))
+    assert partners["D_u"].name == "M_u"
 
 
 def test_without_information_the_covariance_tells_the_null_direction():
     relative = 1e-4 * np.eye(2) + 2.0 * np.ones((2, 2))
-    found = answered(
+    answer = answered(
         fitted.fit({"M_u": 100.0, "D_u": 50.0}, relative), fitted.dive(), fitted.vehicle_file(0.0)
     )
-    (direction,) = found.null_directions
+    (direction,) = answer.null_directions
     assert set(direction.weights) == {"M_u", "D_u"}
     assert direction.relative_std == pytest.approx(np.sqrt(4.0 + 1e-4), rel=1e-3)
 
@@ -203,40 +203,42 @@ def told_of(relative, of=("M_u", "D_u"), **keys):
 
 
 def test_what_is_identifiable_is_not_said_to_be_untellable():
-    found = told_of(1e-4 * np.eye(2), information=knowing(("M_u", "D_u"), [1, 1]))
-    assert found.null_directions == ()
+    answer = told_of(1e-4 * np.eye(2), information=knowing(("M_u", "D_u"), [1, 1]))
+    assert answer.null_directions == ()
 
 
 def test_beside_an_identifiable_one_the_other_alone_is_named():
-    found = told_of(np.diag([1e-4, 4.0]), information=knowing(("M_u", "D_u"), [1, 2]))
-    (direction,) = found.null_directions
+    answer = told_of(np.diag([1e-4, 4.0]), information=knowing(("M_u", "D_u"), [1, 2]))
+    (direction,) = answer.null_directions
     assert direction.sentence.startswith("The dive says too little of surge damping (D_u)")
 
 
 @pytest.mark.parametrize(("std", "unknown"), [(0.34, False), (2.0, True)])
 def test_only_what_is_unknown_is_called_known_by_its_ratio_alone(std, unknown):
     along = np.array([1.0, 1.0]) / np.sqrt(2)
-    told = knowing(("M_u", "D_u"), along)
-    (found,) = null_directions(Information(told.of, told.matrix + std**-2 * np.outer(along, along)))
-    assert ("only their ratio is known" in found.sentence) is unknown
+    information = knowing(("M_u", "D_u"), along)
+    (null_direction,) = null_directions(
+        Information(information.of, information.matrix + std**-2 * np.outer(along, along))
+    )
+    assert ("only their ratio is known" in null_direction.sentence) is unknown
 
 
 def test_nobody_is_told_to_push_where_no_thruster_pushes():
     of = ("I_q", "D_q")
-    found = told_of(np.diag([4.0, 4.0]), of, information=knowing(of, [1, 1]), rest_on_righting=of)
-    (direction,) = found.null_directions
+    answer = told_of(np.diag([4.0, 4.0]), of, information=knowing(of, [1, 1]), rest_on_righting=of)
+    (direction,) = answer.null_directions
     assert "no thruster pushed pitch" in direction.sentence
     assert "harder" not in direction.sentence
 
 
 def test_thrust_scale_and_all_masses_and_dampings_are_told_as_one():
-    found = answered(
+    answer = answered(
         fitted.fit({"M_u": 100.0, "D_u": 50.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file(0.1)
     )
-    (direction,) = found.null_directions
+    (direction,) = answer.null_directions
     assert set(direction.weights) == {"thrust_scale", "M_u", "D_u"}
     assert "weigh the vehicle, or hang 0.5 kg on it" in direction.sentence
-    assert found.to_json()["null_directions"][0]["relative_std"] is None
+    assert answer.to_json()["null_directions"][0]["relative_std"] is None
 
 
 def test_a_line_of_the_console_has_both_intervals():

@@ -76,12 +76,12 @@ def test_a_call_that_has_ended_keeps_none_of_its_items():
         # The only helper is busy with the other outer item, so no inner call finds one.
         both_busy.wait(5.0)
         items = [Item(), Item()]
-        kept = [weakref.ref(one) for one in items]
-        side_by_side(lambda one: one, items)
+        kept = [weakref.ref(item) for item in items]
+        side_by_side(lambda item: item, items)
         del items
         gc.collect()
         both_busy.wait(5.0)
-        return [one() is not None for one in kept]
+        return [reference() is not None for reference in kept]
 
     assert side_by_side(outer, range(2)) == [[False, False], [False, False]]
 

@@ -22,8 +22,8 @@ TIME_S = STEP_S * np.arange(2000)
 
 def test_a_ramp_behind_a_filter_is_late_by_its_time_constant() -> None:
     ramp = 3.0 * TIME_S[:, None]
-    found = behind_filter(ramp, STEP_S, 0.1)
-    assert found[200:] == pytest.approx(ramp[200:] - 3.0 * 0.1, abs=1e-8)
+    filtered = behind_filter(ramp, STEP_S, 0.1)
+    assert filtered[200:] == pytest.approx(ramp[200:] - 3.0 * 0.1, abs=1e-8)
 
 
 def test_values_that_hold_for_a_step_have_the_mean_of_their_own_decay() -> None:
@@ -37,11 +37,11 @@ def test_values_that_hold_for_a_step_have_the_mean_of_their_own_decay() -> None:
 
 def test_no_filter_knows_what_comes() -> None:
     step = np.where(TIME_S >= 10.0, 1.0, 0.0)[:, None]
-    found = behind_filter(step, STEP_S, 0.2)[:, 0]
-    assert not found[:1000].any()
+    filtered = behind_filter(step, STEP_S, 0.2)[:, 0]
+    assert not filtered[:1000].any()
     # The values rise over the step that ends at 10 s.
     rise = 0.2 / STEP_S * (np.exp(STEP_S / 0.2) - 1.0)
-    assert found[1000 + 20] == pytest.approx(1 - rise * np.exp(-1.05))
+    assert filtered[1000 + 20] == pytest.approx(1 - rise * np.exp(-1.05))
 
 
 @pytest.mark.parametrize("smoothing_s", [0.2, 0.0])
@@ -68,15 +68,15 @@ def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time
     yaw = rate * time_s
     attitude = Signal(time_s, quaternions_from_euler(0 * yaw, 0 * yaw, yaw))
     north_east_down = np.column_stack([0.4 * np.ones_like(yaw), 0.1 * np.sin(time_s), 0 * yaw])
-    told = to_body(attitude.value, np.roll(north_east_down, round(late_s / 0.05), axis=0))
+    in_body = to_body(attitude.value, np.roll(north_east_down, round(late_s / 0.05), axis=0))
     dive = Dive(
-        "turned", Path("turned"), "", Signal(time_s, told), attitude=attitude, velocity_is_filtered=True
+        "turned", Path("turned"), "", Signal(time_s, in_body), attitude=attitude, velocity_is_filtered=True
     )
-    found = dated_back(dive, late_s, 0.0).velocity
-    assert found.time_s == pytest.approx(time_s - late_s)
+    dated_velocity = dated_back(dive, late_s, 0.0).velocity
+    assert dated_velocity.time_s == pytest.approx(time_s - late_s)
     truth = to_body(attitude.value, north_east_down)
     inside = slice(20, -20)
-    assert found.value[inside] == pytest.approx(truth[14:-26], abs=1e-3)
+    assert dated_velocity.value[inside] == pytest.approx(truth[14:-26], abs=1e-3)
 
 
 def recorded(case: FieldCase, folder: Path) -> tuple[Dive, VehicleFile, str]:
@@ -97,10 +97,10 @@ def calm(seed: int, number: int, late_s: float, smooth_s: float) -> FieldCase:
 
 
 def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) -> None:
-    found = dated(*recorded(calm(11, 4, 0.08, 0.15), tmp_path))
-    assert found.velocity_late_s == pytest.approx(0.08, abs=0.008)
-    assert found.velocity_smoothing_s == pytest.approx(0.15, abs=0.008)
-    assert found.thrust_delay_s == pytest.approx(0.0, abs=0.003)
+    answer = dated(*recorded(calm(11, 4, 0.08, 0.15), tmp_path))
+    assert answer.velocity_late_s == pytest.approx(0.08, abs=0.008)
+    assert answer.velocity_smoothing_s == pytest.approx(0.15, abs=0.008)
+    assert answer.thrust_delay_s == pytest.approx(0.0, abs=0.003)
 
 
 def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path: Path) -> None:
@@ -111,10 +111,10 @@ def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path: Path) ->
         name: Signal(signal.time_s + 0.5, signal.value)
         for name, signal in (("gyro", dive.gyro), ("attitude", dive.attitude))
     }
-    found = dated(replace(dive, **turned), file, name)
-    assert found.thrust_delay_s == 0.0
-    assert found.velocity_late_s == pytest.approx(0.08, abs=0.02)
-    assert found.velocity_smoothing_s == pytest.approx(0.15, abs=0.02)
+    answer = dated(replace(dive, **turned), file, name)
+    assert answer.thrust_delay_s == 0.0
+    assert answer.velocity_late_s == pytest.approx(0.08, abs=0.02)
+    assert answer.velocity_smoothing_s == pytest.approx(0.15, abs=0.02)
 
 
 def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path: Path) -> None:
@@ -128,9 +128,11 @@ def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path: Path) ->
 
 def test_a_fit_from_near_by_that_runs_away_begins_anew(tmp_path: Path) -> None:
     dive, file, name = recorded(draw(11, 4, NONE, seconds=120.0), tmp_path)
-    (one,) = _fitted(dive, 0.0, file, name, (SURGE,), ())
-    (again,) = _fitted(dive, 0.0, file, name, (SURGE,), [replace(one, theta=np.full_like(one.theta, np.nan))])
-    assert again.log_posterior == one.log_posterior
+    (first,) = _fitted(dive, 0.0, file, name, (SURGE,), ())
+    (again,) = _fitted(
+        dive, 0.0, file, name, (SURGE,), [replace(first, theta=np.full_like(first.theta, np.nan))]
+    )
+    assert again.log_posterior == first.log_posterior
 
 
 def test_a_delay_of_the_thrusters_is_no_lag(tmp_path: Path) -> None:
@@ -147,41 +149,41 @@ def rounded(seed: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return true, true + rng.uniform(-each / 2, each / 2, n), np.full(n, each**2 / 12)
 
 
-def columns(one: np.ndarray) -> np.ndarray:
-    return np.column_stack([one, *[np.zeros_like(one)] * 5])
+def columns(values: np.ndarray) -> np.ndarray:
+    return np.column_stack([values, *[np.zeros_like(values)] * 5])
 
 
 def test_more_of_the_likeliest_wrench_is_true_than_of_the_rounded_one() -> None:
-    true, told, variance = rounded()
-    found = unrounded(columns(told), columns(variance))[:, 0]
+    true, coarse, variance = rounded()
+    likeliest = unrounded(columns(coarse), columns(variance))[:, 0]
     half = slice(100, 1900)
     of_told, of_found = (
-        float(np.polyfit(one[half] - np.mean(one[half]), true[half], 1)[0]) for one in (told, found)
+        float(np.polyfit(by[half] - np.mean(by[half]), true[half], 1)[0]) for by in (coarse, likeliest)
     )
     assert of_told == pytest.approx(0.01**2 / (0.01**2 + variance[0]), abs=0.05)
     assert of_told + 0.1 < of_found <= 1.0
 
 
 def test_a_step_far_larger_than_rounding_is_whole_at_once() -> None:
-    _, told, variance = rounded()
-    found = unrounded(columns(told), columns(variance))[:, 0]
-    at = len(told) // 2 + 1
-    assert found[at] == told[at]
+    _, coarse, variance = rounded()
+    likeliest = unrounded(columns(coarse), columns(variance))[:, 0]
+    at = len(coarse) // 2 + 1
+    assert likeliest[at] == coarse[at]
 
 
 def test_no_command_is_changed_by_a_later_one() -> None:
-    _, told, variance = rounded()
-    later = told.copy()
+    _, coarse, variance = rounded()
+    later = coarse.copy()
     later[1000:] += 5.0
     before = slice(0, 991)
     # The spread of the jitter is the dive's, and steps are no part of it.
-    found, other = (unrounded(columns(one), columns(variance))[before, 0] for one in (told, later))
-    assert found == pytest.approx(other, abs=2e-3)
+    likeliest, other = (unrounded(columns(by), columns(variance))[before, 0] for by in (coarse, later))
+    assert likeliest == pytest.approx(other, abs=2e-3)
 
 
 def test_commands_that_are_not_rounded_stay_as_they_are() -> None:
-    _, told, _ = rounded()
-    assert unrounded(columns(told), np.zeros((len(told), 6))) == pytest.approx(columns(told), abs=0.0)
+    _, coarse, _ = rounded()
+    assert unrounded(columns(coarse), np.zeros((len(coarse), 6))) == pytest.approx(columns(coarse), abs=0.0)
 
 
 def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path: Path) -> None:
@@ -190,9 +192,9 @@ def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path: Path) -> None:
     shape = file.vehicle.configurations[kind]
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     asked = Signal(dive.pwm.time_s, curve.thrust(dive.pwm.value[:, : len(shape.thrusters)]))
-    found = unrounded_thrusts(asked, dive, file, kind)
+    thrusts = unrounded_thrusts(asked, dive, file, kind)
     history = wrench(dive, file, kind)
-    assert np.allclose(found.value @ allocation_matrix(shape).T, history.asked)
+    assert np.allclose(thrusts.value @ allocation_matrix(shape).T, history.asked)
     assert not np.allclose(asked.value @ allocation_matrix(shape).T, history.asked, atol=1e-3)
 
 

@@ -91,9 +91,9 @@ def test_depth_is_left_with_what_heave_velocity_adds_to_it():
 def test_the_mean_over_an_interval_is_exact_for_what_is_straight_and_zero_where_there_is_none():
     motion = Motion(TIME_S, np.zeros((len(TIME_S), 6)))
     start, end = np.array([1.0, 2.01, 5.0]), np.array([1.5, 2.03, 5.0])
-    found = motion.mean_between(3.0 * TIME_S, start, end)
-    np.testing.assert_allclose(found[:2], 1.5 * (start + end)[:2], rtol=1e-3)
-    assert found[2] == 0.0
+    mean = motion.mean_between(3.0 * TIME_S, start, end)
+    np.testing.assert_allclose(mean[:2], 1.5 * (start + end)[:2], rtol=1e-3)
+    assert mean[2] == 0.0
 
 
 def test_long_steps_are_divided_and_the_forces_reach_the_last_event():

@@ -35,29 +35,29 @@ def difference(compared, name="M_u"):
 
 
 def test_the_distance_is_in_standard_errors_of_the_less_sure():
-    found = difference(compare(by("likelihood", 100.0, 0.001), by("pinn", 100.0 * np.exp(0.014), 0.01)))
-    assert found.distance == pytest.approx(1.4)
+    gap = difference(compare(by("likelihood", 100.0, 0.001), by("pinn", 100.0 * np.exp(0.014), 0.01)))
+    assert gap.distance == pytest.approx(1.4)
     (sentence,) = compare(by("likelihood"), by("pinn", 101.0)).sentences
     assert sentence.startswith("Likelihood and pinn agree in all 2 parameters")
     assert "1 standard errors apart, in M_u (+1 %)" in sentence
-    assert not found.disagrees
+    assert not gap.disagrees
 
 
 def test_beyond_the_intervals_they_disagree_and_why_is_what_either_doubts():
     doubt = Doubt(
         ("M_u",), "In surge a drag is missing from the model", "mass holds for this dive.", Outcome.DISAGREES
     )
-    found = compare(by("likelihood", doubts=(doubt,)), by("pinn", 110.0))
-    (told,) = found.disagreements
-    assert told.name == "M_u"
-    assert "+10.0 % and 9.5 standard errors apart" in told.why
-    assert "likelihood doubts it itself (in surge a drag is missing from the model)" in told.why
+    comparison = compare(by("likelihood", doubts=(doubt,)), by("pinn", 110.0))
+    (disagreement,) = comparison.disagreements
+    assert disagreement.name == "M_u"
+    assert "+10.0 % and 9.5 standard errors apart" in disagreement.why
+    assert "likelihood doubts it itself (in surge a drag is missing from the model)" in disagreement.why
 
 
 @pytest.mark.parametrize(("apart", "disagree"), [(1.7, False), (1.95, False), (1.97, True)])
 def test_they_disagree_from_where_each_lies_outside_the_others_interval(apart, disagree):
-    found = difference(compare(by("likelihood"), by("pinn", 100.0 * np.exp(0.01 * apart))))
-    assert found.disagrees is disagree
+    gap = difference(compare(by("likelihood"), by("pinn", 100.0 * np.exp(0.01 * apart))))
+    assert gap.disagrees is disagree
 
 
 @pytest.mark.parametrize(("share", "disagree"), [(0.99, False), (1.01, True)])
@@ -76,9 +76,9 @@ def with_partner(fit, correlation):
 
 
 def test_why_names_what_the_coefficient_is_entangled_with_by_whom_and_that_leans_on_it():
-    found = compare(with_partner(by("likelihood"), 0.93), with_partner(by("pinn", 110.0), -0.05))
-    assert "M_u is correlated +0.93 with D_u by likelihood;" in found.sentences[0]
-    (doubt,) = doubted(found).doubts
+    comparison = compare(with_partner(by("likelihood"), 0.93), with_partner(by("pinn", 110.0), -0.05))
+    assert "M_u is correlated +0.93 with D_u by likelihood;" in comparison.sentences[0]
+    (doubt,) = doubted(comparison).doubts
     assert (doubt.about, doubt.also) == (("M_u",), ("D_u",))
     alike = compare(with_partner(by("likelihood"), 0.93), with_partner(by("pinn", 110.0), 0.93))
     assert "M_u is correlated +0.93 with D_u by likelihood and pinn;" in alike.sentences[0]
@@ -89,12 +89,12 @@ def test_why_names_another_sea_another_time_constant_and_another_sensor_noise_bu
         disturbance(0): 1.0, time_constant(0): 2.0, noise(0, "dvl", False): 0.005, trim(0): 0.1, disturbance(1): 1.0,
     }  # fmt: skip
     second = {name: 2 * level for name, level in first.items()}
-    (told,) = compare(by("likelihood", nuisance=first), by("pinn", 110.0, nuisance=second)).sentences
-    assert "they take the disturbance in surge differently (likelihood 1 N, pinn 2 N)" in told
-    assert "the disturbance time constant in surge differently (likelihood 2 s, pinn 4 s)" in told
-    assert "the dvl noise in surge differently (likelihood 0.005 m/s, pinn 0.01 m/s)" in told
-    assert "trim" not in told
-    assert "sway" not in told
+    (sentence,) = compare(by("likelihood", nuisance=first), by("pinn", 110.0, nuisance=second)).sentences
+    assert "they take the disturbance in surge differently (likelihood 1 N, pinn 2 N)" in sentence
+    assert "the disturbance time constant in surge differently (likelihood 2 s, pinn 4 s)" in sentence
+    assert "the dvl noise in surge differently (likelihood 0.005 m/s, pinn 0.01 m/s)" in sentence
+    assert "trim" not in sentence
+    assert "sway" not in sentence
 
 
 def test_a_disagreement_is_a_doubt_of_the_first_method_and_its_outcome_unless_that_is_worse():
@@ -113,8 +113,8 @@ def test_a_method_without_intervals_or_too_wide_ones_disagrees_with_nothing():
     assert np.isnan(difference(vague).distance)
     assert not vague.disagreements
     bare = tuple(replace(p, std=np.nan, low95=np.nan, high95=np.nan) for p in by("paper", 200.0).parameters)
-    found = compare(by("likelihood"), replace(by("paper"), parameters=bare))
-    assert found.sentences == (
+    comparison = compare(by("likelihood"), replace(by("paper"), parameters=bare))
+    assert comparison.sentences == (
         "No parameter has an interval by both likelihood and paper: there is nothing to compare.",
     )
 
@@ -154,8 +154,10 @@ def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_
 
 def test_the_page_says_it_whether_or_not_the_methods_disagree():
     for mass in (100.0, 130.0):
-        found = compare(answer_by("likelihood"), answer_by("pinn", {"M_u": mass}, outcome=Outcome.AT_BOUND))
-        section = comparison_section(found)
+        comparison = compare(
+            answer_by("likelihood"), answer_by("pinn", {"M_u": mass}, outcome=Outcome.AT_BOUND)
+        )
+        section = comparison_section(comparison)
         assert bool(section.warning) is (mass > 100.0)
         assert (section.tables[0].rows[0][-1] == "DISAGREE") is (mass > 100.0)
         assert "Pinn ended with 'stopped at a bound'." in section.text
@@ -179,30 +181,30 @@ def counted():
 
 def test_two_who_ask_at_the_same_time_get_one_result_of_one_piece_of_work_and_nothing_is_kept():
     of, asked = counted()
-    both, thing, got = Barrier(2), Made(), []
+    both, made, values = Barrier(2), Made(), []
 
     def ask():
-        held = of(thing, "survey")
+        held = of(made, "survey")
         both.wait(10)
-        got.append(held.value)
+        values.append(held.value)
 
     threads = [Thread(target=ask) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join(10)
-    assert got[0] is got[1]
+    assert values[0] is values[1]
     assert len(asked) == 1
-    first = of(thing, "hovering").value
-    assert of(thing, "hovering").value is not first
+    first = of(made, "hovering").value
+    assert of(made, "hovering").value is not first
 
 
 def test_text_and_tuples_are_the_same_where_they_are_equal_and_all_else_where_it_is_the_same_object():
     of, _ = counted()
-    thing, like = Made(), Made()
-    held = of(thing, "survey", (1, 2))
-    assert of(thing, "".join(("sur", "vey")), (1, *[2])) is held
-    assert of(thing, "hovering", (1, 2)) is not held
+    made, like = Made(), Made()
+    held = of(made, "survey", (1, 2))
+    assert of(made, "".join(("sur", "vey")), (1, *[2])) is held
+    assert of(made, "hovering", (1, 2)) is not held
     assert of(like, "survey", (1, 2)) is not held
 
 
@@ -247,11 +249,11 @@ def refuses(dive, *_):
 
 
 def test_the_first_method_answers_and_a_second_that_disagrees_casts_a_doubt():
-    found = identify(DIVE, FILE, "hovering", {"a": method(100.0), "b": method(150.0)})
-    assert found.answer["M_u"].value == 100.0
-    assert found.answer.outcome is Outcome.DISAGREES
-    assert [doubt.about for doubt in found.answer.doubts] == [("M_u",)]
-    (comparison,) = found.comparisons
+    identified = identify(DIVE, FILE, "hovering", {"a": method(100.0), "b": method(150.0)})
+    assert identified.answer["M_u"].value == 100.0
+    assert identified.answer.outcome is Outcome.DISAGREES
+    assert [doubt.about for doubt in identified.answer.doubts] == [("M_u",)]
+    (comparison,) = identified.comparisons
     assert comparison.second["M_u"].value == 150.0
 
 

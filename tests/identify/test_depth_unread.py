@@ -22,8 +22,8 @@ def mission():
 
 
 def fit_of(*names):
-    found = fitted.fit(dict.fromkeys(names, 100.0), 1e-4 * np.eye(len(names)))
-    return replace(found, configuration=mission().configuration)
+    fit = fitted.fit(dict.fromkeys(names, 100.0), 1e-4 * np.eye(len(names)))
+    return replace(fit, configuration=mission().configuration)
 
 
 def doubts(dive, *names):
@@ -80,6 +80,6 @@ def test_heave_that_was_not_found_or_not_pushed_is_none_to_doubt():
 
 
 def test_the_answer_of_any_method_ends_in_the_doubt():
-    found = answered(fit_of("M_w", "D_w"), bare(), mission().file)
-    assert found.outcome is Outcome.DISAGREES
-    assert any(told.startswith("Depth is not recorded") for told in found.sentences)
+    answer = answered(fit_of("M_w", "D_w"), bare(), mission().file)
+    assert answer.outcome is Outcome.DISAGREES
+    assert any(sentence.startswith("Depth is not recorded") for sentence in answer.sentences)

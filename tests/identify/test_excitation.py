@@ -31,28 +31,31 @@ def dive():
     return closed_loop.dive(np.random.default_rng(100_003))
 
 
-def told(dive: Dive, file=FILE, configuration="only") -> dict[str, float]:
-    return {one.name: one.relative_std for one in excitation(dive, file, configuration).coefficients}
+def foretold_stds(dive: Dive, file=FILE, configuration="only") -> dict[str, float]:
+    return {
+        coefficient.name: coefficient.relative_std
+        for coefficient in excitation(dive, file, configuration).coefficients
+    }
 
 
-def found(dive: Dive, file=FILE, configuration="only") -> dict[str, float]:
+def fitted_stds(dive: Dive, file=FILE, configuration="only") -> dict[str, float]:
     """By name, the standard error that the wider half of the fit's interval has; inf where it refuses."""
     fit = estimator("likelihood")(dive, file, configuration, lambda *_: None)
     return {
-        name: math.log(max(one.high95 / one.value, one.value / one.low95)) / Z95
-        if (one := fit[name]).identifiable
+        name: math.log(max(parameter.high95 / parameter.value, parameter.value / parameter.low95)) / Z95
+        if (parameter := fit[name]).identifiable
         else math.inf
         for name in NAMES
     }
 
 
-def agree(foretold: dict[str, float], found: dict[str, float], names=NAMES) -> list[str]:
+def agree(foretold: dict[str, float], fitted: dict[str, float], names=NAMES) -> list[str]:
     """Those of `names` that are foretold to within a third of what is found, either way; both may say not at all."""
     return [
         name
         for name in names
-        if foretold[name] == pytest.approx(found[name], rel=0.35)
-        or (foretold[name] > 0.3 and found[name] > 0.3)
+        if foretold[name] == pytest.approx(fitted[name], rel=0.35)
+        or (foretold[name] > 0.3 and fitted[name] > 0.3)
     ]
 
 
@@ -66,22 +69,22 @@ PUSHED = [name for name in NAMES if not name.endswith(("_p", "_q"))]
 def test_it_foretells_what_the_fit_says_of_vehicles_of_which_only_the_weight_is_known(seed, names, seconds):
     case = draw_case(seed, names=names, seconds=seconds)
     drawn = dive_of(case), case.file, case.configuration
-    foretold = told(*drawn)
-    assert agree(foretold, found(*drawn), PUSHED) == PUSHED
+    foretold = foretold_stds(*drawn)
+    assert agree(foretold, fitted_stds(*drawn), PUSHED) == PUSHED
     # No thruster pushed there: that it rights itself is all that would tell.
     assert {foretold[name] for name in set(NAMES) - set(PUSHED)} == {math.inf}
 
 
 def test_it_foretells_the_standard_errors_of_the_likelihood(dive):
-    foretold, fitted = told(dive), found(dive)
+    foretold, fitted = foretold_stds(dive), fitted_stds(dive)
     for name in ("M_u", "D_u"):
         assert foretold[name] == pytest.approx(fitted[name], rel=0.15)
 
 
 def test_a_drag_that_the_model_lacks_is_foretold_as_what_the_fit_will_widen_by():
     curved = closed_loop.dive(np.random.default_rng(100_009), quadratic=20.0)
-    foretold, fitted = told(curved), found(curved)
-    assert fitted["D_u"] > 10 * found(closed_loop.dive(np.random.default_rng(100_009)))["D_u"]
+    foretold, fitted = foretold_stds(curved), fitted_stds(curved)
+    assert fitted["D_u"] > 10 * fitted_stds(closed_loop.dive(np.random.default_rng(100_009)))["D_u"]
     assert agree(foretold, fitted, ["M_u", "D_u"]) == ["M_u", "D_u"]
 
 
@@ -89,12 +92,12 @@ def test_thrust_that_stays_the_same_identifies_nothing(dive):
     held = np.zeros_like(dive.tau_cmd.value)
     held[:, 0] = 5.0
     still = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, held))
-    assert not any(one.identifiable for one in excitation(still, FILE, "only").coefficients)
+    assert not any(coefficient.identifiable for coefficient in excitation(still, FILE, "only").coefficients)
 
 
 def test_a_dive_twice_as_long_tells_root_two_more():
     short, long = (closed_loop.dive(np.random.default_rng(100_004), seconds=s) for s in (200.0, 400.0))
-    assert told(short)["M_u"] / told(long)["M_u"] == pytest.approx(math.sqrt(2), rel=0.15)
+    assert foretold_stds(short)["M_u"] / foretold_stds(long)["M_u"] == pytest.approx(math.sqrt(2), rel=0.15)
 
 
 def test_a_dive_without_commands_without_readings_or_too_short_says_why(dive):
@@ -103,9 +106,9 @@ def test_a_dive_without_commands_without_readings_or_too_short_says_why(dive):
         (replace(dive, velocity=None), "no axis has thrust and readings of motion together for 20 s"),
         (dive.between(0.0, 15.0), "the dive lasts 15 s, but identification needs at least 20 s"),
     ):
-        found = excitation(less, FILE, "only")
-        assert why in found.note
-        assert not any(one.identifiable for one in found.coefficients)
+        answer = excitation(less, FILE, "only")
+        assert why in answer.note
+        assert not any(coefficient.identifiable for coefficient in answer.coefficients)
 
 
 FINER = 10
@@ -145,16 +148,21 @@ def rolling(push_nm: float) -> Dive:
 
 
 def test_roll_is_promised_where_thrusters_push_it_and_not_where_it_only_rights_itself():
-    pushed, fitted = (of(rolling(0.1), PROMPT, "heavy") for of in (told, found))
+    pushed, fitted = (of(rolling(0.1), PROMPT, "heavy") for of in (foretold_stds, fitted_stds))
     assert agree(pushed, fitted, ["I_p", "D_p"]) == ["I_p", "D_p"]
     assert pushed["I_p"] < 0.1
-    assert not any(one.identifiable for one in excitation(rolling(0.0), PROMPT, "heavy").coefficients)
+    assert not any(
+        coefficient.identifiable for coefficient in excitation(rolling(0.0), PROMPT, "heavy").coefficients
+    )
 
 
 def test_all_twelve_are_told_in_their_order_with_null_for_what_is_not_known(dive):
     data = excitation(dive, FILE, "only").to_json()
-    assert [one["name"] for one in data["coefficients"]] == NAMES
-    assert [one["name"] for one in data["coefficients"] if one["identifiable"]] == ["M_u", "D_u"]
+    assert [coefficient["name"] for coefficient in data["coefficients"]] == NAMES
+    assert [coefficient["name"] for coefficient in data["coefficients"] if coefficient["identifiable"]] == [
+        "M_u",
+        "D_u",
+    ]
     assert data["coefficients"][1] == {"name": "M_v", "relative_std": None, "identifiable": False}
     assert data["coefficients"][0]["identifiable"] is True
 
@@ -223,5 +231,5 @@ def test_an_axis_that_was_read_for_a_shorter_time_than_the_others_is_left_out_al
         "thruster commands and the velocity in surge were both recorded for 15 s, but at least 20 s are needed"
     )
     assert too_short(parted, 5) == ""
-    found = estimator("likelihood")(parted, closed_loop.vehicle_file(), "only", lambda *_: None)
-    assert found["M_u"].reason == too_short(parted, 0)
+    answer = estimator("likelihood")(parted, closed_loop.vehicle_file(), "only", lambda *_: None)
+    assert answer["M_u"].reason == too_short(parted, 0)

@@ -110,13 +110,13 @@ def test_a_recording_without_the_controllers_own_signals_is_not_judged():
 def test_a_method_that_does_not_ask_loses_the_mass_that_the_feedback_spoils():
     recorded = dive(hidden_noise=0.02)
     other = judged(lambda *asked: replace(estimate(*asked), doubts=(), weighed_by_others=None))
-    found = other(recorded, closed_loop.vehicle_file(), "only", lambda *_: None)
-    assert any("so M_u is left out" in sentence for sentence in found.sentences)
-    assert not found["M_u"].identifiable
-    assert not found["X_udot"].identifiable
-    assert found["M_u"].reason.endswith("wrench (TAU_PID) follows from nothing recorded")
-    assert found["D_u"].identifiable
-    assert "M_u" not in found.covariance_of
+    answer = other(recorded, closed_loop.vehicle_file(), "only", lambda *_: None)
+    assert any("so M_u is left out" in sentence for sentence in answer.sentences)
+    assert not answer["M_u"].identifiable
+    assert not answer["X_udot"].identifiable
+    assert answer["M_u"].reason.endswith("wrench (TAU_PID) follows from nothing recorded")
+    assert answer["D_u"].identifiable
+    assert "M_u" not in answer.covariance_of
 
 
 @pytest.mark.parametrize("name", ["open_1", "b", "g"])

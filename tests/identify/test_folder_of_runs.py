@@ -53,10 +53,10 @@ def test_one_map_is_proposed_for_all_runs_of_a_folder_and_serves_them(capsys):
     assert "seatrial diagnose runs --columns made.yaml" in said
     assert "kinds" not in said
     assert cli.main(["import", "runs", "--columns", "made.yaml"]) == exit_codes.DONE
-    told = " ".join(capsys.readouterr().out.split())
-    assert "4 runs are one dive of 66 s" in told
-    assert "velocity 3300 50.0 0 0 0" in told, "the time between two runs is no gap"
-    assert "contradicts" not in told
+    out = " ".join(capsys.readouterr().out.split())
+    assert "4 runs are one dive of 66 s" in out
+    assert "velocity 3300 50.0 0 0 0" in out, "the time between two runs is no gap"
+    assert "contradicts" not in out
 
 
 def test_a_run_that_speaks_for_another_sign_is_named_and_the_map_is_that_of_the_others(runs, capsys):
@@ -86,10 +86,10 @@ def test_a_text_of_notes_and_a_damaged_run_are_left_out_of_a_folder_and_named(ru
     damaged[100] = "0.1,0.2"
     (runs / "lap3.csv").write_text("\n".join(damaged), encoding="utf-8")
     assert cli.main(["import", "runs", "--columns", "made.yaml"]) == exit_codes.DONE
-    told = " ".join(capsys.readouterr().out.split())
-    assert "3 runs are one dive of 48 s: lap0, lap1 and lap2." in told
-    assert "The run notes.txt was left out: has no column 'u'; it has day, calm: mend the column map." in told
-    assert "The run lap3.csv was left out: row 101 has 2 cells, the first line names 19; mend it." in told
+    out = " ".join(capsys.readouterr().out.split())
+    assert "3 runs are one dive of 48 s: lap0, lap1 and lap2." in out
+    assert "The run notes.txt was left out: has no column 'u'; it has day, calm: mend the column map." in out
+    assert "The run lap3.csv was left out: row 101 has 2 cells, the first line names 19; mend it." in out
     assert cli.main(["import", "runs/lap3.csv", "--columns", "made.yaml"]) == exit_codes.BAD_INPUT
     (runs / "lap2.csv").write_text("", encoding="utf-8")
     (runs / "lap1.csv").write_text("", encoding="utf-8")

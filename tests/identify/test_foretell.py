@@ -106,7 +106,7 @@ def foresight(before: Dive, shares: list[float]) -> Foresight:
     return foretell(accepted(MENDED), fitted(), before, FILE, "hovering", shares.append)
 
 
-def told(foresight: Foresight, dive: Dive) -> Foretelling:
+def foretelling_of(foresight: Foresight, dive: Dive) -> Foretelling:
     return Foretelling(
         "ruvifist", "hovering", dive.name, dive.sha256, "2026-09-21T14:13:20Z", ("weak thruster",),
         foresight.rows, foresight.credits,
@@ -116,7 +116,7 @@ def told(foresight: Foresight, dive: Dive) -> Foretelling:
 @pytest.mark.parametrize("mode", rest_in_soak([Mode.ALONE, Mode.BOTH]))
 def test_the_next_dive_comes_as_foretold_within_a_third_and_is_a_go(before, foresight, mode):
     after = dived(weak(0.8), MENDED, mode, seed=202, began_s=BEGAN_S + 600)
-    (run,) = validate([after], FILE, told(foresight, before)).runs
+    (run,) = validate([after], FILE, foretelling_of(foresight, before)).runs
     assert [held.foretold.axis for held in run.held] == ["surge", "sway", "yaw"]
     for held in run.held:
         assert held.flown == pytest.approx(held.foretold.after, rel=1 / 3)
@@ -152,7 +152,7 @@ def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
     by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
     twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=by_itself, began_s=BEGAN_S + 600)
-    first, second = validate([unmended, twice], FILE, told(foresight, before)).runs
+    first, second = validate([unmended, twice], FILE, foretelling_of(foresight, before)).runs
     assert first.held == ()  # the accepted values were not in force
     assert not first.raising.go
     assert "thruster 1 made up for too little" in first.raising.sentence
@@ -163,18 +163,20 @@ def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
 
 def test_a_dive_before_the_diagnosed_one_and_that_one_itself_are_not_held_against_it(before, foresight):
     earlier = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S - 600)
-    runs = validate([earlier, before], FILE, told(foresight, before)).runs
+    runs = validate([earlier, before], FILE, foretelling_of(foresight, before)).runs
     assert [run.held for run in runs] == [(), ()]
     assert not any("thruster 1" in c.what for run in runs for c in run.raising.criteria)
 
 
 def test_a_model_that_does_not_fly_as_the_dive_did_foretells_nothing(before):
     heavy = {**MENDED, "M_u": 200.0, "D_u": 20.0}
-    found = foretell(accepted(heavy), replace(fitted(), disturbance=(9.0,) * 6), before, FILE, "hovering")
-    assert "surge" not in {row.axis for row in found.rows}
+    foretelling = foretell(
+        accepted(heavy), replace(fitted(), disturbance=(9.0,) * 6), before, FILE, "hovering"
+    )
+    assert "surge" not in {row.axis for row in foretelling.rows}
     assert any(
         why.startswith("How the next dive tracks in surge is not foretold: the model errs by")
-        for why in found.why
+        for why in foretelling.why
     )
 
 
@@ -182,9 +184,9 @@ def test_an_effect_that_can_t_be_flown_is_named_and_nothing_foretold(before):
     coupled = replace(
         accepted(MENDED), effects=(AcceptedEffect("coupled_damping", "coupled damping", {"Y_r": 2.0}),)
     )
-    found = foretell(coupled, fitted(), before, FILE, "hovering")
-    assert found.rows == ()
-    assert found.why == (
+    foretelling = foretell(coupled, fitted(), before, FILE, "hovering")
+    assert foretelling.rows == ()
+    assert foretelling.why == (
         "How the next dive tracks is not foretold: the simulated vehicle has no coupled damping.",
     )
 
@@ -195,22 +197,22 @@ def test_a_vehicle_that_makes_up_for_it_by_itself_is_told_and_nothing_foretold()
     shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
     by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
     dive = dived(TRUTH, {}, Mode.OFF, seed=7, file=by_itself)
-    found = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
-    assert found.rows == ()
-    (credit,) = found.credits
+    foretelling = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
+    assert foretelling.rows == ()
+    (credit,) = foretelling.credits
     assert (credit.assumed, credit.found, credit.acting) == (1.0, 0.8, False)
     assert credit.allocated == pytest.approx(0.8, abs=1e-3)
-    assert "as if it gave 80 % of its curve already, by itself" in foretold_lines(found)[0]
+    assert "as if it gave 80 % of its curve already, by itself" in foretold_lines(foretelling)[0]
 
 
 def test_a_dive_that_flew_with_the_accepted_gain_says_that_it_was_accepted_before():
     dive = dived(weak(0.8), MENDED, Mode.BOTH, seed=8)
     assert fed_by(dive, FILE, "hovering") == pytest.approx(MENDED, rel=2e-3)
-    found = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
-    assert [row.before for row in found.rows if row.mode == "both"] == pytest.approx(
-        [row.after for row in found.rows if row.mode == "both"], rel=1 / 3
+    foretelling = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
+    assert [row.before for row in foretelling.rows if row.mode == "both"] == pytest.approx(
+        [row.after for row in foretelling.rows if row.mode == "both"], rel=1 / 3
     )
-    assert any("it was accepted before" in line for line in foretold_lines(found))
+    assert any("it was accepted before" in line for line in foretold_lines(foretelling))
 
 
 def test_the_reference_is_flown_as_it_was_recorded(before):
@@ -229,6 +231,8 @@ def test_the_reference_is_flown_as_it_was_recorded(before):
 
 def test_a_dive_without_a_mission_or_a_mode_foretells_nothing_and_says_why(before):
     for lacking, why in (("nu_ref", "has no reference"), ("ff_mode", "tells no FF_MODE")):
-        found = foretell(accepted(MENDED), fitted(), replace(before, **{lacking: None}), FILE, "hovering")
-        assert found.rows == ()
-        assert why in found.why[0]
+        foretelling = foretell(
+            accepted(MENDED), fitted(), replace(before, **{lacking: None}), FILE, "hovering"
+        )
+        assert foretelling.rows == ()
+        assert why in foretelling.why[0]

@@ -39,7 +39,7 @@ def test_it_is_told_in_mm_s_and_deg_s_with_the_mode_of_before_if_that_was_anothe
 
 
 @pytest.mark.parametrize(
-    ("flown", "kept", "what"),
+    ("flown", "kept", "name"),
     [
         (0.0010, True, "surge as foretold"),
         (0.0079, True, "surge as foretold"),
@@ -48,9 +48,9 @@ def test_it_is_told_in_mm_s_and_deg_s_with_the_mode_of_before_if_that_was_anothe
         (0.0121, False, "surge not as foretold"),
     ],
 )
-def test_a_third_more_is_as_foretold_and_twice_is_not(flown, kept, what):
+def test_a_third_more_is_as_foretold_and_twice_is_not(flown, kept, name):
     (held,) = held_against([error(flown)], [SURGE], Mode.BOTH)
-    assert (held.kept, held.name) == (kept, what)
+    assert (held.kept, held.name) == (kept, name)
     assert verdict_of([held]).startswith(
         {True: "As foretold", None: "Nearly as foretold", False: "Not as foretold"}[kept]
     )
@@ -79,7 +79,7 @@ def test_each_mode_has_its_own_and_nothing_foretold_is_no_word():
 
 
 @pytest.mark.parametrize(
-    ("went_by", "what"),
+    ("went_by", "name"),
     [
         (0.80, "thruster 3 made up for"),
         (0.83, "thruster 3 made up for"),
@@ -87,11 +87,11 @@ def test_each_mode_has_its_own_and_nothing_foretold_is_no_word():
         (1.00, "thruster 3 made up for too little"),
     ],
 )
-def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, what):
-    found = MadeUp(Credit(3, 1.0, 0.8, 1.0, acting=False), went_by)
-    assert found.name == what
-    assert found.words.startswith(f"asked as if it gave {100 * went_by:.0f} % of its curve; it gives 80 %")
-    assert ("rollback" in found.mend) is (went_by == 0.64)
+def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, name):
+    thruster = MadeUp(Credit(3, 1.0, 0.8, 1.0, acting=False), went_by)
+    assert thruster.name == name
+    assert thruster.words.startswith(f"asked as if it gave {100 * went_by:.0f} % of its curve; it gives 80 %")
+    assert ("rollback" in thruster.mend) is (went_by == 0.64)
 
 
 def test_a_strong_thruster_is_made_up_for_twice_above_its_gain():
@@ -114,12 +114,12 @@ def dive(sha256: str, unix_s: float | None, name: str = "d") -> Dive:
 
 def test_the_next_dives_are_those_after_the_one_that_was_diagnosed():
     first = dive("a", 1_790_000_000.0)
-    told = Foretelling("v", "c", "d", "a", began(first), ())
-    assert told.dived == "2026-09-21T14:14:20Z"
-    assert not is_next(first, told)
-    assert not is_next(dive("a", None), told)
-    assert not is_next(dive("b", 1_789_999_990.0), told)
-    assert is_next(dive("b", 1_790_000_010.0), told)
-    assert is_next(dive("b", None, "2026-09-22T0900Z-x"), told)
-    assert not is_next(dive("b", None, "2026-09-20T0900Z-x"), told)
-    assert is_next(dive("b", None), told)
+    foretelling = Foretelling("v", "c", "d", "a", began(first), ())
+    assert foretelling.dived == "2026-09-21T14:14:20Z"
+    assert not is_next(first, foretelling)
+    assert not is_next(dive("a", None), foretelling)
+    assert not is_next(dive("b", 1_789_999_990.0), foretelling)
+    assert is_next(dive("b", 1_790_000_010.0), foretelling)
+    assert is_next(dive("b", None, "2026-09-22T0900Z-x"), foretelling)
+    assert not is_next(dive("b", None, "2026-09-20T0900Z-x"), foretelling)
+    assert is_next(dive("b", None), foretelling)

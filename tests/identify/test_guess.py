@@ -30,13 +30,13 @@ MOTORS = {"vectored": 6, "vectored_6dof": 8}
 
 def tlog(path, values, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA):
     """A `.tlog` with a heartbeat and parameters of the autopilot, and one of a companion's own."""
-    own, beside, data = Encoder(1, 1), Encoder(1, 191), []
-    data.append(own.encode(mav.MAVLink_heartbeat_message(12, autopilot, 0, 0, 4, 3)))
+    encoder, companion, data = Encoder(1, 1), Encoder(1, 191), []
+    data.append(encoder.encode(mav.MAVLink_heartbeat_message(12, autopilot, 0, 0, 4, 3)))
     data += [
-        own.encode(mav.MAVLink_param_value_message(name.encode(), value, 9, len(values), n))
+        encoder.encode(mav.MAVLink_param_value_message(name.encode(), value, 9, len(values), n))
         for n, (name, value) in enumerate(values.items())
     ]
-    data.append(beside.encode(mav.MAVLink_param_value_message(b"FF_MODE", 0.0, 9, 1, 0)))
+    data.append(companion.encode(mav.MAVLink_param_value_message(b"FF_MODE", 0.0, 9, 1, 0)))
     path.write_bytes(
         b"".join(struct.pack(">Q", 1_790_000_000_000_000 + n) + raw for n, raw in enumerate(data))
     )
@@ -97,13 +97,13 @@ def test_parameters_that_fit_no_file_are_refused_with_the_way_out(changed, words
 
 def test_thrusters_come_in_the_order_and_with_the_signs_of_the_outputs():
     turned = PLAIN | {"SERVO1_FUNCTION": 34.0, "SERVO2_FUNCTION": 33.0, "MOT_2_DIRECTION": -1.0}
-    found = wiring(turned, MOTORS)
-    assert (found.swapped, found.reversed, found.is_plain) == (((1, 2), (2, 1)), (2,), False)
+    wired = wiring(turned, MOTORS)
+    assert (wired.swapped, wired.reversed, wired.is_plain) == (((1, 2), (2, 1)), (2,), False)
     before, after = (
         shape.thrusters
         for shape in (
             FILE.vehicle.configurations["standard"],
-            found.fitted(FILE.vehicle.configurations["standard"]),
+            wired.fitted(FILE.vehicle.configurations["standard"]),
         )
     )
     assert after[0].position_m == before[1].position_m
@@ -143,13 +143,13 @@ def test_a_file_that_is_written_has_the_reversed_thruster_turned(tmp_path):
 )
 def test_a_log_of_another_frame_is_refused_with_the_number_of_its_motors(tmp_path, frame, refused):
     log = tlog(tmp_path / "a.tlog", PLAIN | {"FRAME_CONFIG": frame})
-    own = Encoder(1, 1)
+    encoder = Encoder(1, 1)
     pulses = [1500, 1600, 1500, 1500, 1500, 1500, 1500, 1500]
     with log.open("ab") as file:
         for n in range(20):
             stamp = struct.pack(">Q", 1_790_000_001_000_000 + 100_000 * n)
-            file.write(stamp + own.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
-            file.write(stamp + own.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, 0)))
+            file.write(stamp + encoder.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
+            file.write(stamp + encoder.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, 0)))
     with pytest.raises(LogError, match=refused) if refused else nullcontext():
         read_dive(log, vehicle=FILE)
 
@@ -160,15 +160,20 @@ def test_settings_with_which_a_companion_takes_no_sticks_are_named():
     assert companion_hints({"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0}) == ()
 
 
-def moved(signs, order):
-    """A dive of a body that answers its thrusters at once behind a lag of 1 s, wired by `signs` and `order`."""
+def moved(signs, order, file=FILE, together=0.0):
+    """A dive of a body that answers its thrusters at once behind a lag of 1 s, wired by `signs` and `order`.
+
+    together: pulse, us, by which all vertical motors are driven alike.
+    """
     from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 
     rng = np.random.default_rng(3)
     time_s = np.arange(0.0, 120.0, 0.05)
-    pwm = 1500 + 150 * np.repeat(rng.uniform(-1, 1, (60, 6)), 40, axis=0)
-    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
-    force = curve.thrust(pwm)[:, order] * signs @ allocation_matrix(FILE.vehicle.configurations["standard"]).T
+    pwm = 1500 + 150 * np.repeat(rng.uniform(-1, 1, (60, len(order))), 40, axis=0)
+    pwm[:, 4:] += together * np.repeat(rng.uniform(-1, 1, (60, 1)), 40, axis=0)
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    (configuration,) = file.vehicle.configurations.values()
+    force = curve.thrust(pwm)[:, order] * signs @ allocation_matrix(configuration).T
     nu = np.zeros_like(force)
     for i in range(1, len(nu)):
         nu[i] = nu[i - 1] + 0.05 * (force[i - 1] / 20 - nu[i - 1])
@@ -188,16 +193,25 @@ def moved(signs, order):
     ],
 )
 def test_the_motors_that_the_motion_contradicts_are_named(signs, order, motors):
-    found = miswired(moved(np.array(signs, dtype=float), np.array(order)), FILE, "standard")
-    assert (found and (found.reversed, found.swapped)) == motors
+    miswiring = miswired(moved(np.array(signs, dtype=float), np.array(order)), FILE, "standard")
+    assert (miswiring and (miswiring.reversed, miswiring.swapped)) == motors
+
+
+@pytest.mark.parametrize("motor", [5, 8])
+def test_one_of_four_vertical_motors_is_named_by_heave_alone(motor):
+    heavy = load_vehicle("bluerov2_heavy")
+    signs = np.where(np.arange(1, 9) == motor, -1.0, 1.0)
+    found = miswired(moved(signs, np.arange(8), heavy, 150.0), heavy, "heavy")
+    assert (found.reversed, found.swapped) == ((motor,), ())
+    assert miswired(moved(np.ones(8), np.arange(8), heavy, 150.0), heavy, "heavy") is None
 
 
 def test_a_motor_that_hardly_ran_is_not_called_reversed():
     dive = moved(np.array((-1.0, -1.0, 1.0, 1.0, -1.0, 1.0)), np.arange(6))
     pwm = dive.pwm.value.copy()
     pwm[:, 4] = 1500.0
-    found = miswired(replace(dive, pwm=Signal(dive.pwm.time_s, pwm)), FILE, "standard")
-    assert found.reversed == (1, 2)
+    miswiring = miswired(replace(dive, pwm=Signal(dive.pwm.time_s, pwm)), FILE, "standard")
+    assert miswiring.reversed == (1, 2)
 
 
 def test_reversed_motors_speak_against_every_mass_and_damping():
@@ -212,14 +226,14 @@ def test_reversed_motors_speak_against_every_mass_and_damping():
 
 
 def test_motion_is_not_held_against_the_thrust_of_a_vehicle_that_was_never_armed(tmp_path):
-    log, own = tlog(tmp_path / "a.tlog", PLAIN), Encoder(1, 1)
+    log, encoder = tlog(tmp_path / "a.tlog", PLAIN), Encoder(1, 1)
     with log.open("ab") as file:
         for n in range(600):
             stamp = struct.pack(">Q", 1_790_000_001_000_000 + 100_000 * n)
             pulses = [1500 + 100 * (n // 20 % 3 - 1)] * 6 + [0, 0]
-            file.write(stamp + own.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
+            file.write(stamp + encoder.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
             file.write(
-                stamp + own.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, np.sin(0.1 * n)))
+                stamp + encoder.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, np.sin(0.1 * n)))
             )
     guessed = guess(log)
     assert (guessed.findings, guessed.judged) == ((), ())

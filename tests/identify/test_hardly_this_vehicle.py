@@ -63,18 +63,18 @@ def crossing(dive):
 
 
 def test_an_honest_dive_answers_to_its_own_thrust_alone():
-    found = crossing(mission().dive)
-    assert set(found) == {(0, 1), (1, 0)}
-    assert max(abs(one.score) for one in found.values()) < 3.0
-    assert crossed_doubts(found) == ()
+    responses = crossing(mission().dive)
+    assert set(responses) == {(0, 1), (1, 0)}
+    assert max(abs(response.score) for response in responses.values()) < 3.0
+    assert crossed_doubts(responses) == ()
 
 
 @pytest.mark.parametrize("degrees", [-15.0, 15.0])
 def test_a_dvl_turned_off_its_axes_answers_to_the_other_axis_with_the_sign_of_the_turn(degrees):
-    found = crossing(with_velocity(mission().dive, turned(degrees)))
-    assert np.sign(found[1, 0].size) == np.sign(degrees) == -np.sign(found[0, 1].size)
-    assert abs(found[1, 0].size) > 0.1
-    (doubt,) = crossed_doubts(found)
+    responses = crossing(with_velocity(mission().dive, turned(degrees)))
+    assert np.sign(responses[1, 0].size) == np.sign(degrees) == -np.sign(responses[0, 1].size)
+    assert abs(responses[1, 0].size) > 0.1
+    (doubt,) = crossed_doubts(responses)
     assert doubt.outcome is Outcome.DISAGREES
     assert doubt.about == ("M_u", "M_v", "D_u", "D_v")
     assert "check the DVL's mounting and the order of the thrusters" in doubt.sentence
@@ -84,32 +84,32 @@ def test_a_dvl_turned_off_its_axes_answers_to_the_other_axis_with_the_sign_of_th
 def test_swapped_axes_of_the_dvl_make_data_and_model_disagree_without_any_word_of_the_controller(method):
     dived = mission()
     dive = replace(with_velocity(dived.dive, SWAPPED), nu_fb=None, tau_pid=None, tau_cmd=None, nu_ref=None)
-    found = estimator(method)(dive, dived.file, dived.configuration, quiet)
-    assert found.outcome is not Outcome.CONVERGED
-    assert any("answers to the thrust in" in doubt.sentence for doubt in found.doubts)
+    answer = estimator(method)(dive, dived.file, dived.configuration, quiet)
+    assert answer.outcome is not Outcome.CONVERGED
+    assert any("answers to the thrust in" in doubt.sentence for doubt in answer.doubts)
 
 
 @pytest.mark.parametrize(("times_dry", "doubted"), [(1.05, False), (3.5, False), (4.8, True)])
 def test_a_mass_that_no_water_could_make_up_is_doubted_and_the_heaviest_hull_is_not(times_dry, doubted):
     values = {"M_w": 72.0 * times_dry, "D_w": 90.0}
-    found = answered(fitted.fit(values, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file())
-    told = [doubt for doubt in found.doubts if "times the vehicle file's dry mass" in doubt.sentence]
-    assert bool(told) is doubted
-    assert (found.outcome is Outcome.DISAGREES) is doubted
+    answer = answered(fitted.fit(values, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file())
+    doubts = [doubt for doubt in answer.doubts if "times the vehicle file's dry mass" in doubt.sentence]
+    assert bool(doubts) is doubted
+    assert (answer.outcome is Outcome.DISAGREES) is doubted
 
 
 def test_a_mass_that_the_dive_hardly_knows_is_not_called_too_large():
     values = {"M_u": 72.0 * 4.8, "D_u": 90.0}
-    found = answered(fitted.fit(values, 0.04 * np.eye(2)), fitted.dive(), fitted.vehicle_file())
-    assert found.outcome is Outcome.CONVERGED
+    answer = answered(fitted.fit(values, 0.04 * np.eye(2)), fitted.dive(), fitted.vehicle_file())
+    assert answer.outcome is Outcome.CONVERGED
 
 
 @pytest.mark.parametrize(("share", "strange"), [(1.0, False), (1.1, False), (1.4, True), (0.7, True)])
 def test_thrusters_that_come_to_another_wrench_than_was_commanded_are_another_vehicles(share, strange):
     dived = mission()
     commanded = Signal(dived.dive.tau_cmd.time_s, share * dived.dive.tau_cmd.value)
-    told = build_axes(replace(dived.dive, tau_cmd=commanded), dived.file, dived.configuration).strange
-    assert ("the vehicle file's thrusters are not this vehicle's" in told) is strange
+    sentence = build_axes(replace(dived.dive, tau_cmd=commanded), dived.file, dived.configuration).strange
+    assert ("the vehicle file's thrusters are not this vehicle's" in sentence) is strange
 
 
 @pytest.mark.parametrize(
@@ -120,8 +120,8 @@ def test_what_a_vehicle_makes_up_for_while_its_feed_forward_acts_is_no_other_veh
     time_s, asked = dived.dive.tau_cmd.time_s, dived.dive.tau_cmd.value
     acting = Signal(time_s, np.full((len(time_s), 1), float(mode)))
     dive = replace(dived.dive, tau_cmd=Signal(time_s, asked / times), ff_mode=acting)
-    told = build_axes(dive, dived.file, dived.configuration).strange
-    assert ("the vehicle file's thrusters are not this vehicle's" in told) is strange
+    sentence = build_axes(dive, dived.file, dived.configuration).strange
+    assert ("the vehicle file's thrusters are not this vehicle's" in sentence) is strange
 
 
 @pytest.mark.parametrize(
@@ -132,8 +132,8 @@ def test_thrust_that_may_lie_in_the_dead_band_tells_nothing_of_the_thrusters(sha
     commanded = dived.dive.tau_cmd.value.copy()
     commanded[:, 5] = share * dived.file.vehicle.configurations[dived.configuration].thruster_limit_n
     pushed = replace(dived.dive, tau_cmd=Signal(dived.dive.tau_cmd.time_s, commanded))
-    told = build_axes(pushed, dived.file, dived.configuration).strange
-    assert told.startswith("in yaw its thruster commands come to a wrench ") is strange
+    sentence = build_axes(pushed, dived.file, dived.configuration).strange
+    assert sentence.startswith("in yaw its thruster commands come to a wrench ") is strange
 
 
 def test_a_few_commands_tell_nothing_of_the_thrusters():
@@ -171,9 +171,9 @@ def test_speed_ahead_alone_is_pushed_along_no_axis_that_was_read():
 def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
     dived = longer()
     dive = with_velocity(dived.dive, np.diag([scale] * 3))
-    found = descent(dive, dived.file.vehicle.water)
-    assert found.contradicts(0.1)
-    assert found.least == pytest.approx(1.0 / scale, rel=0.1)
+    slope = descent(dive, dived.file.vehicle.water)
+    assert slope.contradicts(0.1)
+    assert slope.least == pytest.approx(1.0 / scale, rel=0.1)
     (doubt,) = descent_doubts(dive, dived.file.vehicle.water)
     assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
     assert doubt.outcome is Outcome.DISAGREES
@@ -182,9 +182,9 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
 @pytest.mark.parametrize("scale", [1.0, 1.05])
 def test_depth_does_not_contradict_the_velocity_of_a_healthy_dvl(scale):
     dived = longer()
-    found = descent(with_velocity(dived.dive, np.diag([scale] * 3)), dived.file.vehicle.water)
-    assert not found.contradicts(0.1)
-    assert found.least <= found.most
+    slope = descent(with_velocity(dived.dive, np.diag([scale] * 3)), dived.file.vehicle.water)
+    assert not slope.contradicts(0.1)
+    assert slope.least <= slope.most
 
 
 def test_a_vehicle_that_keeps_its_depth_tells_nothing_of_the_dvls_scale():
@@ -213,9 +213,9 @@ def test_quick_heave_is_no_doubt_of_the_dvls_scale():
         pressure=None,
         attitude=Signal(time_s, upright),
     )
-    found = descent(quick, dived.file.vehicle.water)
-    assert found.least == pytest.approx(1.0, abs=0.03)
-    assert found.most == pytest.approx(1.0, abs=0.03)
+    slope = descent(quick, dived.file.vehicle.water)
+    assert slope.least == pytest.approx(1.0, abs=0.03)
+    assert slope.most == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_recording_without_the_controllers_own_signals_says_that_it_can_not_be_checked():
@@ -232,31 +232,31 @@ def test_a_recording_without_the_controllers_own_signals_says_that_it_can_not_be
     assert unchecked(replace(dive, velocity=None, nu_fb=None)) == ()
 
 
-@pytest.mark.parametrize(("mass_kg", "told"), [(32_900.0, False), (0.52, False), (90.0, True)])
-def test_a_mass_out_of_all_reason_tells_neither_itself_nor_the_damping_of_its_axis(mass_kg, told):
+@pytest.mark.parametrize(("mass_kg", "identified"), [(32_900.0, False), (0.52, False), (90.0, True)])
+def test_a_mass_out_of_all_reason_tells_neither_itself_nor_the_damping_of_its_axis(mass_kg, identified):
     values = {"M_u": mass_kg, "D_u": 40.0, "M_v": 100.0, "D_v": 60.0}
-    found = answered(fitted.fit(values, 1e-4 * np.eye(4)), fitted.dive(), fitted.vehicle_file())
-    assert set(found.values()) == {"M_v", "D_v"} | ({"M_u", "D_u"} if told else set())
-    if not told:
-        assert found.outcome is Outcome.DISAGREES
+    answer = answered(fitted.fit(values, 1e-4 * np.eye(4)), fitted.dive(), fitted.vehicle_file())
+    assert set(answer.values()) == {"M_v", "D_v"} | ({"M_u", "D_u"} if identified else set())
+    if not identified:
+        assert answer.outcome is Outcome.DISAGREES
         for name in ("M_u", "D_u"):
-            assert "the rigid body's own is 72" in found[name].reason
+            assert "the rigid body's own is 72" in answer[name].reason
 
 
-@pytest.mark.parametrize(("inertia", "told"), [(0.9, False), (11.0, True), (110.0, False)])
-def test_an_inertia_out_of_all_reason_is_doubted_and_tells_nothing(inertia, told):
-    found = answered(
+@pytest.mark.parametrize(("inertia", "identified"), [(0.9, False), (11.0, True), (110.0, False)])
+def test_an_inertia_out_of_all_reason_is_doubted_and_tells_nothing(inertia, identified):
+    answer = answered(
         fitted.fit({"I_r": inertia, "D_r": 4.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file()
     )
-    assert set(found.values()) == ({"I_r", "D_r"} if told else set())
-    assert bool(found.doubts) is not told
+    assert set(answer.values()) == ({"I_r", "D_r"} if identified else set())
+    assert bool(answer.doubts) is not identified
 
 
 def test_an_interval_of_a_mass_that_spans_a_factor_of_five_is_no_statement():
     made = fitted.fit({"M_u": 100.0, "D_u": 40.0}, 1e-4 * np.eye(2))
-    for high, told in ((240.0, True), (260.0, False)):
+    for high, identified in ((240.0, True), (260.0, False)):
         wide = replace(made, parameters=(replace(made["M_u"], low95=50.0, high95=high), *made.parameters[1:]))
-        found = with_bounds(wide, fitted.shape())
-        assert found["M_u"].identifiable is told
-        assert found["D_u"].identifiable is told
-    assert "from 50 to 260" in found["D_u"].reason
+        answer = with_bounds(wide, fitted.shape())
+        assert answer["M_u"].identifiable is identified
+        assert answer["D_u"].identifiable is identified
+    assert "from 50 to 260" in answer["D_u"].reason

@@ -69,12 +69,12 @@ def test_a_dvl_that_is_late_or_early_itself_bends_it_no_further_than_a_pressure_
 
 
 def test_a_recording_with_a_dvl_has_its_ardusubs_pressure_at_the_age_that_this_shows(tmp_path: Path) -> None:
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(300):
         t = k / 10
         moved = [0.0, 0.0, 0.1 * float(down_m_s(np.array(t)))]
         hpa = 1000.0 + 1e-2 * PA_PER_M * float(depth_m(np.array(t - 0.03)))
-        said += [
+        stamped += [
             (t, 1, 1, attitude(t, 0.0)),
             (t, 1, 1, servos(round(t * 1e6), [1500, 1600])),
             (t, 1, 1, mav.MAVLink_scaled_pressure2_message(100 * k, hpa, 0, 2000)),
@@ -87,7 +87,7 @@ def test_a_recording_with_a_dvl_has_its_ardusubs_pressure_at_the_age_that_this_s
             (t, 1, 191, array(t, "TAU_CMD", (1.0,))),
         ]
         if k % 10 == 0:
-            said.append((t, 1, 1, heartbeat(autopilot=3)))
-    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+            stamped.append((t, 1, 1, heartbeat(autopilot=3)))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert not dive.velocity_is_filtered
     assert dive.pressure.time_s[50] == pytest.approx(5.0 - 0.03, abs=0.004)

@@ -16,8 +16,8 @@ from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
 from identify.ingest.streams import Streams
 
-T = np.arange(20) / 10
-VELOCITY = np.column_stack([T, -T, 0 * T])
+TIME_S = np.arange(20) / 10
+VELOCITY = np.column_stack([TIME_S, -TIME_S, 0 * TIME_S])
 
 
 def columns(recorded: Streams) -> dict[str, dict[str, list[float]]]:
@@ -38,18 +38,18 @@ def mat(tmp_path: Path, **held: Any) -> Path:
 
 
 def test_arrays_of_one_length_are_one_table(tmp_path: Path) -> None:
-    read = columns(read_npz(npz(tmp_path, t=T, velocity=VELOCITY, armed=T > 1, mass=11.5)))
+    read = columns(read_npz(npz(tmp_path, t=TIME_S, velocity=VELOCITY, armed=TIME_S > 1, mass=11.5)))
     assert list(read) == [""]
-    assert read[""]["t"] == T.tolist()
-    assert read[""]["velocity.1"] == (-T).tolist()
-    assert read[""]["armed"] == (T > 1).astype(float).tolist()
+    assert read[""]["t"] == TIME_S.tolist()
+    assert read[""]["velocity.1"] == (-TIME_S).tolist()
+    assert read[""]["armed"] == (TIME_S > 1).astype(float).tolist()
     assert set(read[""]) == {"t", "velocity.0", "velocity.1", "velocity.2", "armed"}
 
 
 def test_the_longer_side_of_an_array_is_time(tmp_path: Path) -> None:
-    read = columns(read_npz(npz(tmp_path, t=T[None, :], velocity=VELOCITY.T)))
-    assert read[""]["velocity.0"] == T.tolist()
-    assert read[""]["t"] == T.tolist()
+    read = columns(read_npz(npz(tmp_path, t=TIME_S[None, :], velocity=VELOCITY.T)))
+    assert read[""]["velocity.0"] == TIME_S.tolist()
+    assert read[""]["t"] == TIME_S.tolist()
 
 
 def test_dates_are_unix_seconds(tmp_path: Path) -> None:
@@ -60,7 +60,7 @@ def test_dates_are_unix_seconds(tmp_path: Path) -> None:
 
 
 def test_arrays_of_two_lengths_are_two_streams(tmp_path: Path) -> None:
-    read = columns(read_npz(npz(tmp_path, t=T, u=T, tf=T[:5], f=T[:5])))
+    read = columns(read_npz(npz(tmp_path, t=TIME_S, u=TIME_S, tf=TIME_S[:5], f=TIME_S[:5])))
     assert {name: set(held) for name, held in read.items()} == {
         "length20": {"t", "u"},
         "length5": {"tf", "f"},
@@ -69,7 +69,11 @@ def test_arrays_of_two_lengths_are_two_streams(tmp_path: Path) -> None:
 
 def test_images_words_and_objects_are_left_out_and_named(tmp_path: Path) -> None:
     made = npz(
-        tmp_path, t=T, pixels=np.zeros((20, 40)), words=np.array(["a", "b"]), any=np.array([{}, 3], object)
+        tmp_path,
+        t=TIME_S,
+        pixels=np.zeros((20, 40)),
+        words=np.array(["a", "b"]),
+        any=np.array([{}, 3], object),
     )
     recorded = read_npz(made)
     assert set(columns(recorded)[""]) == {"t"}
@@ -77,25 +81,29 @@ def test_images_words_and_objects_are_left_out_and_named(tmp_path: Path) -> None
 
 
 def test_structs_of_different_lengths_are_streams_with_their_names(tmp_path: Path) -> None:
-    dvl = {"t": T, "v": VELOCITY, "info": {"rate": 10.0}}
-    imu = {"t": T[:7], "gyro": {"x": T[:7], "z": 2 * T[:7]}}
+    dvl = {"t": TIME_S, "v": VELOCITY, "info": {"rate": 10.0}}
+    imu = {"t": TIME_S[:7], "gyro": {"x": TIME_S[:7], "z": 2 * TIME_S[:7]}}
     read = columns(read_matlab(mat(tmp_path, log={"dvl": dvl, "imu": imu}, vehicle="test")))
     assert set(read) == {"log.dvl", "log.imu"}
     assert set(read["log.dvl"]) == {"t", "v.0", "v.1", "v.2"}
-    assert read["log.imu"]["gyro.z"] == (2 * T[:7]).tolist()
+    assert read["log.imu"]["gyro.z"] == (2 * TIME_S[:7]).tolist()
 
 
 def test_structs_of_one_length_are_one_table(tmp_path: Path) -> None:
-    read = columns(read_matlab(mat(tmp_path, time=T, signals=[{"values": T}, {"values": -T}])))
+    read = columns(read_matlab(mat(tmp_path, time=TIME_S, signals=[{"values": TIME_S}, {"values": -TIME_S}])))
     assert read == {
-        "": {"time": T.tolist(), "signals.0.values": T.tolist(), "signals.1.values": (-T).tolist()}
+        "": {
+            "time": TIME_S.tolist(),
+            "signals.0.values": TIME_S.tolist(),
+            "signals.1.values": (-TIME_S).tolist(),
+        }
     }
 
 
 def test_structs_within_one_are_a_table_with_its_name_so_that_names_are_known(tmp_path: Path) -> None:
-    read = columns(read_matlab(mat(tmp_path, log={"dive": {"t": T, "u": T, "imu": {"r": T}}})))
+    read = columns(read_matlab(mat(tmp_path, log={"dive": {"t": TIME_S, "u": TIME_S, "imu": {"r": TIME_S}}})))
     assert {name: set(held) for name, held in read.items()} == {"log.dive": {"t", "u", "imu.r"}}
-    alone = columns(read_matlab(mat(tmp_path, log={"u": T})))
+    alone = columns(read_matlab(mat(tmp_path, log={"u": TIME_S})))
     assert {name: set(held) for name, held in alone.items()} == {"log": {"u"}}
 
 
@@ -103,13 +111,13 @@ def test_matlab_7_3_is_read_as_older_versions_are(tmp_path: Path) -> None:
     path = tmp_path / "new.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
         group = file.create_group("dvl")
-        group["t"], group["v"] = T[None, :], VELOCITY.T
-        file["imu/t"] = T[None, :7]
-        file["#refs#/a"] = T[:3]
+        group["t"], group["v"] = TIME_S[None, :], VELOCITY.T
+        file["imu/t"] = TIME_S[None, :7]
+        file["#refs#/a"] = TIME_S[:3]
         words = file.create_dataset("name", data=np.array([[116], [101]], np.uint16))
         words.attrs["MATLAB_class"] = np.bytes_("char")
     read = columns(read_matlab(path))
-    old = columns(read_matlab(mat(tmp_path, dvl={"t": T, "v": VELOCITY}, imu={"t": T[:7]})))
+    old = columns(read_matlab(mat(tmp_path, dvl={"t": TIME_S, "v": VELOCITY}, imu={"t": TIME_S[:7]})))
     assert read == old
     assert set(read) == {"dvl", "imu"}
 
@@ -141,7 +149,7 @@ def test_a_parquet_table_keeps_what_is_empty_apart_from_what_is_unknown(tmp_path
 
 
 def parquet(tmp_path: Path) -> Path:
-    pq.write_table(pa.table({"t": T}), tmp_path / "made.parquet")
+    pq.write_table(pa.table({"t": TIME_S}), tmp_path / "made.parquet")
     return tmp_path / "made.parquet"
 
 
@@ -154,8 +162,8 @@ def hdf5(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("made", "read"),
     [
-        (lambda folder: npz(folder, t=T), read_npz),
-        (lambda folder: mat(folder, t=T), read_matlab),
+        (lambda folder: npz(folder, t=TIME_S), read_npz),
+        (lambda folder: mat(folder, t=TIME_S), read_matlab),
         (hdf5, read_matlab),
         (parquet, read_parquet),
     ],

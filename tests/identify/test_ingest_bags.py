@@ -26,7 +26,7 @@ COUNT = 200
 LATER = (
     "`stamp` is when the log got a message, later by what the way takes; a diagnosis shows that as a delay."
 )
-K = np.arange(COUNT)
+ROWS = np.arange(COUNT)
 
 
 def topics(recorded: Streams) -> dict[str, Stream]:
@@ -46,11 +46,11 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
     recorded = read_bag([write_bag(tmp_path, form, swim(store_of(form), COUNT))])
     read = topics(recorded)
     assert set(read) == {"/imu", "/thrusters", "/dvl/twist"}
-    assert read["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
+    assert read["/imu"].columns["angular_velocity.z"].tolist() == (ROWS / 8).tolist()
     assert read["/imu"].columns["angular_velocity_covariance.5"].tolist() == [5.0] * COUNT
     assert read["/imu"].columns["linear_acceleration.z"].tolist() == [-9.8] * COUNT
-    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (K / 64).tolist()
-    assert read["/thrusters"].columns["data.5"].tolist() == (K + 5.0).tolist()
+    assert read["/dvl/twist"].columns["twist.linear.x"].tolist() == (ROWS / 64).tolist()
+    assert read["/thrusters"].columns["data.5"].tolist() == (ROWS + 5.0).tolist()
     assert "data.6" not in read["/thrusters"].columns
     assert recorded.notes == (f"No header time in /thrusters: {LATER}",)
 
@@ -58,7 +58,7 @@ def test_a_bag_of_any_form_gives_every_number_of_every_topic(tmp_path: Path, for
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
 def test_stamp_is_the_headers_time_and_received_the_logs(tmp_path: Path, form: str) -> None:
     read = topics(read_bag([write_bag(tmp_path, form, swim(store_of(form), COUNT))]))
-    stamp_s = START_NS * 1e-9 + K * (STEP_NS * 1e-9)
+    stamp_s = START_NS * 1e-9 + ROWS * (STEP_NS * 1e-9)
     for name in ("/imu", "/dvl/twist"):
         assert read[name].columns["stamp"] == pytest.approx(stamp_s, abs=1e-6, rel=0)
     for stream in read.values():
@@ -153,7 +153,9 @@ def test_texts_and_lists_of_any_length_leave_every_field_in_its_place(tmp_path: 
     file = write_bag(tmp_path, form, messages, store)
     columns = read_bag([file]).streams[0].columns
     with AnyReader([file]) as reader:
-        decoded: list[Any] = [reader.deserialize(raw, said.msgtype) for said, _, raw in reader.messages()]
+        decoded: list[Any] = [
+            reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()
+        ]
     assert len(decoded) == 300
     for k, message in enumerate(decoded):
         for name in ("flag", "small", "wide", "octet", "big", "last"):
@@ -244,7 +246,7 @@ def without_definitions(file: Path) -> Path:
 
 def test_types_of_ros_need_no_definition_in_the_bag(tmp_path: Path) -> None:
     file = without_definitions(write_bag(tmp_path, "db3", swim(ROS2, COUNT)))
-    assert topics(read_bag([file]))["/imu"].columns["angular_velocity.z"].tolist() == (K / 8).tolist()
+    assert topics(read_bag([file]))["/imu"].columns["angular_velocity.z"].tolist() == (ROWS / 8).tolist()
 
 
 def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: Path) -> None:
@@ -260,12 +262,12 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
         "Left out, since the bag does not define what they hold: /depth (deep_msgs/msg/Depth). Put the "
         "definition beside the bag, as deep_msgs/msg/Depth.msg, or record it as .mcap, which has the definitions."
     ) in recorded.notes
-    beside = file.parent / "deep_msgs" / "msg" / "Depth.msg"
-    beside.parent.mkdir(parents=True)
-    beside.write_text("float64 depth\n", encoding="utf-8")
+    definition = file.parent / "deep_msgs" / "msg" / "Depth.msg"
+    definition.parent.mkdir(parents=True)
+    definition.write_text("float64 depth\n", encoding="utf-8")
     for place in (file.parent, file.parent.parent):
-        beside.parents[1].rename(place / "deep_msgs")
-        beside = place / "deep_msgs" / "msg" / "Depth.msg"
+        definition.parents[1].rename(place / "deep_msgs")
+        definition = place / "deep_msgs" / "msg" / "Depth.msg"
         recorded = read_bag([file])
         assert topics(recorded)["/depth"].columns["depth"].tolist() == [1.0]
         assert not any("Left out" in note for note in recorded.notes)
@@ -281,7 +283,7 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
         encoding="utf-8"
     ) == "float64 depth\n"
     assert read_dive(tmp_path / "dive").depth.value.tolist() == [[1.0]]
-    beside.write_text("float64", encoding="utf-8")
+    definition.write_text("float64", encoding="utf-8")
     with pytest.raises(LogError, match=r"Depth\.msg: can't be read as the definition of a type"):
         read_bag([file])
 
@@ -313,7 +315,7 @@ def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_pat
         for stream in recorded.streams:
             if stream.name == "/imu":
                 rates = stream.columns["angular_velocity.z"]
-                assert rates.tolist() == (K / 8)[: len(rates)].tolist()
+                assert rates.tolist() == (ROWS / 8)[: len(rates)].tolist()
                 assert len(rates) >= longest
                 longest = len(rates)
     assert longest > COUNT / 3

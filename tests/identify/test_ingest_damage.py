@@ -69,11 +69,11 @@ def test_a_file_that_was_begun_and_holds_nothing_takes_no_dive_with_it(
 
 
 def test_one_wild_time_moves_nothing_but_its_own_message(tmp_path: Path) -> None:
-    said = contract_dive()
-    honest = read_dive(write(tmp_path / "honest.tlog", recording(said)))
-    wild = next(k for k, item in enumerate(said) if item[0] > 9.0)
-    said[wild] = (*said[wild][:3], odometry(9e8, (0.4, 0.2, -0.1)))
-    dive = read_dive(write(tmp_path / "wild.tlog", recording(said)))
+    stamped = contract_dive()
+    honest = read_dive(write(tmp_path / "honest.tlog", recording(stamped)))
+    wild = next(k for k, item in enumerate(stamped) if item[0] > 9.0)
+    stamped[wild] = (*stamped[wild][:3], odometry(9e8, (0.4, 0.2, -0.1)))
+    dive = read_dive(write(tmp_path / "wild.tlog", recording(stamped)))
     assert dive.velocity.time_s == pytest.approx(honest.velocity.time_s, abs=0.03)
     assert dive.span_s == honest.span_s
     assert "1 messages state a time that can't be; when they arrived is taken." in dive.notes
@@ -81,28 +81,29 @@ def test_one_wild_time_moves_nothing_but_its_own_message(tmp_path: Path) -> None
 
 
 def test_a_wild_time_of_a_message_that_sets_no_clock_is_when_it_arrived(tmp_path: Path) -> None:
-    said = contract_dive()
-    said = [
-        (t, s, c, array(9e8, "TAU_CMD", range(6)) if t > 14.9 and m.id == 350 else m) for t, s, c, m in said
+    stamped = contract_dive()
+    stamped = [
+        (t, s, c, array(9e8, "TAU_CMD", range(6)) if t > 14.9 and m.id == 350 else m)
+        for t, s, c, m in stamped
     ]
-    dive = read_dive(write(tmp_path / "wild.tlog", recording(said)))
+    dive = read_dive(write(tmp_path / "wild.tlog", recording(stamped)))
     assert dive.tau_cmd.time_s[-1] == pytest.approx(14.9, abs=0.03)
 
 
 def test_times_that_lie_years_apart_are_refused_in_one_sentence(tmp_path: Path) -> None:
-    said = [(t if t < 10 else t + 4e8, s, c, m) for t, s, c, m in contract_dive() if m.id in (0, 331)]
-    late = [(t, s, c, odometry(t, (0, 0, 0)) if m.id == 331 else m) for t, s, c, m in said]
+    stamped = [(t if t < 10 else t + 4e8, s, c, m) for t, s, c, m in contract_dive() if m.id in (0, 331)]
+    late = [(t, s, c, odometry(t, (0, 0, 0)) if m.id == 331 else m) for t, s, c, m in stamped]
     with pytest.raises(LogError, match=r"late\.tlog: its times lie 4\.63e\+03 days apart") as caught:
         read_dive(write(tmp_path / "late.tlog", recording(late)))
     assert "\n" not in str(caught.value)
 
 
 def test_infinite_angles_are_unknown_and_warn_nobody(tmp_path: Path) -> None:
-    said = contract_dive()
+    stamped = contract_dive()
     for k, angle in enumerate((math.inf, 0.2, -math.inf) * 100):
         message = attitude(5.0 + k / 30, angle)
-        said.append((5.0 + k / 30, 1, 1, message))
-    dive = read_dive(write(tmp_path / "a.tlog", recording(sorted(said, key=lambda one: one[0]))))
+        stamped.append((5.0 + k / 30, 1, 1, message))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(sorted(stamped, key=lambda entry: entry[0]))))
     assert np.isfinite(dive.attitude.value).all(axis=1).tolist() == [False, True, False] * 100
     assert dive.attitude.value[1] == pytest.approx([math.cos(0.1), 0.0, 0.0, math.sin(0.1)])
 
@@ -121,9 +122,9 @@ def test_a_passer_by_does_not_spoil_a_recording(tmp_path: Path) -> None:
 
 
 def test_a_recording_of_the_ground_station_alone_says_so(tmp_path: Path) -> None:
-    said = [(k / 1.0, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)) for k in range(20)]
+    stamped = [(k / 1.0, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)) for k in range(20)]
     with pytest.raises(LogError, match="no vehicle's telemetry"):
-        read_dive(write(tmp_path / "a.tlog", recording(said)))
+        read_dive(write(tmp_path / "a.tlog", recording(stamped)))
 
 
 @pytest.mark.parametrize(
@@ -186,11 +187,11 @@ def test_a_folder_of_several_dives_is_not_taken_for_one(tmp_path: Path) -> None:
 
 
 def test_what_a_recording_lacks_is_said(tmp_path: Path) -> None:
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(20):
-        said.append((k / 2, 1, 1, servos(k * 500_000, [1500, 1600])))
-        said.append((k / 2, 1, 1, attitude(k / 2, 0.0)))
-    notes = " ".join(read_dive(write(tmp_path / "a.tlog", recording(said))).notes)
+        stamped.append((k / 2, 1, 1, servos(k * 500_000, [1500, 1600])))
+        stamped.append((k / 2, 1, 1, attitude(k / 2, 0.0)))
+    notes = " ".join(read_dive(write(tmp_path / "a.tlog", recording(stamped))).notes)
     assert "No velocity is recorded: mass and damping in surge, sway and heave" in notes
     assert "Thruster commands come at 2.0 Hz" in notes
 
@@ -259,15 +260,15 @@ def assert_alike(path: Path) -> None:
     """`locate` and TlogReader agree on every good frame, its time and every count."""
     reader = TlogReader(path)
     careful = [(stamp, frame) for stamp, frame in reader if frame.known]
-    found = locate(path)
-    assert found.counts == reader.counts
-    assert set(found.counts) == set(reader.counts)
-    assert found.stamp_us.tolist() == [stamp for stamp, _ in careful]
+    located = locate(path)
+    assert located.counts == reader.counts
+    assert set(located.counts) == set(reader.counts)
+    assert located.stamp_us.tolist() == [stamp for stamp, _ in careful]
     for name in ("system", "component"):
-        assert getattr(found, name).tolist() == [getattr(frame, name) for _, frame in careful]
-    assert found.message.tolist() == [frame.message_id for _, frame in careful]
-    content = found.data.tobytes()
-    places = zip(found.message, found.start, found.length, strict=True)
+        assert getattr(located, name).tolist() == [getattr(frame, name) for _, frame in careful]
+    assert located.message.tolist() == [frame.message_id for _, frame in careful]
+    content = located.data.tobytes()
+    places = zip(located.message, located.start, located.length, strict=True)
     payloads = [keyless(number, content[a : a + n]) for number, a, n in places]
     assert payloads == [frame.payload for _, frame in careful]
 

@@ -50,8 +50,8 @@ def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> Non
 
 def test_the_configuration_is_that_of_most_of_the_dive_and_none_if_no_number_was_told() -> None:
     time_s = np.arange(4.0)
-    told = Signal(time_s, np.array([[np.nan], [2.0], [1.0], [1.0]]))
-    dive = Dive("a", Path("a.tlog"), "0" * 64, veh_cfg=told)
+    configurations = Signal(time_s, np.array([[np.nan], [2.0], [1.0], [1.0]]))
+    dive = Dive("a", Path("a.tlog"), "0" * 64, veh_cfg=configurations)
     assert dive.configuration_index() == 1
     silent = Signal(time_s, np.full((4, 1), np.nan))
     assert replace(dive, veh_cfg=silent).configuration_index() is None
@@ -65,16 +65,16 @@ def test_a_dvl_without_bottom_lock_stays_unknown(tmp_path: Path) -> None:
 
 def test_fog_and_imu_are_told_apart_and_fields_that_are_not_new_are_left_out(tmp_path: Path) -> None:
     stale = (5.55, 1, 1, imu(5.55, 0, 0b000111, (9.0, 9.0, 9.0)))
-    said = sorted([*contract_dive(), stale], key=lambda m: m[0])
-    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+    stamped = sorted([*contract_dive(), stale], key=lambda m: m[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert 9.0 not in dive.gyro.value
     assert 5.55 in dive.specific_force.time_s
 
 
 def test_an_array_of_another_contract_version_is_not_read(tmp_path: Path) -> None:
-    said = [m for m in contract_dive() if getattr(m[3], "msgname", "") != "DEBUG_FLOAT_ARRAY"]
-    said += [(5.0, 1, 1, array(5.0, "TAU_CMD", (1.0,), version=2))]
-    assert read_dive(write(tmp_path / "a.tlog", recording(said))).tau_cmd is None
+    stamped = [m for m in contract_dive() if getattr(m[3], "msgname", "") != "DEBUG_FLOAT_ARRAY"]
+    stamped += [(5.0, 1, 1, array(5.0, "TAU_CMD", (1.0,), version=2))]
+    assert read_dive(write(tmp_path / "a.tlog", recording(stamped))).tau_cmd is None
 
 
 def test_a_recording_is_known_by_its_unfolded_bytes_and_a_cut_one_by_its_beginning(tmp_path: Path) -> None:
@@ -133,10 +133,10 @@ def ned_velocity(boot_s: float, velocity: tuple[float, float, float]) -> Any:
 
 def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
     """Ten seconds of an ArduSub that moves north at 1 m/s while it heads east."""
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(100):
         t = boot_s + k / 10
-        own = [
+        messages = [
             attitude(t, np.pi / 2),
             ned_velocity(t, (1.0, 0.0, 0.2)),
             servos(round(t * 1e6), [1500, 1600, 0, 1400]),
@@ -144,11 +144,11 @@ def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
             mav.MAVLink_scaled_imu2_message(int(t * 1e3), 0, 0, -1000, 0, 0, 250, 0, 0, 0),
             mav.MAVLink_global_position_int_message(int(t * 1e3), 0, 0, 0, -2500, 0, 0, 0, 0),
         ]
-        said += [(t, 1, 1, message) for message in own]
+        stamped += [(t, 1, 1, message) for message in messages]
         if k % 10 == 0:
-            said.append((t, 1, 1, heartbeat(autopilot=3, armed=k >= 50)))
-            said.append((t, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)))
-    return said
+            stamped.append((t, 1, 1, heartbeat(autopilot=3, armed=k >= 50)))
+            stamped.append((t, 255, 190, heartbeat(mav.MAV_TYPE_GCS, 8, False)))
+    return stamped
 
 
 def test_ardusub_velocity_is_turned_from_north_east_down_into_body_axes(tmp_path: Path) -> None:
@@ -167,8 +167,8 @@ def test_servo_outputs_end_at_the_first_that_is_never_driven(tmp_path: Path) -> 
 
 
 def of_outputs(path: Path, pwm: list[float]) -> Any:
-    said = [(k / 10, 1, 1, outputs(k / 10, pwm)) for k in range(100)]
-    return read_dive(write(path, recording([*said, (10.0, 1, 1, imu(10.0, 0, 56, (0.1, 0.2, 0.3)))]))).pwm
+    stamped = [(k / 10, 1, 1, outputs(k / 10, pwm)) for k in range(100)]
+    return read_dive(write(path, recording([*stamped, (10.0, 1, 1, imu(10.0, 0, 56, (0.1, 0.2, 0.3)))]))).pwm
 
 
 def test_an_output_that_is_never_a_number_counts_as_driven(tmp_path: Path) -> None:
@@ -185,15 +185,15 @@ def test_the_32_bit_microseconds_of_servo_outputs_are_unwrapped(tmp_path: Path) 
 
 
 def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_path: Path) -> None:
-    said = ardusub_dive()
+    stamped = ardusub_dive()
     for k in range(100):
         t = k / 10
         delta = mav.MAVLink_vision_position_delta_message(
             int(t * 1e6), 100_000, [0] * 3, [0.05, 0.0, 0.01], 100
         )
-        said.append((t, 255, 0, delta))
-    said.sort(key=lambda m: m[0])
-    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+        stamped.append((t, 255, 0, delta))
+    stamped.sort(key=lambda m: m[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert dive.velocity.value[10] == pytest.approx([0.5, 0.0, 0.1], abs=1e-6)
     assert dive.velocity.time_s[10] == pytest.approx(0.95, abs=1e-3)
     assert not dive.velocity_is_filtered
@@ -201,23 +201,24 @@ def test_position_deltas_of_a_dvl_driver_come_before_the_filtered_velocity(tmp_p
 
 def test_the_stamps_of_an_ardupilot_are_trusted_less(tmp_path: Path) -> None:
     dives = [
-        read_dive(write(tmp_path / "a.tlog", recording(said))) for said in (ardusub_dive(), contract_dive())
+        read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+        for stamped in (ardusub_dive(), contract_dive())
     ]
     assert [dive.stamped_s for dive in dives] == [2.5e-3, STAMPED_S]
 
 
 @pytest.mark.parametrize(("has_arrays", "late_s"), [(True, 0.0), (False, 0.05)])
 def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp_path, has_arrays, late_s):
-    said = ardusub_dive()
+    stamped = ardusub_dive()
     for k in range(100):
         t = k / 10
         delta = mav.MAVLink_vision_position_delta_message(
             int(t * 1e6), 100_000, [0, 0, 0.1], [0.05, 0, 0], 100
         )
-        said.append((t, 1, 191, delta))
-        said += [(t, 1, 191, array(t, "TAU_CMD", (1.0,)))] * has_arrays
-    said.sort(key=lambda m: m[0])
-    velocity = read_dive(write(tmp_path / "a.tlog", recording(said))).velocity
+        stamped.append((t, 1, 191, delta))
+        stamped += [(t, 1, 191, array(t, "TAU_CMD", (1.0,)))] * has_arrays
+    stamped.sort(key=lambda m: m[0])
+    velocity = read_dive(write(tmp_path / "a.tlog", recording(stamped))).velocity
     assert velocity.time_s[10] == pytest.approx(1.0 - late_s, abs=1e-3)
     assert bool(velocity.value[10, 1] == 0.0) is has_arrays, "turned back to the axes of the middle"
 
@@ -226,24 +227,24 @@ def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp
 def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of_a_bridge(
     tmp_path, component, late_s
 ):
-    said = ardusub_dive()
+    stamped = ardusub_dive()
     for k in range(100):
-        said.append((k / 10, 1, component, mav.MAVLink_scaled_pressure2_message(100 * k, 1100.0, 0, 2000)))
-    said.sort(key=lambda m: m[0])
-    pressure = read_dive(write(tmp_path / "a.tlog", recording(said))).pressure
+        stamped.append((k / 10, 1, component, mav.MAVLink_scaled_pressure2_message(100 * k, 1100.0, 0, 2000)))
+    stamped.sort(key=lambda m: m[0])
+    pressure = read_dive(write(tmp_path / "a.tlog", recording(stamped))).pressure
     assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
 
 
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
     """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(100):
         t = 5.0 + k / 10
-        said.append((t, 1, 191, odometry(t, (t, 0.0, 0.0))))
-        said += [(t, 1, 191, imu(t, 0, 0b111111, (0.0, 0.0, 0.1)))]
-        said.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
-        said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
-    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+        stamped.append((t, 1, 191, odometry(t, (t, 0.0, 0.0))))
+        stamped += [(t, 1, 191, imu(t, 0, 0b111111, (0.0, 0.0, 0.1)))]
+        stamped.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
+        stamped.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
 
 
@@ -264,14 +265,14 @@ def test_samples_of_a_loop_are_dated_when_their_changes_came_on_average(
 
 def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drifts(tmp_path: Path) -> None:
     """A controller's tick: of NU_FB a moment after TAU_PID the check of a closed loop would take the tick before."""
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(600):
         t, bridge_s = k / 20, k / 20 * (1 + 1e-4)
-        said.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
-        said.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
-        said.append((t, 1, 191, odometry(bridge_s, (t, 0.0, 0.0))))
-        said += [(t, 1, 191, array(bridge_s, name, (1.0,))) for name in ("TAU_PID", "NU_FB")]
-    dive = read_dive(write(tmp_path / "a.tlog", recording(said)))
+        stamped.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
+        stamped.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
+        stamped.append((t, 1, 191, odometry(bridge_s, (t, 0.0, 0.0))))
+        stamped += [(t, 1, 191, array(bridge_s, name, (1.0,))) for name in ("TAU_PID", "NU_FB")]
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert (dive.nu_fb.time_s == dive.tau_pid.time_s).all()
     assert dive.nu_fb.time_s == pytest.approx(dive.pwm.time_s, abs=2e-3)
 
@@ -369,14 +370,14 @@ def test_a_restart_leaves_the_longest_run(tmp_path: Path) -> None:
 
 def run_of(arrived_s: float, seconds: int, pwm: float, armed: bool = True) -> list[Stamped]:
     """A vehicle that starts when its first message arrives, and drives one thruster all the time."""
-    said: list[Stamped] = []
+    stamped: list[Stamped] = []
     for k in range(10 * seconds):
         t = k / 10
-        said.append((arrived_s + t, 1, 1, odometry(t, (0.1, 0.0, 0.0))))
-        said.append((arrived_s + t, 1, 1, outputs(t, [1500.0, pwm])))
+        stamped.append((arrived_s + t, 1, 1, odometry(t, (0.1, 0.0, 0.0))))
+        stamped.append((arrived_s + t, 1, 1, outputs(t, [1500.0, pwm])))
         if k % 10 == 0:
-            said.append((arrived_s + t, 1, 1, heartbeat(armed=armed)))
-    return said
+            stamped.append((arrived_s + t, 1, 1, heartbeat(armed=armed)))
+    return stamped
 
 
 @pytest.mark.parametrize("afloat", [(1500.0, True), (1600.0, False), (0.0, True), (NAN, False)])

@@ -21,7 +21,7 @@ from tui import cli
 
 ZSTD = import_module(ZSTD_MODULE)
 COUNT = 100
-K = np.arange(COUNT)
+ROWS = np.arange(COUNT)
 SWIM = """
 time: {column: stamp}
 velocity: {columns: [/dvl/twist.twist.linear.x, /dvl/twist.twist.linear.y, "-"], unit: m/s}
@@ -47,11 +47,11 @@ def npz(tmp_path: Path, **arrays: Any) -> Path:
 @pytest.mark.parametrize("form", FORMS)
 def test_signals_of_a_bag_have_the_times_of_their_topics(tmp_path: Path, form: str) -> None:
     dive = read_dive(bag(tmp_path, form), column_map(tmp_path))
-    assert dive.velocity.time_s == pytest.approx(K * (STEP_NS * 1e-9), abs=1e-6)
-    assert dive.pwm.time_s == pytest.approx(K * (STEP_NS * 1e-9) + LATE_NS * 1e-9, abs=1e-6)
-    assert dive.velocity.value[:, 0].tolist() == (K / 64).tolist()
+    assert dive.velocity.time_s == pytest.approx(ROWS * (STEP_NS * 1e-9), abs=1e-6)
+    assert dive.pwm.time_s == pytest.approx(ROWS * (STEP_NS * 1e-9) + LATE_NS * 1e-9, abs=1e-6)
+    assert dive.velocity.value[:, 0].tolist() == (ROWS / 64).tolist()
     assert dive.velocity.value[:, 2].tolist() == [0.0] * COUNT
-    assert dive.gyro.value[:, 2] == pytest.approx(np.radians(K / 8))
+    assert dive.gyro.value[:, 2] == pytest.approx(np.radians(ROWS / 8))
     assert dive.counts == {"rows of /imu": COUNT, "rows of /thrusters": COUNT, "rows of /dvl/twist": COUNT}
 
 
@@ -62,7 +62,7 @@ def test_a_bag_is_dated_by_its_times(tmp_path: Path) -> None:
 
 
 def test_a_file_of_another_clock_keeps_its_times(tmp_path: Path) -> None:
-    path = npz(tmp_path, t=K + 40.0, u=K / 64)
+    path = npz(tmp_path, t=ROWS + 40.0, u=ROWS / 64)
     dive = read_dive(
         path, column_map(tmp_path, "time: {column: t}\nvelocity: {columns: [u, '-', '-'], unit: m/s}\n")
     )
@@ -93,7 +93,7 @@ def test_a_map_that_does_not_fit_the_bag_is_refused_in_a_sentence(
 
 
 def test_of_many_columns_at_most_ten_near_the_missing_are_named(tmp_path: Path) -> None:
-    path = npz(tmp_path, t=K * 1.0, **{f"thruster_{k}": K * 1.0 for k in range(100)})
+    path = npz(tmp_path, t=ROWS * 1.0, **{f"thruster_{k}": ROWS * 1.0 for k in range(100)})
     with pytest.raises(LogError) as refused:
         read_dive(
             path, column_map(tmp_path, "time: {column: t}\ndepth: {columns: [thruster_101], unit: m}\n")
@@ -112,17 +112,28 @@ def test_a_topic_without_the_time_column_is_named(tmp_path: Path) -> None:
 
 
 def test_times_that_run_backwards_are_sorted_and_said(tmp_path: Path) -> None:
-    t = K * 1.0
+    t = ROWS * 1.0
     t[[10, 11]], t[50] = t[[11, 10]], t[49]
-    path = npz(tmp_path, t=t, u=K / 64)
+    path = npz(tmp_path, t=t, u=ROWS / 64)
     dive = read_dive(
         path, column_map(tmp_path, "time: {column: t}\nvelocity: {columns: [u, '-', '-'], unit: m/s}\n")
     )
     assert (np.diff(dive.velocity.time_s) > 0).all()
     assert dive.velocity.value[[9, 10, 11], 0].tolist() == [9 / 64, 11 / 64, 10 / 64]
     assert len(dive.velocity) == COUNT - 1
-    assert "The times run backwards 1 times: the rows were sorted." in dive.notes
+    assert "The times run backwards once: the rows were sorted." in dive.notes
     assert "1 rows without a time of their own were left out." in dive.notes
+
+
+def test_a_clock_that_begins_anew_is_refused_and_rows_that_come_late_are_sorted(tmp_path: Path) -> None:
+    text = column_map(tmp_path, "time: {column: t}\nvelocity: {columns: [u, '-', '-'], unit: m/s}\n")
+    t = np.arange(COUNT) / 10.0
+    twice = npz(tmp_path, t=np.concatenate([t, t + 0.05]), u=np.arange(2.0 * COUNT))
+    with pytest.raises(LogError, match=r"its clock falls back from 9.90 to 0.05 s and goes on from there"):
+        read_dive(twice, text)
+    late = np.concatenate([t[:20], t[80:], t[20:80]])
+    dive = read_dive(npz(tmp_path, t=late, u=late), text)
+    assert dive.velocity.value[:, 0].tolist() == t.tolist()
 
 
 TWO = """
@@ -135,7 +146,10 @@ gyro: {columns: ["-", "-", imu.r], unit: rad/s}
 def two_clocks(tmp_path: Path, apart_s: float) -> Path:
     from scipy.io import savemat
 
-    held = {"dvl": {"t": K * 0.1, "u": K / 64}, "imu": {"t": K[:50] * 0.1 + apart_s, "r": K[:50] / 8}}
+    held = {
+        "dvl": {"t": ROWS * 0.1, "u": ROWS / 64},
+        "imu": {"t": ROWS[:50] * 0.1 + apart_s, "r": ROWS[:50] / 8},
+    }
     savemat(tmp_path / "two.mat", held)
     return tmp_path / "two.mat"
 
@@ -161,7 +175,7 @@ def test_words_are_no_signal(tmp_path: Path) -> None:
     import pyarrow.parquet as pq
 
     path = tmp_path / "made.parquet"
-    pq.write_table(pa.table({"t": K * 1.0, "mode": ["auto"] * COUNT}), path)
+    pq.write_table(pa.table({"t": ROWS * 1.0, "mode": ["auto"] * COUNT}), path)
     with pytest.raises(LogError, match="column 'mode' holds words, and a signal is numbers"):
         read_dive(path, column_map(tmp_path, "time: {column: t}\ndepth: {columns: [mode], unit: m}\n"))
 
@@ -175,7 +189,7 @@ def test_every_form_asks_for_its_column_map(tmp_path: Path, ending: str) -> None
 
 def test_the_folder_of_a_ros_2_bag_is_read(tmp_path: Path) -> None:
     folder = bag(tmp_path).parent
-    assert read_dive(folder, column_map(tmp_path)).velocity.value[:, 0].tolist() == (K / 64).tolist()
+    assert read_dive(folder, column_map(tmp_path)).velocity.value[:, 0].tolist() == (ROWS / 64).tolist()
     assert [stream.name for stream in read_streams(folder).streams] == ["/imu", "/thrusters", "/dvl/twist"]
     assert [recording.path for recording in find_recordings([str(tmp_path)]).recordings] == [folder]
 
@@ -260,17 +274,17 @@ def test_import_copies_every_part_of_a_bag(tmp_path: Path) -> None:
     layout, made = column_map(tmp_path), tmp_path / "dive"
     assert cli.main(["import", str(folder), "--columns", str(layout), "--out", str(made)]) == exit_codes.DONE
     assert [file.name for file in recording_files(made)] == ["telemetry.mcap", "telemetry.2.mcap"]
-    assert read_dive(made).velocity.value[:, 0].tolist() == (K / 64).tolist()
+    assert read_dive(made).velocity.value[:, 0].tolist() == (ROWS / 64).tolist()
 
 
 def test_two_bags_are_one_dive_only_if_they_are_the_same(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
-    one = [bag(tmp_path)]
+    first = [bag(tmp_path)]
     other = [write_bag(tmp_path / "other", "mcap", swim(ROS2, COUNT - 1))]
-    assert of_one_dive(one, one) == SAME
-    assert of_one_dive(one, other) == ""
-    (tmp_path / "half.mcap").write_bytes(one[0].read_bytes()[:5000])
-    assert of_one_dive([tmp_path / "half.mcap"], one) == ""
+    assert of_one_dive(first, first) == SAME
+    assert of_one_dive(first, other) == ""
+    (tmp_path / "half.mcap").write_bytes(first[0].read_bytes()[:5000])
+    assert of_one_dive([tmp_path / "half.mcap"], first) == ""
 
 
 def test_all_lists_of_forms_agree() -> None:

@@ -72,9 +72,9 @@ def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) ->
     assert dive.notes == whole.notes
     assert dive.counts == whole.counts
     for name in ("velocity", "attitude", "gyro", "pwm", "tau_cmd"):
-        one, other = getattr(dive, name), getattr(whole, name)
-        assert one.time_s.tolist() == other.time_s.tolist()
-        assert one.value.tolist() == other.value.tolist()
+        signal, other = getattr(dive, name), getattr(whole, name)
+        assert signal.time_s.tolist() == other.time_s.tolist()
+        assert signal.value.tolist() == other.value.tolist()
 
 
 def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(tmp_path: Path) -> None:

@@ -45,8 +45,8 @@ INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
 def braked(model, dampings, share=1.0):
-    own = {"damping": np.array(dampings), "sigma": share * model["sigma"]}
-    return transitions(STEPS_S, *(model | own).values())
+    changed = {"damping": np.array(dampings), "sigma": share * model["sigma"]}
+    return transitions(STEPS_S, *(model | changed).values())
 
 
 def table_of(model, share=1.0):
@@ -184,7 +184,7 @@ def test_the_compiled_filter_equals_a_dense_one(states, model):
 @pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
 def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states, model):
     events = Events(states, model=model)
-    found = smoothed_velocity(
+    smoothed = smoothed_velocity(
         events.table,
         events.step,
         events.force,
@@ -195,7 +195,7 @@ def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states, model):
         *fourth(model),
         INITIAL[None],
     )
-    np.testing.assert_allclose(found, dense(events)[2], atol=5e-6)
+    np.testing.assert_allclose(smoothed, dense(events)[2], atol=5e-6)
 
 
 @MODELS
@@ -235,8 +235,8 @@ def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance
         under(variance=events.variance * (1.0 + STEP) ** 2),
     ]
     pushes = [under(force=events.force + column[:, None]) for column in added.T]
-    de = np.array([*(one / STEP for one, _ in apart), *(one for one, _ in pushes)])
-    ds = np.array([*(one / STEP for _, one in apart), *(one for _, one in pushes)])
+    de = np.array([*(change / STEP for change, _ in apart), *(change for change, _ in pushes)])
+    ds = np.array([*(change / STEP for _, change in apart), *(change for _, change in pushes)])
     expected, curvature = weigh(e[read], s[read], de, ds)
     size = np.sqrt(np.diag(curvature))
     np.testing.assert_allclose(gradient / size, expected / size, atol=1e-7)
@@ -292,8 +292,8 @@ def test_the_likelihood_alone_is_that_of_all_innovations_and_of_a_mass_told_by_o
 
 
 def test_a_state_that_has_run_away_has_no_likelihood():
-    one, *_ = problems()
-    away = replace(one, axis=replace(one.axis, initial=np.array([[np.inf, 0.0, 1.0, 1.0]])))
+    problem, *_ = problems()
+    away = replace(problem, axis=replace(problem.axis, initial=np.array([[np.inf, 0.0, 1.0, 1.0]])))
     assert away.log_likelihood(away.prior_mean) == -np.inf
 
 

@@ -80,8 +80,8 @@ def one_axis(dof: int, every: int = 10, noise: float = 1e-4, rate: bool = False)
 
 
 def fit(dive: Dive):
-    told = with_spread_commands(dive)
-    return answered(estimate(told, FILE, "only", lambda *_: None), told, FILE)
+    recorded = with_spread_commands(dive)
+    return answered(estimate(recorded, FILE, "only", lambda *_: None), recorded, FILE)
 
 
 @pytest.mark.parametrize(
@@ -90,13 +90,13 @@ def fit(dive: Dive):
     ids=["depth alone", "heading alone", "rate of turn alone"],
 )
 def test_one_axis_alone_is_identified(dof, rate, names):
-    found = fit(one_axis(dof, rate=rate))
+    answer = fit(one_axis(dof, rate=rate))
     for name, truth in zip(names, (MASS[dof], DAMPING[dof]), strict=True):
-        assert found[name].identifiable
-        assert found[name].value == pytest.approx(truth, rel=0.02)
-    others = [one for one in found.parameters[:12] if one.name not in names]
-    assert not any(one.identifiable for one in others)
-    assert found["M_u"].reason == "no velocity in surge was recorded; record the DVL"
+        assert answer[name].identifiable
+        assert answer[name].value == pytest.approx(truth, rel=0.02)
+    others = [parameter for parameter in answer.parameters[:12] if parameter.name not in names]
+    assert not any(parameter.identifiable for parameter in others)
+    assert answer["M_u"].reason == "no velocity in surge was recorded; record the DVL"
 
 
 def test_a_depth_that_hardly_stands_out_of_its_noise_says_nothing_of_heave():
@@ -166,10 +166,10 @@ def test_samples_of_a_steady_change_hide_nothing():
 def test_slow_samples_of_a_quick_command_still_tell_of_yaw():
     dive = one_axis(YAW, rate=True, noise=1e-3)
     time_s = np.arange(0.0, SECONDS, 0.5)
-    found = fit(replace(dive, tau_cmd=Signal(time_s, dive.tau_cmd.held_at(time_s))))
+    answer = fit(replace(dive, tau_cmd=Signal(time_s, dive.tau_cmd.held_at(time_s))))
     for name, truth in (("I_r", MASS[YAW]), ("D_r", DAMPING[YAW])):
-        assert found[name].low95 < truth < found[name].high95
-        assert found[name].identifiable
+        assert answer[name].low95 < truth < answer[name].high95
+        assert answer[name].identifiable
 
 
 def test_a_dive_in_which_nothing_was_pushed_is_refused_and_gives_no_value():

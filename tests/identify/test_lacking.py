@@ -99,8 +99,8 @@ def test_a_force_that_the_model_lacks_is_doubted_by_its_kind_and_sends_to_diagno
     dive = dived(push)
     (lack,) = lacks(dive)
     assert (lack.dof, lack.kind) == (SURGE, kind)
-    found = identified(dive)
-    (doubt,) = [doubt for doubt in found.doubts if TELLING in doubt.problem]
+    answer = identified(dive)
+    (doubt,) = [doubt for doubt in answer.doubts if TELLING in doubt.problem]
     assert doubt.problem.startswith("In surge the recording")
     assert words in doubt.problem
     assert f"({lack.score:.0f} standard errors)" in doubt.problem
@@ -124,10 +124,10 @@ def test_a_weak_thruster_that_drives_several_axes_is_doubted_in_each(names, kind
     dive = dive_of(case)
     built = build_axes(dive, case.file, case.configuration)
     fit = fit_axes(built, case.file.vehicle.configurations[case.configuration], network_tasks.quiet)
-    found = lacks_of(fit.joint, fit.theta, built, dive, (), doubts_of(fit.joint, fit.theta))
-    assert {lack.kind for lack in found} == kinds
-    assert {lack.dof for lack in found} == ({SURGE, SWAY, YAW} if names else set())
-    for doubt in lacking_doubts(found, "linear"):
+    lacking = lacks_of(fit.joint, fit.theta, built, dive, (), doubts_of(fit.joint, fit.theta))
+    assert {lack.kind for lack in lacking} == kinds
+    assert {lack.dof for lack in lacking} == ({SURGE, SWAY, YAW} if names else set())
+    for doubt in lacking_doubts(lacking, "linear"):
         assert "goes with other axes' thrust, as where a thruster that drives both is weak" in doubt.problem
         assert "masses and dampings there and in those axes are off" in doubt.remedy
         assert doubt.culprit is Culprit.MODEL
@@ -245,16 +245,16 @@ def test_a_swing_in_white_noise_has_its_period_and_white_noise_has_none():
 
 def test_axes_of_a_kind_share_a_doubt_and_quadratic_damping_is_doubted_where_it_is_fitted():
     shape = np.zeros(3)
-    found = [
+    lacking = [
         Lack(YAW, Kind.THRUST, 9.4, shape),
         Lack(SURGE, Kind.WORLD, 8.0, shape),
         Lack(2, Kind.THRUST, 6.0, shape),
     ]
-    thrust, world = lacking_doubts(found, "both")
+    thrust, world = lacking_doubts(lacking, "both")
     assert thrust.about == ("M_w", "I_r", "D_w", "D_r", "Z_ww", "N_rr")
     assert thrust.problem.startswith("In heave and yaw")
     assert "(9 standard errors)" in thrust.problem
     assert world.about == ("M_u", "D_u", "X_uu")
-    assert lacking_doubts(found[1:2], "linear")[0].about == ("M_u", "D_u")
-    assert lacking_doubts(found[1:2], "quadratic")[0].about == ("M_u", "X_uu")
+    assert lacking_doubts(lacking[1:2], "linear")[0].about == ("M_u", "D_u")
+    assert lacking_doubts(lacking[1:2], "quadratic")[0].about == ("M_u", "X_uu")
     assert lacking_doubts((), "both") == ()

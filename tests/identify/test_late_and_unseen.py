@@ -33,12 +33,12 @@ def later(dive, late_s):
 
 
 def test_thrust_that_is_stamped_late_makes_data_and_model_disagree_and_says_by_how_much_and_what_to_do():
-    found = estimate(
+    answer = estimate(
         later(closed_loop.dive(np.random.default_rng(5)), 0.1), FILE, "only", network_tasks.quiet
     )
-    (doubt,) = [doubt for doubt in found.doubts if "acts at another time" in doubt.sentence]
+    (doubt,) = [doubt for doubt in answer.doubts if "acts at another time" in doubt.sentence]
     assert doubt.about == ("M_u", "D_u")
-    assert found.outcome is Outcome.DISAGREES
+    assert answer.outcome is Outcome.DISAGREES
     assert "(earlier, by about 90 ms; " in doubt.sentence
     assert "doctor --wet" in doubt.sentence
 
@@ -51,7 +51,7 @@ def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_
     assert curve.lag_s == pytest.approx(0.03)
     slow = replace(file, vehicle=replace(file.vehicle, thrust_curve=replace(curve, lag_s=0.05)))
     fit = estimator(method)
-    right, wrong = (fit(dive, one, "hovering", network_tasks.quiet) for one in (file, slow))
+    right, wrong = (fit(dive, vehicle_file, "hovering", network_tasks.quiet) for vehicle_file in (file, slow))
     assert right.outcome is Outcome.CONVERGED
     assert abs(right["I_r"].value - 16.0) < 2 * right["I_r"].std
     assert right["I_r"].std < 0.1
@@ -82,8 +82,8 @@ def test_an_axis_that_is_off_the_same_way_as_another_is_late_by_what_no_fit_can_
     none = np.zeros(12)
     (doubt,) = late_doubts({0: Multiplier(9.0, 0.4, none), 2: Multiplier(30.0, 0.7, none)}, (0, 2))
     assert doubt.about == ("M_u", "M_w", "D_u", "D_w")
-    told = "(later, by how much can't be told from this fit; 30 standard errors): masses and dampings there are off, "
-    assert told in doubt.sentence
+    words = "(later, by how much can't be told from this fit; 30 standard errors): masses and dampings there are off, "
+    assert words in doubt.sentence
 
 
 def test_axes_that_are_late_alike_make_all_that_thrust_pushed_doubtful():
@@ -142,6 +142,8 @@ def test_a_long_gap_of_the_dvl_is_doubted_and_a_short_one_is_not():
 def test_a_search_that_is_cut_off_is_told(monkeypatch):
     monkeypatch.setattr(likelihood_fit, "PASSES", 1)
     mission = draw_one(100_002, seconds=40.0, kind="rocking")
-    found = estimate(mission.dive, mission.file, mission.configuration, network_tasks.quiet)
-    assert found.outcome is Outcome.AT_BOUND
-    assert any("stopped at its bound of 1 passes before it settled" in told for told in found.sentences)
+    answer = estimate(mission.dive, mission.file, mission.configuration, network_tasks.quiet)
+    assert answer.outcome is Outcome.AT_BOUND
+    assert any(
+        "stopped at its bound of 1 passes before it settled" in sentence for sentence in answer.sentences
+    )

@@ -93,36 +93,36 @@ SWAPPED = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]
 
 
 def test_roll_and_pitch_follow_the_gyro_through_turning_and_a_tilted_attitude():
-    found = levelling(level(offset_rad=5 * DEGREE))
-    assert found.late_s == 0.0
-    for one in (found.roll, found.pitch):
-        assert (one.scale.least, one.scale.most) == pytest.approx((1.0, 1.0), abs=2e-3)
-        assert one.share == pytest.approx(0.0, abs=2e-3)
+    levels = levelling(level(offset_rad=5 * DEGREE))
+    assert levels.late_s == 0.0
+    for angle in (levels.roll, levels.pitch):
+        assert (angle.scale.least, angle.scale.most) == pytest.approx((1.0, 1.0), abs=2e-3)
+        assert angle.share == pytest.approx(0.0, abs=2e-3)
     assert levelling_doubts(level(offset_rad=5 * DEGREE)) == ()
 
 
 def test_a_mirrored_attitude_is_told_with_the_sign_of_each_angle():
-    told = said_by(levelling_doubts(mirrored(level(), 1, 2)))
-    assert told.startswith(
+    sentence = said_by(levelling_doubts(mirrored(level(), 1, 2)))
+    assert sentence.startswith(
         "By the attitude roll turns by -1 times what the gyro says and pitch turns by -1 times what the gyro says: "
         "the sign, axes or scale of the attitude or of the gyro are not as taken, and M_w, I_p"
     )
 
 
 def test_swapped_axes_are_told():
-    found = levelling(with_gyro(level(), SWAPPED))
-    assert (found.roll.share, found.pitch.share) == pytest.approx((1.0, 1.0), abs=0.03)
-    told = said_by(levelling_doubts(with_gyro(level(), SWAPPED)))
-    assert "roll follows the gyro's rate in pitch (by +1.0 of it at least)" in told
-    assert "pitch follows the gyro's rate in roll (by +1.0 of it at least)" in told
+    levels = levelling(with_gyro(level(), SWAPPED))
+    assert (levels.roll.share, levels.pitch.share) == pytest.approx((1.0, 1.0), abs=0.03)
+    sentence = said_by(levelling_doubts(with_gyro(level(), SWAPPED)))
+    assert "roll follows the gyro's rate in pitch (by +1.0 of it at least)" in sentence
+    assert "pitch follows the gyro's rate in roll (by +1.0 of it at least)" in sentence
 
 
 @pytest.mark.parametrize("late_s", [0.3, 0.5, -0.4])
 def test_a_late_attitude_or_gyro_is_told_by_how_much_and_raises_no_other_doubt(late_s):
     assert levelling(later(level(), late_s)).late_s == pytest.approx(late_s)
-    told = said_by(levelling_doubts(later(level(), late_s)))
+    sentence = said_by(levelling_doubts(later(level(), late_s)))
     late = "The attitude is" if late_s > 0 else "The gyro's rates in roll and pitch are"
-    assert told.startswith(f"{late} stamped some {1000 * abs(late_s):.0f} ms late, by ")
+    assert sentence.startswith(f"{late} stamped some {1000 * abs(late_s):.0f} ms late, by ")
 
 
 @pytest.mark.parametrize(("scale", "doubted"), [(1.16, False), (1.26, True)])
@@ -171,8 +171,8 @@ def test_a_hole_in_the_readings_and_a_vehicle_on_its_nose_are_left_out():
     value = quaternions_from_euler(*np.zeros((1, len(TIME_S))), steep, np.zeros(len(TIME_S)))
     upended = np.where((steep > 0)[:, None], value, dive.attitude.value)
     holed = replace(dive, gyro=Signal(TIME_S[kept], dive.gyro.value[kept]), attitude=Signal(TIME_S, upended))
-    found = levelling(holed)
-    assert found.roll.scale.least == pytest.approx(1.0, abs=5e-3)
+    levels = levelling(holed)
+    assert levels.roll.scale.least == pytest.approx(1.0, abs=5e-3)
     assert levelling_doubts(holed) == ()
 
 
@@ -204,9 +204,9 @@ def test_an_autopilot_at_rest_whose_gyros_warm_is_not_doubted():
 
 def test_the_answer_of_any_method_ends_in_the_doubt():
     fit = fitted.fit({"M_w": 87.0, "D_w": 104.0}, 1e-4 * np.eye(2))
-    found = answered(fit, mirrored(level(), 1, 2), fitted.vehicle_file())
-    assert found.outcome is Outcome.DISAGREES
-    assert any("roll turns by -1 times" in told for told in found.sentences)
+    answer = answered(fit, mirrored(level(), 1, 2), fitted.vehicle_file())
+    assert answer.outcome is Outcome.DISAGREES
+    assert any("roll turns by -1 times" in sentence for sentence in answer.sentences)
 
 
 TURNS_S = np.arange(0.0, 200.0, 0.05)
@@ -249,22 +249,22 @@ def doubt_of_turns(doubts):
 @pytest.mark.parametrize("scale", [0.5, 1.2, -1.0, 57.3])
 def test_heading_tells_the_scale_of_a_gyro_through_roll_and_pitch(scale):
     dive = turns(fog=scale)
-    found = turning(dive, dive.fog)
-    assert found.least == pytest.approx(1.0 / scale, rel=1e-3)
-    assert found.most == pytest.approx(1.0 / scale, rel=1e-3)
+    slope = turning(dive, dive.fog)
+    assert slope.least == pytest.approx(1.0 / scale, rel=1e-3)
+    assert slope.most == pytest.approx(1.0 / scale, rel=1e-3)
 
 
 def test_a_spoilt_fog_is_named_where_the_other_gyro_agrees_with_heading():
-    told = doubt_of_turns(turning_doubts(turns(fog=0.5)))
-    assert told.startswith(
+    sentence = doubt_of_turns(turning_doubts(turns(fog=0.5)))
+    assert sentence.startswith(
         "Heading turns by 2 times what the fibre-optic gyro says, and the IMU's gyro agrees with heading: the scale, "
         "unit or sign of the fibre-optic gyro is not as taken, and I_r and D_r are as far off, and by less M_u"
     )
 
 
 def test_the_only_gyro_is_named():
-    told = doubt_of_turns(turning_doubts(replace(turns(imu=1.25), fog=None)))
-    assert told.startswith(
+    sentence = doubt_of_turns(turning_doubts(replace(turns(imu=1.25), fog=None)))
+    assert sentence.startswith(
         "Heading turns by 0.8 times what the IMU's gyro says: the scale, unit or sign of one of"
     )
 
@@ -327,8 +327,8 @@ def test_a_hole_in_the_readings_is_left_out():
 
 
 def test_the_answer_of_any_method_ends_in_the_doubt_of_the_gyro():
-    found = answered(
+    answer = answered(
         fitted.fit({"I_r": 32.0, "D_r": 30.0}, 1e-4 * np.eye(2)), turns(fog=0.5), fitted.vehicle_file()
     )
-    assert found.outcome is Outcome.DISAGREES
-    assert any("Heading turns by 2 times" in told for told in found.sentences)
+    assert answer.outcome is Outcome.DISAGREES
+    assert any("Heading turns by 2 times" in sentence for sentence in answer.sentences)

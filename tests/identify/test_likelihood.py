@@ -32,11 +32,11 @@ def test_mass_and_damping_lie_in_their_intervals_as_often_as_they_should():
 
 
 def test_an_axis_without_thrust_is_called_not_identifiable_with_a_reason():
-    found = fit(closed_loop.dive(np.random.default_rng(3), seconds=60.0))
-    assert not found["M_v"].identifiable
-    assert "no velocity in sway" in found["M_v"].reason
-    assert "no rate of turn in yaw" in found["I_r"].reason
-    assert found.to_json()["parameters"][1]["value"] is None
+    answer = fit(closed_loop.dive(np.random.default_rng(3), seconds=60.0))
+    assert not answer["M_v"].identifiable
+    assert "no velocity in sway" in answer["M_v"].reason
+    assert "no rate of turn in yaw" in answer["I_r"].reason
+    assert answer.to_json()["parameters"][1]["value"] is None
 
 
 def test_the_innovations_of_a_plain_dive_are_white_and_of_spread_one():
@@ -46,10 +46,10 @@ def test_the_innovations_of_a_plain_dive_are_white_and_of_spread_one():
 
 
 def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
-    found = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
-    assert found.outcome is Outcome.DISAGREES
-    assert any("surge" in note and "speed squared" in note for note in found.sentences)
-    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
+    answer = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
+    assert answer.outcome is Outcome.DISAGREES
+    assert any("surge" in note and "speed squared" in note for note in answer.sentences)
+    assert answer["D_u"].low95 < closed_loop.DAMPING < answer["D_u"].high95
 
 
 def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
@@ -75,12 +75,12 @@ class Line:
 
 def test_scoring_finds_the_least_squares_answer_and_its_information():
     line = Line()
-    found = climb(line, np.array([0.0]))
-    assert found.converged
-    assert found.theta[0] == pytest.approx(line.x @ line.y / (line.x @ line.x), rel=1e-6)
-    assert found.information[0, 0] == pytest.approx(line.x @ line.x / 0.25)
-    gradient, _ = score(line, found.theta)
-    assert abs(gradient[0]) < 1e-3 * np.sqrt(found.information[0, 0])
+    summit = climb(line, np.array([0.0]))
+    assert summit.converged
+    assert summit.theta[0] == pytest.approx(line.x @ line.y / (line.x @ line.x), rel=1e-6)
+    assert summit.information[0, 0] == pytest.approx(line.x @ line.x / 0.25)
+    gradient, _ = score(line, summit.theta)
+    assert abs(gradient[0]) < 1e-3 * np.sqrt(summit.information[0, 0])
 
 
 def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
@@ -93,34 +93,34 @@ def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
         return gradient, 0.55 * information
 
     started_off = 0.1 / np.sqrt(line.x @ line.x / 0.25)
-    found = climb(line, np.array([best + started_off]), score=too_little_information)
-    assert found.converged
-    assert abs(found.theta[0] - best) < 0.1 * started_off
+    summit = climb(line, np.array([best + started_off]), score=too_little_information)
+    assert summit.converged
+    assert abs(summit.theta[0] - best) < 0.1 * started_off
 
 
 def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
     truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
     file = load_vehicle(VEHICLE)
-    found = estimate(read_dive(shared("sealed", "open_1", "dive.tlog.gz")), file, "hovering", quiet)
-    named = [name for name in truth if found[name].identifiable]
+    answer = estimate(read_dive(shared("sealed", "open_1", "dive.tlog.gz")), file, "hovering", quiet)
+    named = [name for name in truth if answer[name].identifiable]
     assert {"M_u", "M_v", "I_r", "D_u", "D_v", "D_w", "D_r"} <= set(named)
     for name in named:
-        assert abs(found[name].value - truth[name]) < 2.576 * found[name].std, name
-    assert found.outcome is Outcome.CONVERGED
+        assert abs(answer[name].value - truth[name]) < 2.576 * answer[name].std, name
+    assert answer.outcome is Outcome.CONVERGED
 
 
 def test_thrusters_that_are_not_this_vehicles_make_data_and_model_disagree():
     dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
     pulses = Signal(dive.tau_cmd.time_s, 1500 + 3 * dive.tau_cmd.value[:, :1])
-    found = fit(replace(dive, pwm=pulses))
-    assert found.outcome is Outcome.DISAGREES
-    assert any("not this vehicle's" in note for note in found.sentences)
+    answer = fit(replace(dive, pwm=pulses))
+    assert answer.outcome is Outcome.DISAGREES
+    assert any("not this vehicle's" in note for note in answer.sentences)
 
 
 def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
     other = Signal(np.array([0.0, 1.0]), np.array([[3.0], [3.0]]))
-    found = fit(replace(dive, veh_cfg=other))
-    assert found.outcome is Outcome.DISAGREES
-    assert any("VEH_CFG 3" in note for note in found.sentences)
+    answer = fit(replace(dive, veh_cfg=other))
+    assert answer.outcome is Outcome.DISAGREES
+    assert any("VEH_CFG 3" in note for note in answer.sentences)

@@ -35,9 +35,9 @@ def lost_in(tmp_path, numbered, **how):
 def test_what_is_missing_between_two_numbers_is_lost_and_nothing_where_they_go_round(tmp_path):
     assert loss_of(written(tmp_path / "whole.tlog", attitudes(1000)), "") == Loss(1000, 0)
     kept = [item for item in attitudes(1000) if item[0] % 10]
-    found = lost_in(tmp_path, kept)
-    assert found == Loss(900, 99)
-    assert found.share == pytest.approx(99 / 999)
+    loss = lost_in(tmp_path, kept)
+    assert loss == Loss(900, 99)
+    assert loss.share == pytest.approx(99 / 999)
 
 
 def test_frames_of_two_links_count_once_and_late_ones_are_not_lost(tmp_path):
@@ -62,11 +62,11 @@ def test_what_was_said_while_files_were_fetched_was_heard_though_a_whole_recordi
                 (k, encoder.encode(mav.MAVLink_attitude_quaternion_message(100 * k, 1.0, 0, 0, 0, 0, 0, 0)))
             )
     heard = written(tmp_path / "telemetry.tlog", numbered)
-    rest = [(k, raw) for k, raw in numbered if raw[7] != FILE_TRANSFER]
-    whole = written(tmp_path / "telemetry.whole.tlog", rest)
+    telemetry = [(k, raw) for k, raw in numbered if raw[7] != FILE_TRANSFER]
+    whole = written(tmp_path / "telemetry.whole.tlog", telemetry)
     assert loss_of(whole, "") == Loss(700, 200)
     assert loss_of(whole, "", heard) == Loss(900, 0)
-    gone = [(k, raw) for k, raw in rest if k not in range(450, 470)]
+    gone = [(k, raw) for k, raw in telemetry if k not in range(450, 470)]
     assert loss_of(written(tmp_path / "gone.tlog", gone), "", heard) == Loss(893, 7)
     (tmp_path / "empty.tlog").touch()
     assert loss_of(whole, "", [tmp_path / "empty.tlog"]) == Loss(700, 200)
@@ -106,10 +106,10 @@ def busy(count, ring=False):
     """Fifty frames a second, each telling the boot clock; a vehicle with a ring tells its boot once a second."""
     encoder, frames = Encoder(1, 1), []
     for k in range(count):
-        said = mav.MAVLink_attitude_quaternion_message(20 * k, 1.0, 0, 0, 0, 0, 0, 0)
+        message = mav.MAVLink_attitude_quaternion_message(20 * k, 1.0, 0, 0, 0, 0, 0, 0)
         if ring and k % 50 == 0:
-            said = mav.MAVLink_named_value_int_message(20 * k, b"BOOT_ID", 77)
-        frames.append((k, encoder.encode(said)))
+            message = mav.MAVLink_named_value_int_message(20 * k, b"BOOT_ID", 77)
+        frames.append((k, encoder.encode(message)))
     return frames
 
 
@@ -122,9 +122,9 @@ def busy(count, ring=False):
 )
 def test_a_minute_unheard_is_lost_however_often_the_numbers_went_round(tmp_path, ring, advice):
     kept = [item for item in busy(6000, ring) if not 1000 < item[0] < 4000]
-    found = loss_of(written(tmp_path / "a.tlog", kept, step_us=20_000), "a.tlog")
-    assert (found.received, found.lost, round(found.unheard_s)) == (3001, 2999, 60)
-    assert found.note == f"Nothing was heard of the vehicle for 60 s at a stretch, from 0:20 on: {advice}"
+    loss = loss_of(written(tmp_path / "a.tlog", kept, step_us=20_000), "a.tlog")
+    assert (loss.received, loss.lost, round(loss.unheard_s)) == (3001, 2999, 60)
+    assert loss.note == f"Nothing was heard of the vehicle for 60 s at a stretch, from 0:20 on: {advice}"
 
 
 def test_three_seconds_in_which_the_numbers_went_round_are_lost_too_and_no_silence(tmp_path):
@@ -133,9 +133,9 @@ def test_three_seconds_in_which_the_numbers_went_round_are_lost_too_and_no_silen
         encoder.encode(mav.MAVLink_attitude_quaternion_message(5 * k, 1.0, 0, 0, 0, 0, 0, 0))
         for k in range(6000)
     ]
-    kept = [(k, one) for k, one in enumerate(raw) if not 3000 <= k < 3600]
-    found = loss_of(written(tmp_path / "a.tlog", kept, step_us=5_000), "a.tlog")
-    assert found == Loss(5400, 600)
+    kept = [(k, frame) for k, frame in enumerate(raw) if not 3000 <= k < 3600]
+    loss = loss_of(written(tmp_path / "a.tlog", kept, step_us=5_000), "a.tlog")
+    assert loss == Loss(5400, 600)
 
 
 def test_a_link_that_holds_back_three_seconds_and_brings_them_at_once_has_lost_nothing(tmp_path):
@@ -155,7 +155,7 @@ def test_slow_heartbeats_between_two_dives_are_no_hole(tmp_path):
         if at_s in range(36, 90, 6):
             message = mav.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3)
         sent.append((at_s * 50, encoder.encode(message)))
-    found = loss_of(
+    loss = loss_of(
         written(tmp_path / "a.tlog", [(round(k), raw) for k, raw in sent], step_us=20_000), "a.tlog"
     )
-    assert found == Loss(len(sent), 0)
+    assert loss == Loss(len(sent), 0)

@@ -69,7 +69,7 @@ def test_a_dataflash_log_is_dated_by_the_corner_it_states(tmp_path, stated, late
 @pytest.mark.parametrize(("autopilot", "late_s"), [(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 2 * LATE_S), (12, 0.0)])
 def test_a_tlog_is_dated_by_what_the_autopilot_itself_says_and_only_ardupilots(tmp_path, autopilot, late_s):
     """A companion of the same system may state a parameter of that name for itself."""
-    own, companion, data = Encoder(1, 1), Encoder(1, 191), b""
+    encoder, companion, data = Encoder(1, 1), Encoder(1, 191), b""
     for k in range(400):
         messages = [
             mav.MAVLink_attitude_message(20 * k, 0.0, 0.0, 0.0, 0.0, 0.0, math.sin(k)),
@@ -80,7 +80,7 @@ def test_a_tlog_is_dated_by_what_the_autopilot_itself_says_and_only_ardupilots(t
                 mav.MAVLink_heartbeat_message(12, autopilot, 128, 0, 4, 3),
                 mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 10.0, 9, 1356, 7),
             ]
-        frames = [own.encode(message) for message in messages]
+        frames = [encoder.encode(message) for message in messages]
         if k == 60:
             frames.append(
                 companion.encode(mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 80.0, 9, 3, 1))

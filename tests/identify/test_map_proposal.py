@@ -418,8 +418,8 @@ def test_headers_that_are_half_a_second_older_than_others_are_asked_about() -> N
 
 def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
     streams = tuple(
-        Stream(one.name, {name: cells for name, cells in one.columns.items() if name != "received"}, {})
-        for one in bagged(-1.7e9)
+        Stream(stream.name, {name: cells for name, cells in stream.columns.items() if name != "received"}, {})
+        for stream in bagged(-1.7e9)
     )
     proposal = propose(streams, LOG)
     assert proposal.columns.time == TimeColumn("stamp", "s")
@@ -435,8 +435,65 @@ def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
     assert alone.columns.quaternion is None
     assert any("not used for quaternion. They never change" in note for note in alone.notes)
     angles = {f"vector.{axis}": READ["euler"][:, k] for k, axis in enumerate("xyz")}
-    beside = propose((imu, Stream("/attitude/rpy", {"stamp": READ["t"], **angles}, {})), LOG)
-    assert beside.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
+    proposal = propose((imu, Stream("/attitude/rpy", {"stamp": READ["t"], **angles}, {})), LOG)
+    assert proposal.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
+
+
+def test_a_field_that_no_sensor_fills_is_not_taken_for_a_depth() -> None:
+    rows = len(READ["t"])
+    odom = Stream("/odom", {"stamp": READ["t"], "pose.position.z": np.zeros(rows)}, {})
+    pressure = Stream(
+        "/pressure", {"stamp": READ["t"], "fluid_pressure": 101325.0 + 9790.0 * READ["depth"]}, {}
+    )
+    proposal = propose((odom, pressure), LOG)
+    assert proposal.columns.depth is None
+    assert proposal.columns.pressure is not None
+    assert "/odom.pose.position.z: not used for depth. It never changes" in str(proposal.notes)
+    beside = propose((odom, Stream("/depth", {"stamp": READ["t"], "data": READ["depth"]}, {})), LOG)
+    assert beside.columns.depth.columns == ("/depth.data",)
+    assert "never changes" not in str(beside.notes)
+
+
+@pytest.mark.parametrize("unit", ["", " [m/s2]"])
+def test_an_accelerometer_without_gravity_is_left_out_and_told(unit: str) -> None:
+    columns = usual(READ)
+    moved = READ["force"] - np.median(READ["force"], axis=0)
+    axes = {f"acc_{axis}{unit}": moved[:, k] for k, axis in enumerate("xyz")}
+    proposal = proposed(
+        {name: values for name, values in columns.items() if name not in ("ax", "ay", "az")} | axes
+    )
+    assert proposal.columns.specific_force is None
+    assert "which is gravity in no unit; a specific force includes gravity" in str(proposal.notes)
+    assert proposal.columns.velocity.unit == "m/s"
+
+
+def test_roll_and_pitch_in_radians_beside_a_heading_in_degrees_are_mended() -> None:
+    columns = usual(READ)
+    columns = {name: np.degrees(values) if name == "yaw" else values for name, values in columns.items()}
+    proposal = proposed(columns)
+    assert proposal.columns.euler.scale == (
+        pytest.approx(np.degrees(1.0)),
+        pytest.approx(np.degrees(1.0)),
+        1.0,
+    )
+    assert_maps_to_the_truth(table(columns), proposal)
+
+
+def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed() -> None:
+    columns = usual(READ)
+    words = tuple(f"02/29/2024 11:{k // 60 % 60:02d}:{k % 60:02d} PM" for k in range(len(columns.pop("t"))))
+    (note,) = (note for note in propose((Stream("", columns, {"time": words}),), LOG).notes if "held" in note)
+    assert "No signal was held against another, as this map reads no dive: '02/29/2024 11:00:00 PM'" in note
+    twice = {name: np.concatenate([values, values]) for name, values in usual(READ).items()}
+    assert "as where several runs stand one below another" in str(proposed(twice).notes)
+
+
+@pytest.mark.parametrize("name", ["thr", "u_cmd", "commands"])
+def test_an_array_of_thrusters_is_known_by_the_names_that_a_thesis_gives_it(name: str) -> None:
+    columns = {f"{name}.{k}": np.sin(READ["t"] + k) for k in range(6)}
+    found = proposed({"t": READ["t"], **columns}).columns
+    assert found.pwm.columns == tuple(columns)
+    assert proposed({"t": READ["t"], **columns, "tau_cmd.0": READ["t"]}).columns.pwm.columns == tuple(columns)
 
 
 def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion() -> None:

@@ -18,7 +18,7 @@ with warnings.catch_warnings():
     from matio import save_to_mat
     from matio.utils.matclass import MatlabOpaque
 
-T = np.arange(6.0)
+TIME_S = np.arange(6.0)
 VERSIONS = pytest.mark.parametrize("version", ["v7", "v7.3"])
 
 
@@ -32,7 +32,7 @@ def saved(folder: Path, version: str, **held: Any) -> Path:
 
 def timetable(index: pd.Index) -> pd.DataFrame:
     index.name = "Time"
-    return pd.DataFrame({"u": T / 8, "r": -T}, index=index)
+    return pd.DataFrame({"u": TIME_S / 8, "r": -TIME_S}, index=index)
 
 
 def column(values: np.ndarray) -> np.ndarray:
@@ -44,7 +44,7 @@ def timeseries(time: np.ndarray, data: np.ndarray, step: float = 0.0) -> MatlabO
     info = {
         "Start_": np.array([[2.0]]),
         "Increment_": np.array([[step]]),
-        "Length": np.array([[float(len(T))]]),
+        "Length": np.array([[float(len(TIME_S))]]),
     }
     held = {"Data_": data, "Time_": time, "TimeInfo": MatlabOpaque(info, "tsdata.timemetadata")}
     return MatlabOpaque(held, "timeseries")
@@ -56,47 +56,47 @@ def by_name(recorded: Streams) -> dict[str, Stream]:
 
 @VERSIONS
 def test_a_table_is_a_stream_of_its_columns_beside_the_arrays(tmp_path: Path, version: str) -> None:
-    table = pd.DataFrame({"t": T, "depth": 2 * T, "mode": list("abcabc")})
+    table = pd.DataFrame({"t": TIME_S, "depth": 2 * TIME_S, "mode": list("abcabc")})
     read = by_name(read_matlab(saved(tmp_path, version, log=table, x=column(np.arange(9.0)))))
-    assert read["log"].columns["depth"].tolist() == (2 * T).tolist()
+    assert read["log"].columns["depth"].tolist() == (2 * TIME_S).tolist()
     assert read["log"].text == {"mode": ("a", "b", "c", "a", "b", "c")}
     assert read[""].columns["x"].tolist() == list(range(9))
 
 
 @VERSIONS
 def test_a_timetable_has_the_times_of_its_rows_as_a_column(tmp_path: Path, version: str) -> None:
-    spans = pd.TimedeltaIndex((T / 4 * 1e9).astype("timedelta64[ns]"))
-    dates = pd.DatetimeIndex(((1_700_000_000 + T) * 1e9).astype("datetime64[ns]"))
+    spans = pd.TimedeltaIndex((TIME_S / 4 * 1e9).astype("timedelta64[ns]"))
+    dates = pd.DatetimeIndex(((1_700_000_000 + TIME_S) * 1e9).astype("datetime64[ns]"))
     path = saved(tmp_path, version, dive=timetable(spans), dated=timetable(dates))
     read = by_name(read_matlab(path))
-    assert read["dive"].columns["Time"].tolist() == (T / 4).tolist()
-    assert read["dive"].columns["u"].tolist() == (T / 8).tolist()
-    assert read["dated"].columns["Time"].tolist() == (1_700_000_000 + T).tolist()
+    assert read["dive"].columns["Time"].tolist() == (TIME_S / 4).tolist()
+    assert read["dive"].columns["u"].tolist() == (TIME_S / 8).tolist()
+    assert read["dated"].columns["Time"].tolist() == (1_700_000_000 + TIME_S).tolist()
 
 
 @VERSIONS
 def test_timeseries_have_their_times_whether_these_are_kept_or_told_by_their_step(
     tmp_path: Path, version: str
 ) -> None:
-    kept = timeseries(column(T**2), np.column_stack([T, -T]))
-    even = timeseries(np.zeros((0, 0)), column(3 * T), step=0.5)
-    upright = timeseries(np.zeros((0, 0)), T.reshape(1, 1, -1), step=0.25)
+    kept = timeseries(column(TIME_S**2), np.column_stack([TIME_S, -TIME_S]))
+    even = timeseries(np.zeros((0, 0)), column(3 * TIME_S), step=0.5)
+    upright = timeseries(np.zeros((0, 0)), TIME_S.reshape(1, 1, -1), step=0.25)
     path = saved(tmp_path, version, kept=kept, log={"even": even, "deep": {"upright": upright}})
     read = {name: dict(stream.columns) for name, stream in by_name(read_matlab(path)).items()}
     assert set(read) == {"kept", "log.even", "log.deep.upright"}
     assert {name: values.tolist() for name, values in read["kept"].items()} == {
-        "Time": (T**2).tolist(),
-        "Data.0": T.tolist(),
-        "Data.1": (-T).tolist(),
+        "Time": (TIME_S**2).tolist(),
+        "Data.0": TIME_S.tolist(),
+        "Data.1": (-TIME_S).tolist(),
     }
-    assert read["log.even"]["Time"].tolist() == (2 + T / 2).tolist()
-    assert read["log.even"]["Data"].tolist() == (3 * T).tolist()
-    assert read["log.deep.upright"]["Data"].tolist() == T.tolist()
+    assert read["log.even"]["Time"].tolist() == (2 + TIME_S / 2).tolist()
+    assert read["log.even"]["Data"].tolist() == (3 * TIME_S).tolist()
+    assert read["log.deep.upright"]["Data"].tolist() == TIME_S.tolist()
 
 
 @VERSIONS
 def test_an_object_without_samples_is_left_out_and_named(tmp_path: Path, version: str) -> None:
-    path = saved(tmp_path, version, plan=MatlabOpaque({"speed": np.array([[1.0]])}, "Plan"), t=column(T))
+    path = saved(tmp_path, version, plan=MatlabOpaque({"speed": np.array([[1.0]])}, "Plan"), t=column(TIME_S))
     recorded = read_matlab(path)
     assert set(by_name(recorded)) == {""}
     assert recorded.notes == ("Not read, as they are no arrays of numbers: plan.",)
@@ -107,12 +107,12 @@ def test_without_the_library_objects_are_left_out_with_two_ways_to_have_them_rea
     tmp_path: Path, version: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(matlab, "can_read_objects", lambda: False)
-    table = pd.DataFrame({"t": T})
+    table = pd.DataFrame({"t": TIME_S})
     with pytest.raises(LogError) as refused:
         read_matlab(saved(tmp_path, version, log=table))
     for way in ("pip install 'seatrial[matlab]'", "table2struct(T, 'ToScalar', true)"):
         assert way in str(refused.value)
-    recorded = read_matlab(saved(tmp_path, version, log=table, x=column(T)))
+    recorded = read_matlab(saved(tmp_path, version, log=table, x=column(TIME_S)))
     assert set(by_name(recorded)) == {""}
     assert "Not read: objects of MATLAB" in recorded.notes[-1]
     assert "pip install 'seatrial[matlab]'" in recorded.notes[-1]
@@ -126,7 +126,7 @@ def test_an_object_that_the_library_can_not_read_is_refused_with_what_to_save(
 
     monkeypatch.setattr(matlab, "read_objects", fail)
     with pytest.raises(LogError, match="holds objects of MATLAB that can't be read; save them as structs"):
-        read_matlab(saved(tmp_path, "v7", log=pd.DataFrame({"t": T})))
+        read_matlab(saved(tmp_path, "v7", log=pd.DataFrame({"t": TIME_S})))
 
 
 def test_the_library_is_looked_for_where_it_is_installed() -> None:

@@ -58,6 +58,8 @@ CHANGES = [
     ("velocity", (100.0, 100.0, 100.0), ()),
     ("specific_force", (1.0, -1.0, -1.0), ()),
     ("specific_force", (1 / 9.80665,) * 3, ()),
+    ("specific_force", (-1.0, -1.0, -1.0), ()),
+    ("attitude", (np.radians(1.0), np.radians(1.0), 1.0), ()),
     ("depth", (-1.0,), ()),
     ("depth", (100.0,), ()),
     ("depth", (1 / 0.3048,), ()),

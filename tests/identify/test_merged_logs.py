@@ -32,16 +32,16 @@ def folder_of(tmp_path: Path, turning: Turning, **how) -> Path:
 @pytest.mark.parametrize("drift", DRIFTS)
 def test_a_planted_offset_and_drift_are_found_within_what_is_stated(tmp_path, drift) -> None:
     turning, clock = Turning(), since_its_own_boot(drift)
-    own = read_tlog([heard(tmp_path / "t.tlog", turning)], "t.tlog")
+    ours = read_tlog([heard(tmp_path / "t.tlog", turning)], "t.tlog")
     other = tmp_path / "1.BIN"
     logged(other, turning, clock)
     theirs = read_dive(other)
-    found = match(own, vars(theirs))
+    matched = match(ours, vars(theirs))
     time_s = np.array([110.0, 250.0, 390.0])
-    truth_s = np.array([clock(one) - one for one in time_s])
-    assert np.abs(found.line.ahead_s(time_s) - truth_s).max() <= found.within_s < 0.01
-    assert abs(found.line.drift - drift) <= 2 * found.line.drift_std + 1e-6
-    assert np.abs(found.line.here_s(truth_s + time_s) - time_s).max() <= found.within_s
+    truth_s = np.array([clock(time) - time for time in time_s])
+    assert np.abs(matched.line.ahead_s(time_s) - truth_s).max() <= matched.within_s < 0.01
+    assert abs(matched.line.drift - drift) <= 2 * matched.line.drift_std + 1e-6
+    assert np.abs(matched.line.here_s(truth_s + time_s) - time_s).max() <= matched.within_s
 
 
 def test_the_line_is_stated_as_well_as_it_is_known() -> None:
@@ -163,10 +163,10 @@ def test_a_damaged_log_costs_the_dive_nothing(tmp_path) -> None:
 
 
 def test_only_holes_are_filled() -> None:
-    own = Signal(np.array([0.0, 0.5, 0.6, 0.7, 1.5]), np.zeros((5, 1)))
+    ours = Signal(np.array([0.0, 0.5, 0.6, 0.7, 1.5]), np.zeros((5, 1)))
     other = Signal(np.arange(-0.2, 2.0, 0.1), np.zeros((22, 1)))
     filled = [-0.2, -0.1, 0.1, 0.2, 0.3, 0.4, *np.arange(0.8, 1.45, 0.1), 1.6, 1.7, 1.8, 1.9]
-    assert other.time_s[in_holes(own, other)] == pytest.approx(filled, abs=1e-9)
+    assert other.time_s[in_holes(ours, other)] == pytest.approx(filled, abs=1e-9)
 
 
 def test_a_real_log_of_another_dive_is_refused() -> None:

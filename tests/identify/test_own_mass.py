@@ -35,17 +35,17 @@ def found_without_depth():
 
 
 def test_the_other_axes_tell_the_mass_whose_own_controller_used_an_unrecorded_depth():
-    found = found_without_depth()
-    assert found.weighed_by_others == ("M_w",)
-    assert found["M_w"].identifiable
-    assert found["M_w"].relative_std < 0.05
-    assert abs(found["M_w"].value - mission().truth["M_w"]) < 3 * found["M_w"].std
+    answer = found_without_depth()
+    assert answer.weighed_by_others == ("M_w",)
+    assert answer["M_w"].identifiable
+    assert answer["M_w"].relative_std < 0.05
+    assert abs(answer["M_w"].value - mission().truth["M_w"]) < 3 * answer["M_w"].std
 
 
 def test_a_mass_told_by_the_others_is_a_warning_and_no_disagreement():
-    found = found_without_depth()
-    assert found.outcome is Outcome.CONVERGED
-    (doubt,) = [doubt for doubt in found.doubts if doubt.about == ("M_w",)]
+    answer = found_without_depth()
+    assert answer.outcome is Outcome.CONVERGED
+    (doubt,) = [doubt for doubt in answer.doubts if doubt.about == ("M_w",)]
     assert doubt.sentence.startswith("In heave ")
     assert (
         "so M_w is taken from the other axes' Coriolis forces alone, and the true D_w may lie below its value"
@@ -58,27 +58,27 @@ def test_a_velocity_that_the_recording_lacks_leaves_the_mass_to_the_others_too()
     fed = dived.dive.nu_fb.value.copy()
     fed[:, 0] += 0.02 * np.random.default_rng(100_107).normal(size=len(fed))
     other = replace(dived.dive, nu_fb=Signal(dived.dive.nu_fb.time_s, fed))
-    found = estimate(other, dived.file, dived.configuration, quiet)
-    assert found.weighed_by_others == ("M_u",)
-    assert abs(found["M_u"].value - dived.truth["M_u"]) < 3 * found["M_u"].std
+    answer = estimate(other, dived.file, dived.configuration, quiet)
+    assert answer.weighed_by_others == ("M_u",)
+    assert abs(answer["M_u"].value - dived.truth["M_u"]) < 3 * answer["M_u"].std
     bare = estimate(dived.dive, dived.file, dived.configuration, quiet)
     assert bare.weighed_by_others == ()
-    assert found["M_u"].std > bare["M_u"].std
+    assert answer["M_u"].std > bare["M_u"].std
 
 
 def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():
     dive = closed_loop.dive(np.random.default_rng(100_001), seconds=120.0, hidden_noise=0.02)
-    found = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", quiet)
-    assert not found["M_u"].identifiable
-    assert not found["X_udot"].identifiable
-    assert found["D_u"].identifiable
-    assert found["M_u"].reason.startswith("in surge ")
-    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in found["M_u"].reason
+    answer = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", quiet)
+    assert not answer["M_u"].identifiable
+    assert not answer["X_udot"].identifiable
+    assert answer["D_u"].identifiable
+    assert answer["M_u"].reason.startswith("in surge ")
+    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in answer["M_u"].reason
     assert any(
-        "which say too little of it, and the true D_u may lie below its value; record" in told
-        for told in found.sentences
+        "which say too little of it, and the true D_u may lie below its value; record" in sentence
+        for sentence in answer.sentences
     )
-    assert not any("surge mass" in direction.sentence for direction in found.null_directions)
+    assert not any("surge mass" in direction.sentence for direction in answer.null_directions)
 
 
 def test_thrust_in_a_doubted_axis_moves_its_own_mass_alone():
@@ -90,9 +90,9 @@ def test_thrust_in_a_doubted_axis_moves_its_own_mass_alone():
         built,
         axes=tuple(replace(a, force=1.5 * a.force) if a.dof == HEAVE else a for a in built.axes),
     )
-    one, other = (fit_axes(axes, shape, quiet, (HEAVE,)) for axes in (built, pushed))
-    std = np.sqrt(np.diag(one.covariance))
+    plain, other = (fit_axes(axes, shape, quiet, (HEAVE,)) for axes in (built, pushed))
+    std = np.sqrt(np.diag(plain.covariance))
     for dof in (0, 1, 2, 5):
-        assert abs(other.log_value[dof] - one.log_value[dof]) < 0.25 * std[dof]
+        assert abs(other.log_value[dof] - plain.log_value[dof]) < 0.25 * std[dof]
     pooled = fit_axes(pushed, shape, quiet)
-    assert abs(pooled.log_value[HEAVE] - one.log_value[HEAVE]) > 0.5 * std[HEAVE]
+    assert abs(pooled.log_value[HEAVE] - plain.log_value[HEAVE]) > 0.5 * std[HEAVE]

@@ -122,16 +122,18 @@ def test_training_tends_to_the_closed_form() -> None:
     noisy = exact_dive(noise=0.002)
     _, data = problem(noisy)
     best = closed_form(data, fixed_values(SHAPE))
-    said: list[float] = []
-    answer, curves = estimate_with_curves(noisy, FILE, "v", lambda fraction, _: said.append(fraction), QUICK)
+    fractions: list[float] = []
+    answer, curves = estimate_with_curves(
+        noisy, FILE, "v", lambda fraction, _: fractions.append(fraction), QUICK
+    )
     assert {name: answer[name].value for name in best} == pytest.approx(best, rel=5e-3)
     # The noise is what keeps both from the truth.
     assert best["M_u"] < 0.95 * TRUE["M_u"]
     assert answer.outcome is Outcome.CONVERGED
     assert curves.values.shape == (QUICK.epochs + 1, 6)
     assert curves.learning_rate[-1] < 0.01 * curves.learning_rate[1]
-    assert said == sorted(said)
-    assert said[-1] == 1.0
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
 
 
 def test_torch_is_left_as_it_was() -> None:

@@ -79,23 +79,23 @@ def test_one_wild_reading_in_three_hundred_does_not_move_the_answer():
 def test_a_dive_of_which_no_axis_can_be_fitted_is_called_not_identifiable_with_reasons():
     dive = closed_loop.dive(np.random.default_rng(8), seconds=60.0)
     blind = replace(dive, velocity=Signal(dive.velocity.time_s, np.full_like(dive.velocity.value, np.nan)))
-    found = fit(blind)
-    assert found.outcome is Outcome.NOT_IDENTIFIABLE
-    assert "no velocity in surge" in found["M_u"].reason
-    assert found.samples == 0
+    answer = fit(blind)
+    assert answer.outcome is Outcome.NOT_IDENTIFIABLE
+    assert "no velocity in surge" in answer["M_u"].reason
+    assert answer.samples == 0
 
 
 def test_every_pass_is_told_with_values_and_intervals_and_the_end_with_its_reason():
-    told = []
+    reports = []
     dive = closed_loop.dive(np.random.default_rng(3), seconds=60.0)
-    found = estimate(dive, FILE, "only", lambda *report: told.append(report))
-    shares, texts = zip(*[report[:2] for report in told], strict=True)
+    answer = estimate(dive, FILE, "only", lambda *report: reports.append(report))
+    shares, texts = zip(*[report[:2] for report in reports], strict=True)
     assert list(shares) == sorted(shares)
     assert shares[-1] == 1.0
     assert list(texts[:-1]) == [f"pass {k + 1}" for k in range(len(texts) - 1)]
-    assert {"M_u", "D_u"} <= set(told[0][2])
-    value, half = told[-2][2]["M_u"]
-    assert value == pytest.approx(found["M_u"].value, rel=1e-3)
+    assert {"M_u", "D_u"} <= set(reports[0][2])
+    value, half = reports[-2][2]["M_u"]
+    assert value == pytest.approx(answer["M_u"].value, rel=1e-3)
     assert half > 0
     assert texts[-1].startswith("the network has settled: ")
 
@@ -104,23 +104,23 @@ def test_every_pass_is_told_with_values_and_intervals_and_the_end_with_its_reaso
 def test_the_bound_of_passes_holds_over_all_trainings_and_is_told(monkeypatch, most):
     """Readings that are wild by turns make it train again and again."""
     dive = closed_loop.dive(np.random.default_rng(3), seconds=60.0)
-    told, looks = [], iter(range(1000))
+    texts, looks = [], iter(range(1000))
 
     def wild(trainer, _point):
-        found = torch.zeros_like(trainer.data.known)
-        found[next(looks) % 7] = True
-        return found
+        wild_steps = torch.zeros_like(trainer.data.known)
+        wild_steps[next(looks) % 7] = True
+        return wild_steps
 
     monkeypatch.setattr(pinn_fit, "_wild", wild)
     monkeypatch.setattr(pinn_fit, "MOST_PASSES", most)
-    found = pinn_fit.fit_network(
-        dive, FILE, "only", build_axes(dive, FILE, "only"), lambda _, text, *_values: told.append(text)
+    trained = pinn_fit.fit_network(
+        dive, FILE, "only", build_axes(dive, FILE, "only"), lambda _, text, *_values: texts.append(text)
     )
-    assert len(told) == most + 1
-    assert told[-2] == f"pass {most}"
-    assert not found.settled
-    assert told[-1] == found.reason
-    assert "had not settled" in found.reason
+    assert len(texts) == most + 1
+    assert texts[-2] == f"pass {most}"
+    assert not trained.settled
+    assert texts[-1] == trained.reason
+    assert "had not settled" in trained.reason
 
 
 class _Asked(Exception):
@@ -140,11 +140,13 @@ def test_a_card_is_used_where_there_is_one(monkeypatch, there, device):
 
 
 def test_covariance_information_and_noise_belong_to_the_coefficients_that_were_fitted():
-    found = fit(closed_loop.dive(np.random.default_rng(3), seconds=120.0))
-    assert found.covariance_of == ("M_u", "D_u")
-    assert np.sqrt(np.diag(found.covariance)) == pytest.approx([found["M_u"].std, found["D_u"].std], rel=1e-6)
-    assert found.information.of == ("M_u", "D_u", "surge_trim")
-    assert np.linalg.eigvalsh(found.information.matrix).min() > 0
-    assert found.nuisance[noise(0, "dvl", False)] == pytest.approx(0.004, rel=0.1)
-    assert found.nuisance[disturbance(0)] == pytest.approx(0.35, rel=0.3)
-    assert found.nuisance[time_constant(0)] == pytest.approx(1.5, rel=0.6)
+    answer = fit(closed_loop.dive(np.random.default_rng(3), seconds=120.0))
+    assert answer.covariance_of == ("M_u", "D_u")
+    assert np.sqrt(np.diag(answer.covariance)) == pytest.approx(
+        [answer["M_u"].std, answer["D_u"].std], rel=1e-6
+    )
+    assert answer.information.of == ("M_u", "D_u", "surge_trim")
+    assert np.linalg.eigvalsh(answer.information.matrix).min() > 0
+    assert answer.nuisance[noise(0, "dvl", False)] == pytest.approx(0.004, rel=0.1)
+    assert answer.nuisance[disturbance(0)] == pytest.approx(0.35, rel=0.3)
+    assert answer.nuisance[time_constant(0)] == pytest.approx(1.5, rel=0.6)

@@ -51,49 +51,49 @@ def train(shape, curvature, start=0.0):
 
 
 def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
-    _, found, passes = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
-    assert found.settled
-    assert float(found.raw) == pytest.approx(0.4)
-    assert len(passes) == found.passes == 2
-    assert "10 % of its standard error" in found.reason
+    _, trained, passes = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
+    assert trained.settled
+    assert float(trained.raw) == pytest.approx(0.4)
+    assert len(passes) == trained.passes == 2
+    assert "10 % of its standard error" in trained.reason
     of_priors = torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
-    torch.testing.assert_close((found.curvature - found.curvature_by_data).diagonal(), of_priors)
+    torch.testing.assert_close((trained.curvature - trained.curvature_by_data).diagonal(), of_priors)
 
 
 def test_a_curvature_that_is_taken_for_ten_times_too_large_makes_training_creep_for_one_step_alone():
     """By the curvature given alone, every step would leave nine tenths of the way: here the second ends it."""
-    _, found, _ = train(lambda x: 50 * (x - 0.05) ** 2, 1000.0)
-    assert found.settled
-    assert found.passes == 3
-    assert float(found.raw) == pytest.approx(0.05)
+    _, trained, _ = train(lambda x: 50 * (x - 0.05) ** 2, 1000.0)
+    assert trained.settled
+    assert trained.passes == 3
+    assert float(trained.raw) == pytest.approx(0.05)
 
 
 def test_a_step_that_leads_up_is_shortened():
     """The curvature given is a fifth of the true one: the whole step goes four times too far."""
-    bowl, found, _ = train(lambda x: 50 * (x - 0.1) ** 2, 20.0)
+    bowl, trained, _ = train(lambda x: 50 * (x - 0.1) ** 2, 20.0)
     assert max(bowl.asked) == pytest.approx(0.5)
-    assert found.settled
-    assert float(found.raw) == pytest.approx(0.1, abs=0.04)
+    assert trained.settled
+    assert float(trained.raw) == pytest.approx(0.1, abs=0.04)
 
 
 def test_a_pass_moves_no_raw_parameter_by_more_than_one():
-    bowl, found, _ = train(lambda x: 50 * (x - 7.0) ** 2, 100.0)
+    bowl, trained, _ = train(lambda x: 50 * (x - 7.0) ** 2, 100.0)
     steps = [b - a for a, b in zip(bowl.asked, bowl.asked[1:], strict=False)]
     assert max(steps) == pytest.approx(1.0)
-    assert float(found.raw) == pytest.approx(7.0, abs=0.01)
+    assert float(trained.raw) == pytest.approx(7.0, abs=0.01)
 
 
 def test_a_loss_that_falls_no_more_ends_training_with_that_reason():
-    _, found, _ = train(lambda x: 1e-3 * x, 1e-5)
-    assert found.settled
-    assert "fell by less" in found.reason
+    _, trained, _ = train(lambda x: 1e-3 * x, 1e-5)
+    assert trained.settled
+    assert "fell by less" in trained.reason
 
 
 def test_a_loss_without_an_end_is_left_at_the_bound_of_passes_and_not_called_settled():
-    _, found, passes = train(lambda x: -x, 1.0)
-    assert not found.settled
-    assert len(passes) == found.passes == 40
-    assert found.reason
+    _, trained, passes = train(lambda x: -x, 1.0)
+    assert not trained.settled
+    assert len(passes) == trained.passes == 40
+    assert trained.reason
 
 
 def test_a_loss_that_only_rises_is_never_called_settled():
@@ -108,9 +108,9 @@ def test_a_loss_that_only_rises_is_never_called_settled():
         SimpleNamespace(axes=1), None, Prior(LEVELS, ONE), lambda _: full, lambda _: None, lambda x: 2 * x**2
     )
     start = bowl.at(torch.tensor([1.0], dtype=torch.float64), LEVELS, torch.zeros(1, 1, dtype=torch.float64))
-    found = bowl.train(start)
-    assert bowl.loss(found.point) > bowl.loss(start)
-    assert not found.settled
+    trained = bowl.train(start)
+    assert bowl.loss(trained.point) > bowl.loss(start)
+    assert not trained.settled
 
 
 NODES = [1, 2, 3, 8, 9, 17]
@@ -145,14 +145,14 @@ def test_solution_log_determinant_and_selected_inverse_are_those_of_the_dense_ma
     given = diagonal.clone()
     right = torch.arange(nodes * 3 * 2, dtype=torch.float64).sin().reshape(nodes, 3, 2)
     factor = factorise(diagonal, above)
-    found = solve(factor, right)
-    torch.testing.assert_close(found.flatten(0, 1), torch.linalg.solve(dense, right.flatten(0, 1)))
+    solution = solve(factor, right)
+    torch.testing.assert_close(solution.flatten(0, 1), torch.linalg.solve(dense, right.flatten(0, 1)))
     torch.testing.assert_close(factor.log_det, torch.linalg.slogdet(dense).logabsdet)
     inverse = torch.linalg.inv(dense).reshape(nodes, 3, nodes, 3).transpose(1, 2)
     each = torch.arange(nodes)
-    on, beside = selected_inverse(factor)
+    on, off_diagonal = selected_inverse(factor)
     torch.testing.assert_close(on, inverse[each, each])
-    torch.testing.assert_close(beside, inverse[each[:-1], each[1:]])
+    torch.testing.assert_close(off_diagonal, inverse[each[:-1], each[1:]])
     assert torch.equal(diagonal, given)
 
 
@@ -191,9 +191,9 @@ def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differenc
         row = torch.zeros_like(middle)
         row[index] = MOVE
         above, below = (network_tasks.at_row(trainer, point, middle + sign * row) for sign in (1, -1))
-        said = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
-        allowed = 1e-3 * abs(said) + 5e-3 * float(one_error[index]) + 1e-4
-        assert float(point.slope[index]) == pytest.approx(said, abs=allowed), index
+        central = (trainer.loss(above) - trainer.loss(below)) / (4 * MOVE)
+        allowed = 1e-3 * abs(central) + 5e-3 * float(one_error[index]) + 1e-4
+        assert float(point.slope[index]) == pytest.approx(central, abs=allowed), index
 
 
 SHAPE = Configuration(
@@ -273,5 +273,5 @@ def test_the_slope_in_the_levels_of_a_known_disturbance_is_that_of_its_likelihoo
         return 0.5 * ((off**2 / spread + spread.log()).sum() + first)
 
     at = row(np.log(2.0), np.log(1.1))
-    found = slope(moments, step_s, Noise(NOISE.sensor, row(2.0), row(1.1)))
-    torch.testing.assert_close(found[2:], torch.func.grad(half_loss)(at), rtol=1e-6, atol=1e-6)
+    slopes = slope(moments, step_s, Noise(NOISE.sensor, row(2.0), row(1.1)))
+    torch.testing.assert_close(slopes[2:], torch.func.grad(half_loss)(at), rtol=1e-6, atol=1e-6)

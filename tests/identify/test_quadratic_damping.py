@@ -70,10 +70,10 @@ def test_both_dampings_come_with_intervals_that_hold_the_truth_and_in_the_covari
 def test_of_twenty_dives_seventeen_intervals_or_more_hold_each_truth():
     inside = dict.fromkeys(("M_u", "D_u", "X_uu"), 0)
     for seed in range(20):
-        found = fit(closed_loop.dive(np.random.default_rng(100 + seed), 60.0, quadratic=QUADRATIC))
+        answer = fit(closed_loop.dive(np.random.default_rng(100 + seed), 60.0, quadratic=QUADRATIC))
         truth = {"M_u": closed_loop.MASS, "D_u": closed_loop.DAMPING, "X_uu": QUADRATIC}
         for name, value in truth.items():
-            inside[name] += found[name].low95 <= value <= found[name].high95
+            inside[name] += answer[name].low95 <= value <= answer[name].high95
     assert min(inside.values()) >= 17
 
 
@@ -84,9 +84,9 @@ def test_dampings_that_trade_are_both_kept_and_their_sum_is_told(both):
     assert force.low95 < truth < force.high95
     assert force.relative_std < 0.02
     assert any("D_u and X_uu hold together (correlation -0.9" in note for note in both.notes)
-    told = both.to_json()["drag_forces"][0]
-    assert (told["linear"], told["quadratic"]) == ("D_u", "X_uu")
-    assert told["force"] == force.force
+    data = both.to_json()["drag_forces"][0]
+    assert (data["linear"], data["quadratic"]) == ("D_u", "X_uu")
+    assert data["force"] == force.force
 
 
 def test_a_hull_without_quadratic_damping_may_as_well_have_none_and_is_no_fault(without):
@@ -95,7 +95,11 @@ def test_a_hull_without_quadratic_damping_may_as_well_have_none_and_is_no_fault(
     assert without["X_uu"].high95 < 15.0
     assert without["X_uu"].identifiable
     assert without["D_u"].low95 < closed_loop.DAMPING < without["D_u"].high95
-    assert all(math.isfinite(one.value) for one in without.parameters if one.name in ("D_u", "X_uu"))
+    assert all(
+        math.isfinite(parameter.value)
+        for parameter in without.parameters
+        if parameter.name in ("D_u", "X_uu")
+    )
 
 
 def test_a_drag_is_made_of_no_speed_that_runs_away():
@@ -114,18 +118,17 @@ def test_a_drag_is_made_of_no_speed_that_runs_away():
 
 
 def test_a_hull_whose_damping_is_quadratic_has_no_linear_one_and_says_so(squared):
-    found = squared
-    assert found["X_uu"].low95 < 200.0 < found["X_uu"].high95
-    assert found.outcome is Outcome.CONVERGED
-    assert math.isnan(found["D_u"].value)
-    assert found["D_u"].reason == "the vehicle file's damping is quadratic: its hull has no linear damping"
-    assert "D_u" not in found.covariance_of
-    assert not any("surge damping" in direction.sentence for direction in found.null_directions)
+    assert squared["X_uu"].low95 < 200.0 < squared["X_uu"].high95
+    assert squared.outcome is Outcome.CONVERGED
+    assert math.isnan(squared["D_u"].value)
+    assert squared["D_u"].reason == "the vehicle file's damping is quadratic: its hull has no linear damping"
+    assert "D_u" not in squared.covariance_of
+    assert not any("surge damping" in direction.sentence for direction in squared.null_directions)
 
 
 def test_a_linear_damping_that_a_quadratic_hull_lacks_is_missed():
-    found = fit(closed_loop.dive(np.random.default_rng(5), 300.0, quadratic=QUADRATIC), "quadratic")
-    (doubt,) = [one for one in found.doubts if "grows as the speed itself" in one.sentence]
+    answer = fit(closed_loop.dive(np.random.default_rng(5), 300.0, quadratic=QUADRATIC), "quadratic")
+    (doubt,) = [doubt for doubt in answer.doubts if "grows as the speed itself" in doubt.sentence]
     assert doubt.about == ("M_u", "X_uu")
     assert "write damping: both" in doubt.sentence
 
@@ -138,10 +141,10 @@ def test_a_method_without_quadratic_damping_refuses_and_names_the_one_that_has_i
 
 def test_a_prior_of_quadratic_damping_is_part_of_the_value(both):
     prior = {"X_uu": Prior(QUADRATIC, 0.5, rests_on="thrust")}
-    told = fit(closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC), priors=prior)
-    assert told["X_uu"].std < 0.6 < both["X_uu"].std
-    assert told["D_u"].std < 0.5 * both["D_u"].std
-    assert told["X_uu"].share_from_prior > 0.9
+    answer = fit(closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC), priors=prior)
+    assert answer["X_uu"].std < 0.6 < both["X_uu"].std
+    assert answer["D_u"].std < 0.5 * both["D_u"].std
+    assert answer["X_uu"].share_from_prior > 0.9
 
 
 def test_all_that_was_identified_goes_to_the_vehicle(both):
@@ -158,10 +161,10 @@ def test_of_a_sum_that_is_known_loosely_nothing_is_kept(both):
     indices = [both.covariance_of.index(name) for name in ("D_u", "X_uu")]
     covariance = both.covariance.copy()
     covariance[np.ix_(indices, indices)] = np.diag([40.0**2, 80.0**2])
-    loose = [replace(one, identifiable=False, reason="too little") for one in both.parameters]
-    found = with_drag_forces(replace(both, covariance=covariance, parameters=tuple(loose)))
-    assert not found["D_u"].identifiable
-    assert not found["X_uu"].identifiable
+    loose = [replace(parameter, identifiable=False, reason="too little") for parameter in both.parameters]
+    answer = with_drag_forces(replace(both, covariance=covariance, parameters=tuple(loose)))
+    assert not answer["D_u"].identifiable
+    assert not answer["X_uu"].identifiable
     kept = with_drag_forces(replace(both, parameters=tuple(loose)))
     assert kept["D_u"].identifiable
     assert kept["X_uu"].reason == ""

@@ -43,15 +43,15 @@ def flown(mode: Mode, mass: float = 1.0, damping: float = 1.0, axes: tuple[int, 
     reference = np.zeros((count, 14))
     nu, pid, ff = (np.zeros((count, 6)) for _ in range(3))
     for dof in axes:
-        m, d, top = TRUTH[dof]
+        mass_kg, d, top = TRUTH[dof]
         wanted, slope = _runs(top, 10.0 + 55.0 * PLACE[dof], count)
         reference[:, dof], reference[:, 6 + dof] = wanted, slope
         motion = np.zeros(count)
         for k in range(1, count):
             motion[k] = motion[k - 1] + (wanted[k - 1] - motion[k - 1]) / (LAG_S * RATE_HZ)
         nu[:, dof] = motion
-        pid[:, dof] = m * np.gradient(motion, 1 / RATE_HZ) + d * motion
-        ff[:, dof] = mass * m * slope + damping * d * wanted
+        pid[:, dof] = mass_kg * np.gradient(motion, 1 / RATE_HZ) + d * motion
+        ff[:, dof] = mass * mass_kg * slope + damping * d * wanted
     flat = np.full((count, 1), float(mode))
     commanded = {Mode.ALONE: ff, Mode.BOTH: pid + ff}.get(mode, pid)
     return Dive(
@@ -71,28 +71,28 @@ def under(dive: Dive, pid: Array, *, with_fed: bool = False) -> Dive:
 
 
 def judged(dive: Dive) -> Raising:
-    found = go_no_go(dive, FILE, "hovering")
-    assert found is not None
-    return found
+    raising = go_no_go(dive, FILE, "hovering")
+    assert raising is not None
+    return raising
 
 
-def failed(found: Raising) -> list[str]:
-    return [one.what for one in found.criteria if one.passed is False]
+def failed(raising: Raising) -> list[str]:
+    return [criterion.what for criterion in raising.criteria if criterion.passed is False]
 
 
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
 def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late_the_pid_is(
     mode: Mode,
 ) -> None:
-    found = judged(flown(mode))
-    assert found.go
-    assert all(one.passed for one in found.criteria)
-    assert "may be raised" in found.sentence
-    assert found.sentence.endswith("to both (seatrial ff both, in the app Ctrl-U).")
+    raising = judged(flown(mode))
+    assert raising.go
+    assert all(criterion.passed for criterion in raising.criteria)
+    assert "may be raised" in raising.sentence
+    assert raising.sentence.endswith("to both (seatrial ff both, in the app Ctrl-U).")
 
 
 def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
-    words = {one.what: one.words for one in judged(flown(Mode.SHADOW)).criteria}
+    words = {criterion.what: criterion.words for criterion in judged(flown(Mode.SHADOW)).criteria}
     # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.
     assert words["surge mass"].startswith("100 kg fed, PID 100 ±")
     assert words["surge damping"].startswith("50 N/(m/s) fed, PID 50 ±")
@@ -100,12 +100,12 @@ def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
-@pytest.mark.parametrize("what", ["mass", "damping"])
-def test_a_mass_or_damping_of_half_or_twice_is_named_and_is_no_go(what: str, factor: float) -> None:
-    found = judged(flown(Mode.SHADOW, **{what: factor}))
-    assert failed(found) == [f"{axis} {what}" for axis in ("surge", "sway", "yaw")]
-    named = ", ".join(failed(found))
-    assert found.sentence.startswith(f"NO-GO, don't raise it: {named}. Identify from")
+@pytest.mark.parametrize("term", ["mass", "damping"])
+def test_a_mass_or_damping_of_half_or_twice_is_named_and_is_no_go(term: str, factor: float) -> None:
+    raising = judged(flown(Mode.SHADOW, **{term: factor}))
+    assert failed(raising) == [f"{axis} {term}" for axis in ("surge", "sway", "yaw")]
+    named = ", ".join(failed(raising))
+    assert raising.sentence.startswith(f"NO-GO, don't raise it: {named}. Identify from")
 
 
 def test_a_dive_at_rest_or_without_its_feed_forward_is_no_go() -> None:
@@ -124,8 +124,8 @@ def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
     dive = flown(Mode.SHADOW)
     pushed = dive.tau_pid.value.copy()
     pushed[:, 0] += 20.0 * np.sin(2 * np.pi * dive.tau_pid.time_s / 12.0)
-    found = judged(under(dive, pushed))
-    assert "surge likeness" in failed(found)
+    raising = judged(under(dive, pushed))
+    assert "surge likeness" in failed(raising)
 
 
 @pytest.mark.parametrize(("seconds", "go"), [(1.9, True), (2.2, False)])
@@ -136,20 +136,31 @@ def test_a_dive_in_which_thrusters_were_pushed_beside_the_controller_tells_nothi
     assert dive.tau_cmd is not None
     commanded = dive.tau_cmd.value.copy()
     commanded[: round(seconds * RATE_HZ), 1] += 30.0
-    found = judged(replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, commanded)))
-    assert found.go is go
-    assert go or found.sentence.endswith(
+    raising = judged(replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, commanded)))
+    assert raising.go is go
+    assert go or raising.sentence.endswith(
         "motion. Fly a minute by its controller: by hand, or the validation mission."
     )
+
+
+def test_an_axis_that_an_autopilot_holds_later_is_not_pushed_beside_the_controller() -> None:
+    """Flown by sticks in MANUAL, then in STABILIZE: the companion has no say over that axis any more."""
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_pid is not None
+    pid, time_s = dive.tau_pid.value.copy(), dive.tau_pid.time_s
+    pid[time_s > 75.0, 0] = 0.0
+    commanded = pid.copy()
+    commanded[:, 0] += np.where(time_s > 75.0, 5.0 * np.sign(np.sin(time_s)), 0.0)
+    assert judged(replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))).go
 
 
 def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
     dive = flown(Mode.SHADOW)
     zeroed = dive.tau_ff.value.copy()
     zeroed[:, 1] = 0.0
-    found = judged(replace(dive, tau_ff=Signal(dive.tau_ff.time_s, zeroed)))
-    assert failed(found) == ["sway fed"]
-    assert "upload a set that it can fly" in found.sentence
+    raising = judged(replace(dive, tau_ff=Signal(dive.tau_ff.time_s, zeroed)))
+    assert failed(raising) == ["sway fed"]
+    assert "upload a set that it can fly" in raising.sentence
 
 
 def test_a_baseline_that_feeds_nothing_forward_is_neither_go_nor_no_go() -> None:
@@ -161,9 +172,9 @@ def test_a_baseline_that_feeds_nothing_forward_is_neither_go_nor_no_go() -> None
 
 
 def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing() -> None:
-    found = judged(flown(Mode.SHADOW, axes=(0, 5)))
-    assert found.go
-    assert found.sentence.endswith("Not known from this dive: sway.")
+    raising = judged(flown(Mode.SHADOW, axes=(0, 5)))
+    assert raising.go
+    assert raising.sentence.endswith("Not known from this dive: sway.")
 
 
 def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
@@ -192,21 +203,23 @@ def test_of_a_dive_in_two_modes_the_longer_part_is_judged() -> None:
         ff_mode=Signal(shadow.ff_mode.time_s, mode),
         tau_ff=Signal(shadow.tau_ff.time_s, fed),
     )
-    found = judged(both)
-    assert found.flown is Mode.SHADOW
-    assert found.go
-    assert "yaw" in found.sentence  # its runs came after
+    raising = judged(both)
+    assert raising.flown is Mode.SHADOW
+    assert raising.go
+    assert "yaw" in raising.sentence  # its runs came after
 
 
 def test_feed_forward_alone_is_judged_by_the_papers_errors() -> None:
     dive = flown(Mode.ALONE)
     assert dive.velocity is not None
-    exact = {one.what: one.passed for one in judged(_on_course(dive, 1.0)).criteria}
+    exact = {criterion.what: criterion.passed for criterion in judged(_on_course(dive, 1.0)).criteria}
     assert exact["surge held speed"] is True
     slow = judged(_on_course(dive, 0.85))
     assert "surge held speed" in failed(slow)
     assert slow.sentence.startswith("NO-GO, lower the feed-forward to shadow: ")
-    assert "off by 15.0 % of the speed held, at most 13.4 %" in {one.words for one in slow.criteria}
+    assert "off by 15.0 % of the speed held, at most 13.4 %" in {
+        criterion.words for criterion in slow.criteria
+    }
 
 
 def _on_course(dive: Dive, share: float) -> Dive:
@@ -218,10 +231,10 @@ def _on_course(dive: Dive, share: float) -> Dive:
 @pytest.mark.parametrize(("share", "go"), [(0.4, True), (0.6, False)])
 def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -> None:
     dive = flown(Mode.BOTH)
-    found = judged(under(dive, share * dive.tau_ff.value, with_fed=True))
-    assert found.go is go
-    assert found.to is Mode.BOTH
-    assert ("may stay at both" in found.sentence) is go
+    raising = judged(under(dive, share * dive.tau_ff.value, with_fed=True))
+    assert raising.go is go
+    assert raising.to is Mode.BOTH
+    assert ("may stay at both" in raising.sentence) is go
 
 
 def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
@@ -231,16 +244,16 @@ def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
     rough = np.convolve(rng.standard_normal(len(dive.tau_pid)), np.ones(40) / 40**0.5, "same")
     pid = dive.tau_pid.value.copy()
     pid[:, 5] += 1.0 * rough
-    found = judged(under(dive, pid))
-    passed = {one.what: one.passed for one in found.criteria}
+    raising = judged(under(dive, pid))
+    passed = {criterion.what: criterion.passed for criterion in raising.criteria}
     assert passed["yaw mass"] is None
     assert passed["surge mass"] is True
-    assert found.go
+    assert raising.go
 
 
 def test_it_is_told_as_plain_data() -> None:
-    one = Raising(Mode.SHADOW, Mode.BOTH, (Criterion("surge mass", False, "twice", "identify anew"),))
-    assert one.to_json() == {
+    raising = Raising(Mode.SHADOW, Mode.BOTH, (Criterion("surge mass", False, "twice", "identify anew"),))
+    assert raising.to_json() == {
         "go": False,
         "from": "shadow",
         "to": "both",
@@ -254,8 +267,8 @@ def in_modes(*parts: tuple[Mode, float]) -> Dive:
     dive = flown(Mode.BOTH)
     time_s = np.arange(0.0, 180.0, 1.0)
     mode = np.full(len(time_s), float(parts[-1][0]))
-    for one, until_s in reversed(parts):
-        mode[time_s < until_s] = float(one)
+    for part_mode, until_s in reversed(parts):
+        mode[time_s < until_s] = float(part_mode)
     at_s = dive.tau_ff.time_s
     acts = mode[np.minimum(at_s.astype(int), len(mode) - 1)] == float(Mode.BOTH)
     commanded = Signal(at_s, dive.tau_pid.value + acts[:, None] * dive.tau_ff.value)
@@ -264,11 +277,11 @@ def in_modes(*parts: tuple[Mode, float]) -> Dive:
 
 def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() -> None:
     dive = in_modes((Mode.OFF, 62.0), (Mode.SHADOW, 180.0))
-    found = in_one_mode(dive)
-    assert found.mode is Mode.SHADOW
-    assert found.dive.nu_ref.time_s[0] == pytest.approx(62.0, abs=1 / RATE_HZ)
-    assert found.changed.passed
-    assert found.changed.words == (
+    part = in_one_mode(dive)
+    assert part.mode is Mode.SHADOW
+    assert part.dive.nu_ref.time_s[0] == pytest.approx(62.0, abs=1 / RATE_HZ)
+    assert part.changed.passed
+    assert part.changed.words == (
         "changed in the dive (off 62 s, shadow 117 s); judged is the part in shadow of 117 s"
     )
     assert "mode" not in failed(judged(dive))
@@ -277,16 +290,16 @@ def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() 
 def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive() -> None:
     assert in_one_mode(in_modes((Mode.SHADOW, 66.0), (Mode.OFF, 180.0))).mode is Mode.OFF
     still = in_modes((Mode.OFF, 5.0), (Mode.SHADOW, 65.0), (Mode.OFF, 180.0))
-    rest = still.nu_ref.value.copy()
-    rest[still.nu_ref.time_s > 65.0] = 0.0
-    assert in_one_mode(replace(still, nu_ref=Signal(still.nu_ref.time_s, rest))).mode is Mode.SHADOW
+    reference = still.nu_ref.value.copy()
+    reference[still.nu_ref.time_s > 65.0] = 0.0
+    assert in_one_mode(replace(still, nu_ref=Signal(still.nu_ref.time_s, reference))).mode is Mode.SHADOW
 
 
 def test_a_feed_forward_that_was_taken_back_while_the_vehicle_moved_is_no_go_and_after_it_none() -> None:
-    found = judged(in_modes((Mode.BOTH, 20.0), (Mode.OFF, 180.0)))
-    assert failed(found) == ["mode"]
-    assert found.sentence.startswith("NO-GO, don't raise it: mode. Find out why it was taken back")
-    assert found.criteria[0].words.startswith(
+    raising = judged(in_modes((Mode.BOTH, 20.0), (Mode.OFF, 180.0)))
+    assert failed(raising) == ["mode"]
+    assert raising.sentence.startswith("NO-GO, don't raise it: mode. Find out why it was taken back")
+    assert raising.criteria[0].words.startswith(
         "taken back while the reference moved: changed in the dive (both 20 s"
     )
     after_the_mission = judged(in_modes((Mode.BOTH, 172.0), (Mode.OFF, 180.0)))

@@ -165,10 +165,13 @@ def test_a_firmwares_dive_logged_twice_a_second_tells_the_hulls_drag():
     whole = read_dive(Path(shared("data", "ardusub_sitl", "still.tlog.gz")), None, file)
     seldom = Signal(whole.pwm.time_s[::25], whole.pwm.value[::25])
     dive = with_reckoned_pulses(replace(whole, pwm=seldom))
-    found = diagnose(dive, file, "vectored", progress=lambda *_: None)
-    assert (found.verdict, [cause.name for cause in found.findings]) == ("explained", ["quadratic_drag"])
+    diagnosis = diagnose(dive, file, "vectored", progress=lambda *_: None)
+    assert (diagnosis.verdict, [cause.name for cause in diagnosis.findings]) == (
+        "explained",
+        ["quadratic_drag"],
+    )
     for name, true in (("X_uu", 48.285), ("Y_vv", 62.08)):
-        assert found.findings[0].parameters[name].value == pytest.approx(true, rel=0.05)
+        assert diagnosis.findings[0].parameters[name].value == pytest.approx(true, rel=0.05)
 
 
 def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between_two_pulses(

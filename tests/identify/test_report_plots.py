@@ -35,11 +35,11 @@ def strokes(path: str) -> list[Array]:
 def curves(svg: str, style: int = 0) -> list[Array]:
     """The strokes of the lines in a style, as points of the page, y downwards."""
     name = next(name for name, colour in LIGHT.items() if colour == STYLES[style]["color"])
-    found = []
+    lines = []
     for path, how in re.findall(r'<path d="([^"]*)"[^>]*style="([^"]*)"', svg):
         if f"stroke: var(--{name})" in how and "fill: none" in how:
-            found += strokes(path)
-    return found
+            lines += strokes(path)
+    return lines
 
 
 def test_a_lone_spike_of_a_million_samples_is_drawn():
@@ -133,7 +133,7 @@ def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(t
 
 
 @pytest.mark.parametrize(
-    ("value", "low", "high", "told"),
+    ("value", "low", "high", "expected"),
     [
         (111.9123, 110.54, 113.28, ("111.9", "110.5 to 113.3")),
         (24.4, 24.3871, 24.4129, ("24.400", "24.387 to 24.413")),
@@ -144,9 +144,9 @@ def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(t
     ],
 )
 def test_a_value_has_the_digits_that_its_interval_allows(
-    value: float, low: float, high: float, told: tuple[str, str]
+    value: float, low: float, high: float, expected: tuple[str, str]
 ):
-    assert with_interval(value, low, high) == told
+    assert with_interval(value, low, high) == expected
 
 
 def test_numbers_read_well():

@@ -68,8 +68,8 @@ def marks(section: Section) -> list[tuple[float, float, str]]:
 def test_parameters_stand_with_interval_unit_truth_and_reason():
     section = identification_section(identification(MASS, INERTIA, UNKNOWN), {"M_u": 111.6, "I_r": 16.0})
     table, others = section.tables
-    told = ("Standard error", "Partner", "Meaning")
-    assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", *told)
+    further = ("Standard error", "Partner", "Meaning")
+    assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", *further)
     assert [" | ".join(row) for row in table.rows] == [
         "M_u | 111.9 | 110.5 to 113.3 | kg | 111.6 | inside | 0.63 % | — | total mass in surge: rigid body plus added",
         "I_r | 15.20 | 14.71 to 15.69 | kg m² | 16.00 | OUTSIDE | 1.7 % | — | "
@@ -177,8 +177,8 @@ def test_an_interval_that_would_dwarf_the_others_ends_in_arrows():
     section = identification_section(identification(MASS, INERTIA, wide))
     assert [shape for *_, shape in marks(section)] == ["o", "o", "<", ">", "o"]
     assert "arrow" in section.figures[0].caption
-    told = {text.get_text(): text.get_ha() for text in boxes(section.figures[0])[0].texts}
-    assert told == {"−1000 %": "left", "+1000 %": "right"}
+    arrows = {text.get_text(): text.get_ha() for text in boxes(section.figures[0])[0].texts}
+    assert arrows == {"−1000 %": "left", "+1000 %": "right"}
 
 
 @pytest.mark.parametrize(

@@ -123,9 +123,9 @@ def test_the_runs_of_a_table_are_identified_together(folder):
         out,
     )
     assert cli.main([*map(str, words)]) == exit_codes.DONE
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert [run["name"] for run in found["runs"]["used"]] == [f"trials run {k}" for k in (1, 2, 3, 4, 10)]
-    mass = next(parameter for parameter in found["parameters"] if parameter["name"] == "M_u")
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert [run["name"] for run in answer["runs"]["used"]] == [f"trials run {k}" for k in (1, 2, 3, 4, 10)]
+    mass = next(parameter for parameter in answer["parameters"] if parameter["name"] == "M_u")
     assert mass["low95"] < closed_loop.MASS < mass["high95"]
 
 

@@ -50,10 +50,10 @@ def said(capsys):
 def test_a_folder_of_runs_is_identified_as_one_dive(folder, capsys):
     out = folder / "hull.json"
     assert seatrial("identify", folder, folder / "runs", "--together", "--json", out) == exit_codes.DONE
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert [run["name"] for run in found["runs"]["used"]] == [f"run{seed}" for seed in range(5)]
-    assert found["runs"]["left_out"] == {}
-    by_name = {parameter["name"]: parameter for parameter in found["parameters"]}
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert [run["name"] for run in answer["runs"]["used"]] == [f"run{seed}" for seed in range(5)]
+    assert answer["runs"]["left_out"] == {}
+    by_name = {parameter["name"]: parameter for parameter in answer["parameters"]}
     assert by_name["M_u"]["low95"] < closed_loop.MASS < by_name["M_u"]["high95"]
     assert by_name["D_u"]["low95"] < closed_loop.DAMPING < by_name["D_u"]["high95"]
     printed = " ".join(capsys.readouterr().out.split())
@@ -95,8 +95,8 @@ def test_several_recordings_are_one_diagnosis(folder, capsys):
     out = folder / "gap.json"
     runs = [folder / "runs" / f"run{seed}.csv" for seed in (3, 1, 2)]
     assert seatrial("diagnose", folder, *runs, "--json", out) == exit_codes.DONE
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert [run["name"] for run in found["runs"]["used"]] == ["run1", "run2", "run3"]
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert [run["name"] for run in answer["runs"]["used"]] == ["run1", "run2", "run3"]
     assert "3 runs are one dive of 45 s: run1, run2 and run3." in " ".join(capsys.readouterr().out.split())
 
 

@@ -12,8 +12,11 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Water
 from identify.dive import Signal
+from identify.estimators.alike_runs import Kinds, unlike_doubts
 from identify.estimators.axes import build_axes
+from identify.estimators.forms import Kind
 from identify.estimators.innovations import VELOCITY, innovations, smoothed_velocity, transitions
+from identify.estimators.lacking import Lack
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_axis import FORCES, likelihood_of, rigid_mass
 from identify.forces import wrench
@@ -102,10 +105,10 @@ def test_the_likelihood_and_the_score_of_runs_together_are_the_sums_of_those_alo
         gradient, information = problem.score(theta)
         value, slope, bend = 0.0, 0.0, 0.0
         for k, trim in enumerate(trims):
-            own = np.concatenate([theta[:FORCES], [trim], theta[FORCES + 3 :]])
+            of_part = np.concatenate([theta[:FORCES], [trim], theta[FORCES + 3 :]])
             part = alone[k][dof]
-            value += part.log_likelihood(own)
-            by_own, of_own = part.score(own)
+            value += part.log_likelihood(of_part)
+            by_own, of_own = part.score(of_part)
             slope, bend = slope + by_own[0], bend + of_own[0, 0]
             assert gradient[FORCES + k] == pytest.approx(by_own[FORCES], rel=1e-4, abs=1e-3)
         # Readings of a DVL before the thrust is known are smoothed with the rest of the run alone: hardly a difference.
@@ -121,8 +124,8 @@ def test_the_speed_that_the_readings_show_is_that_of_each_run_alone(survey):
     problem = problems(drawn, dive)[5]
     parts = [problems(drawn, part)[5] for part in runs]
     theta = problem.prior_mean
-    own = np.delete(theta, [FORCES + 1, FORCES + 2])
-    speeds = np.concatenate([part.speed(own) for part in parts])
+    of_part = np.delete(theta, [FORCES + 1, FORCES + 2])
+    speeds = np.concatenate([part.speed(of_part) for part in parts])
     np.testing.assert_allclose(problem.speed(theta), speeds, atol=1e-10)
 
 
@@ -162,6 +165,15 @@ def test_runs_of_a_second_vehicle_are_named_and_those_of_one_vehicle_are_not():
     spread = [heavier(each, 1.0 + 0.02 * k) for k, each in enumerate(runs)]
     for alike in (runs, ballasted, spread, of_two[:4]):
         assert not any("heavy" in each.problem for each in identified(joined(alike)).doubts)
+
+
+def test_runs_that_lack_a_force_of_other_axes_thrust_are_not_taken_for_two_vehicles():
+    kinds = {0: Kinds(("run 1", "run 2"), 1.4, 5), 5: Kinds(("run 1", "run 2"), 1.3, 5)}
+    (doubt,) = unlike_doubts(kinds, ())
+    assert doubt.problem.startswith("In surge and yaw the runs run 1 and run 2 respond as if about 1.4")
+    lacks = [Lack(dof, kind, 50.0, np.ones(3)) for dof, kind in ((5, Kind.ACROSS), (0, Kind.THRUST))]
+    (doubt,) = unlike_doubts(kinds, lacks)
+    assert doubt.about == ("M_u", "D_u")
 
 
 def test_runs_that_each_lean_on_another_trim_do_not_spoil_the_mass():
@@ -216,9 +228,9 @@ def test_the_same_recording_twice_is_refused():
 
 
 def test_two_recordings_of_the_same_time_are_refused():
-    one, other = (replace(run(seed), unix_at_boot_s=2e9 + 5.0 * seed) for seed in (0, 1))
+    first, other = (replace(run(seed), unix_at_boot_s=2e9 + 5.0 * seed) for seed in (0, 1))
     with pytest.raises(LogError, match=r"were recorded at the same time.*seatrial merge"):
-        together(read(one, other))
+        together(read(first, other))
 
 
 def test_runs_of_vehicles_with_other_thrusters_are_refused():

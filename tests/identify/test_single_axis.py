@@ -81,8 +81,8 @@ def test_identify_tells_the_axis_that_is_known_and_what_it_cannot_tell(case) -> 
 
 def test_diagnose_judges_the_axis_that_is_known_and_names_the_others(case) -> None:
     dive = dive_of(case)
-    found = diagnosed(case, dive=replace(dive, velocity=in_surge_alone(dive.velocity)))
-    text = " ".join(found.provisos)
+    diagnosis = diagnosed(case, dive=replace(dive, velocity=in_surge_alone(dive.velocity)))
+    text = " ".join(diagnosis.provisos)
     assert "Sway was not judged: no velocity in sway was recorded" in text
     assert "Surge was not judged" not in text
 

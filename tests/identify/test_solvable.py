@@ -87,15 +87,15 @@ def test_whatever_a_recording_holds_the_answer_is_in_numbers_or_a_refusal_that_n
 ):
     """No other error reaches the user, and nothing is told that is no number."""
     try:
-        found = estimator(method)(
+        answer = estimator(method)(
             SPOILT[spoilt](mission.dive), mission.file, mission.configuration, network_tasks.quiet
         )
     except FitError as refused:
         assert any(axis in str(refused) for axis in ("surge", "roll"))  # noqa: PT017
         return
-    for one in found.parameters:
-        numbers = (one.value, one.std, one.low95, one.high95)
-        assert np.isfinite(numbers).all() if one.identifiable else one.reason
+    for parameter in answer.parameters:
+        numbers = (parameter.value, parameter.std, parameter.low95, parameter.high95)
+        assert np.isfinite(numbers).all() if parameter.identifiable else parameter.reason
 
 
 def fit(change):
@@ -112,14 +112,14 @@ def test_readings_that_no_vehicle_makes_are_told_with_their_size_and_axis():
 
 def test_a_singular_matrix_and_a_value_that_is_no_number_are_both_refused():
     dive = closed_loop.dive(np.random.default_rng(3), seconds=30.0)
-    found = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
+    answer = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
 
     def singular(*_arguments):
         return np.linalg.inv(np.zeros((2, 2)))
 
     def no_number(*_arguments):
-        totals = [replace(p, low95=np.nan) if p.name == "M_u" else p for p in found.parameters]
-        return replace(found, parameters=tuple(totals))
+        totals = [replace(p, low95=np.nan) if p.name == "M_u" else p for p in answer.parameters]
+        return replace(answer, parameters=tuple(totals))
 
     for fitted in (singular, no_number):
         with pytest.raises(
@@ -130,5 +130,5 @@ def test_a_singular_matrix_and_a_value_that_is_no_number_are_both_refused():
 
 def test_forces_that_are_no_numbers_leave_their_axes_out_with_the_reason():
     dive = changed(closed_loop.dive(np.random.default_rng(3), seconds=30.0), at_the_middle(np.nan), "tau_cmd")
-    found = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
-    assert found["M_u"].reason.startswith("the forces in surge are not finite: a thruster command")
+    answer = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
+    assert answer["M_u"].reason.startswith("the forces in surge are not finite: a thruster command")

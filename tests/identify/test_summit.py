@@ -33,63 +33,63 @@ def test_regression_knows_mass_drag_and_disturbance_of_a_quiet_dive():
 
 
 def test_regression_tells_quadratic_drag_from_linear():
-    one = problem("both", noise=1e-4, quadratic=80.0)
-    theta = regressed(one, 72.0)
-    assert one.quadratic(theta) == pytest.approx(80.0, rel=0.1)
+    surge = problem("both", noise=1e-4, quadratic=80.0)
+    theta = regressed(surge, 72.0)
+    assert surge.quadratic(theta) == pytest.approx(80.0, rel=0.1)
     assert np.exp(theta[DAMPING]) == pytest.approx(closed_loop.DAMPING, rel=0.2)
 
 
 def test_a_regression_of_nonsense_starts_at_the_end_of_what_is_believed():
-    one = problem()
-    backwards = replace(one, axis=replace(one.axis, force=-one.axis.force))
+    surge = problem()
+    backwards = replace(surge, axis=replace(surge.axis, force=-surge.axis.force))
     theta = regressed(backwards, 72.0)
     assert np.exp(theta[MASS]) == pytest.approx(0.3 * 72.0)
     assert np.exp(theta[DAMPING]) == pytest.approx(0.02 * 72.0)
-    empty = replace(one, axis=replace(one.axis, force=np.full_like(one.axis.force, np.nan)))
-    assert np.array_equal(regressed(empty, 72.0), one.prior_mean)
+    empty = replace(surge, axis=replace(surge.axis, force=np.full_like(surge.axis.force, np.nan)))
+    assert np.array_equal(regressed(empty, 72.0), surge.prior_mean)
 
 
 def test_the_likelier_of_two_summits_is_taken_whichever_start_leads_there(monkeypatch):
-    one = problem()
-    best = climb(one, one.prior_mean, 0.5, alone)
+    surge = problem()
+    best = climb(surge, surge.prior_mean, 0.5, alone)
 
     def misled(of, start, enough, score):
         """A climb that sticks where it starts from the prior's mean."""
-        if np.array_equal(start, one.prior_mean):
+        if np.array_equal(start, surge.prior_mean):
             return Maximum(start, log_posterior(of, start), best.information, best.precision, 1, True)
         return climb(of, start, enough, score)
 
     monkeypatch.setattr(starts, "climb", misled)
-    found = rough_maximum(one, 72.0, {})
-    assert found.log_likelihood == pytest.approx(best.log_likelihood, abs=1.0)
+    summit = rough_maximum(surge, 72.0, {})
+    assert summit.log_likelihood == pytest.approx(best.log_likelihood, abs=1.0)
 
 
 def test_a_start_without_a_solution_leaves_the_other(monkeypatch):
-    one = problem()
+    surge = problem()
 
     def failing(of, start, enough, score):
-        if np.array_equal(start, one.prior_mean):
+        if np.array_equal(start, surge.prior_mean):
             raise np.linalg.LinAlgError
         return climb(of, start, enough, score)
 
     monkeypatch.setattr(starts, "climb", failing)
-    assert np.exp(rough_maximum(one, 72.0, {}).theta[MASS]) == pytest.approx(closed_loop.MASS, rel=0.05)
-    monkeypatch.setattr(starts, "climb", lambda *_: climb(one, np.full_like(one.prior_mean, np.nan)))
+    assert np.exp(rough_maximum(surge, 72.0, {}).theta[MASS]) == pytest.approx(closed_loop.MASS, rel=0.05)
+    monkeypatch.setattr(starts, "climb", lambda *_: climb(surge, np.full_like(surge.prior_mean, np.nan)))
     with pytest.raises(np.linalg.LinAlgError):
-        rough_maximum(one, 72.0, {})
+        rough_maximum(surge, 72.0, {})
 
 
 def test_the_files_model_is_the_start_where_it_is_likelier_than_regression(monkeypatch):
-    one = problem()
+    surge = problem()
     seen = []
-    monkeypatch.setattr(starts, "regressed", lambda *_: one.prior_mean - 1.0)
+    monkeypatch.setattr(starts, "regressed", lambda *_: surge.prior_mean - 1.0)
 
     def watched(of, start, enough, score):
         seen.append(start)
         return climb(of, start, enough, score)
 
     monkeypatch.setattr(starts, "climb", watched)
-    rough_maximum(one, 72.0, {"M_u": closed_loop.MASS, "D_u": closed_loop.DAMPING})
+    rough_maximum(surge, 72.0, {"M_u": closed_loop.MASS, "D_u": closed_loop.DAMPING})
     assert np.exp(seen[-1][[MASS, DAMPING]]) == pytest.approx([closed_loop.MASS, closed_loop.DAMPING])
 
 

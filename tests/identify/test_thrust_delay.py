@@ -31,13 +31,13 @@ def with_curve(**changes):
 
 @pytest.mark.parametrize("late_s", [0.03, 0.8])
 def test_a_delay_up_to_a_second_is_found_and_the_values_are_those_with_it(late_s):
-    found = estimate(recorded(late_s), FILE, "only", network_tasks.quiet)
-    told = found.thrust_delay
-    assert told.low95_s < late_s < told.high95_s
-    assert told.high95_s - told.low95_s < 0.02
-    assert found["M_u"].low95 < closed_loop.MASS < found["M_u"].high95
-    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
-    assert found.outcome is Outcome.CONVERGED
+    answer = estimate(recorded(late_s), FILE, "only", network_tasks.quiet)
+    lateness = answer.thrust_delay
+    assert lateness.low95_s < late_s < lateness.high95_s
+    assert lateness.high95_s - lateness.low95_s < 0.02
+    assert answer["M_u"].low95 < closed_loop.MASS < answer["M_u"].high95
+    assert answer["D_u"].low95 < closed_loop.DAMPING < answer["D_u"].high95
+    assert answer.outcome is Outcome.CONVERGED
 
 
 class Likelihood:
@@ -58,24 +58,24 @@ def test_a_delay_far_from_where_the_grid_is_best_is_reached_on_a_steep_slope(wid
 
 
 def test_what_is_told_says_what_to_write_into_the_vehicle_file():
-    found = estimate(recorded(0.12), with_curve(delay_s=0.05), "only", network_tasks.quiet)
-    told = found.thrust_delay
-    assert told.later_s == pytest.approx(0.07, abs=0.01)
-    assert told.delay_s == pytest.approx(0.12, abs=0.01)
-    assert found.to_json()["thrust_delay"]["delay_s"] == told.delay_s
-    (doubt,) = [one for one in found.doubts if "Thrust acts" in one.sentence]
+    answer = estimate(recorded(0.12), with_curve(delay_s=0.05), "only", network_tasks.quiet)
+    lateness = answer.thrust_delay
+    assert lateness.later_s == pytest.approx(0.07, abs=0.01)
+    assert lateness.delay_s == pytest.approx(0.12, abs=0.01)
+    assert answer.to_json()["thrust_delay"]["delay_s"] == lateness.delay_s
+    (doubt,) = [doubt for doubt in answer.doubts if "Thrust acts" in doubt.sentence]
     assert doubt.about == ("M_u", "D_u")
     assert "beyond the vehicle file's lag and its delay of 0.05 s" in doubt.sentence
-    assert f"write delay_s: {told.delay_s:.3g} into the vehicle file" in doubt.sentence
+    assert f"write delay_s: {lateness.delay_s:.3g} into the vehicle file" in doubt.sentence
 
 
 def test_with_that_delay_in_the_vehicle_file_the_same_values_come_without_a_word():
-    found = estimate(recorded(0.12), FILE, "only", network_tasks.quiet)
-    mended = with_curve(delay_s=found.thrust_delay.delay_s)
+    answer = estimate(recorded(0.12), FILE, "only", network_tasks.quiet)
+    mended = with_curve(delay_s=answer.thrust_delay.delay_s)
     again = estimate(recorded(0.12), mended, "only", network_tasks.quiet)
     assert again.thrust_delay is None
     assert again.doubts == ()
-    assert again["M_u"].value == pytest.approx(found["M_u"].value, rel=2e-3)
+    assert again["M_u"].value == pytest.approx(answer["M_u"].value, rel=2e-3)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -85,16 +85,16 @@ def test_thrust_at_its_own_time_has_no_delay(seed):
 
 def test_a_dive_that_doubts_no_lag_of_its_vehicle_file_is_not_searched(monkeypatch):
     monkeypatch.setattr(delay, "_profile", lambda *_: pytest.fail("searched"))
-    found = estimate(recorded(0.0), with_curve(lag_s=1e-3), "only", network_tasks.quiet)
-    assert found.thrust_delay is None
+    answer = estimate(recorded(0.0), with_curve(lag_s=1e-3), "only", network_tasks.quiet)
+    assert answer.thrust_delay is None
 
 
 def test_the_interval_of_a_mass_holds_what_its_delay_is_unsure_by():
-    found = estimate(recorded(0.12), FILE, "only", network_tasks.quiet)
+    answer = estimate(recorded(0.12), FILE, "only", network_tasks.quiet)
     known = estimate(
-        recorded(0.12), with_curve(delay_s=found.thrust_delay.delay_s), "only", network_tasks.quiet
+        recorded(0.12), with_curve(delay_s=answer.thrust_delay.delay_s), "only", network_tasks.quiet
     )
-    assert found["M_u"].std > 1.02 * known["M_u"].std
+    assert answer["M_u"].std > 1.02 * known["M_u"].std
 
 
 def test_axes_that_are_moved_are_those_of_a_vehicle_file_with_that_delay():
@@ -103,9 +103,9 @@ def test_axes_that_are_moved_are_those_of_a_vehicle_file_with_that_delay():
     (moved,) = axes_with_delay(plain, wrench(dive, FILE, "only"), 0.13).axes
     (right,) = slow.axes
     shared = np.intersect1d(moved.time_s, right.time_s)[1:]
-    one, other = (axis.force[np.isin(axis.time_s, shared)] for axis in (moved, right))
+    force, other = (axis.force[np.isin(axis.time_s, shared)] for axis in (moved, right))
     assert len(shared) > 1000
-    assert one == pytest.approx(other, abs=1e-7)
+    assert force == pytest.approx(other, abs=1e-7)
     (same,) = (axis_with_delay(axis, plain, wrench(dive, FILE, "only"), 0.0) for axis in plain.axes)
     assert same.force == pytest.approx(plain.axes[0].force)
 

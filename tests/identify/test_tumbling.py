@@ -81,13 +81,13 @@ def _coloured(rng: np.random.Generator, n: int) -> np.ndarray:
 def _flown(push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Velocities (n, 6) and attitudes (n, 4) under a wrench (n, 6), held over each step; by the midpoint rule."""
     nu, q = np.zeros(6), np.array([1.0, 0.0, 0.0, 0.0])
-    told, turned = np.zeros((len(push), 6)), np.zeros((len(push), 4))
+    velocities, turned = np.zeros((len(push), 6)), np.zeros((len(push), 4))
     for k, tau in enumerate(push):
-        told[k], turned[k] = nu, q
+        velocities[k], turned[k] = nu, q
         middle_nu, middle_q = nu + 0.5 * STEP_S * _faster(nu, q, tau), q + 0.5 * STEP_S * _turning(nu, q)
         nu, q = nu + STEP_S * _faster(middle_nu, middle_q, tau), q + STEP_S * _turning(middle_nu, middle_q)
         q = q / np.linalg.norm(q)
-    return told, turned
+    return velocities, turned
 
 
 def _faster(nu: np.ndarray, q: np.ndarray, tau: np.ndarray) -> np.ndarray:
@@ -110,32 +110,34 @@ def fit(dive):
 @pytest.mark.parametrize(
     ("gyro", "pitching"),
     rows_rest_in_soak([(True, 4.0), (False, 4.0), (True, 0.4), (False, 0.4)], keep=2),
-    ids=lambda told: {0.4: "in roll", 4.0: "in roll and pitch"}.get(
-        told, "gyro" if told else "attitude alone"
+    ids=lambda value: {0.4: "in roll", 4.0: "in roll and pitch"}.get(
+        value, "gyro" if value else "attitude alone"
     ),
 )
 def test_a_vehicle_that_turns_over_many_times_has_its_inertias_and_dampings_and_quiet_sensors(gyro, pitching):
     dive = tumbling(over=4.0, pitching=pitching, gyro=gyro)
     assert tumbles(dive)
-    found = fit(dive)
-    assert found.outcome is Outcome.CONVERGED
+    answer = fit(dive)
+    assert answer.outcome is Outcome.CONVERGED
     truth = (*MASS, *DAMPING)
-    for one, true in zip(found.parameters, truth, strict=False):
-        assert one.identifiable
-        assert one.value == pytest.approx(true, rel=0.02)
+    for parameter, true in zip(answer.parameters, truth, strict=False):
+        assert parameter.identifiable
+        assert parameter.value == pytest.approx(true, rel=0.02)
     for dof in ("roll", "pitch", "yaw"):
-        assert found.nuisance[noise(DOFS.index(dof), "attitude", True)] == pytest.approx(TILT_NOISE, rel=0.3)
+        assert answer.nuisance[noise(DOFS.index(dof), "attitude", True)] == pytest.approx(TILT_NOISE, rel=0.3)
         if gyro:
-            assert found.nuisance[noise(DOFS.index(dof), "gyro", False)] == pytest.approx(RATE_NOISE, rel=0.2)
+            assert answer.nuisance[noise(DOFS.index(dof), "gyro", False)] == pytest.approx(
+                RATE_NOISE, rel=0.2
+            )
 
 
 def test_what_a_body_turned_by_runs_on_through_wraps_and_folds():
     rate, time_s = 0.7, np.arange(0.0, 60.0, 0.05)
     level = np.zeros_like(time_s)
     for axis, angles in enumerate(((rate * time_s, level, level), (level, rate * time_s, level))):
-        found = turned_by(Signal(time_s, quaternions_from_euler(*angles)))
-        np.testing.assert_allclose(found.value[:, axis], rate * time_s, atol=1e-9)
-        np.testing.assert_allclose(np.delete(found.value, axis, axis=1), 0.0, atol=1e-9)
+        turns = turned_by(Signal(time_s, quaternions_from_euler(*angles)))
+        np.testing.assert_allclose(turns.value[:, axis], rate * time_s, atol=1e-9)
+        np.testing.assert_allclose(np.delete(turns.value, axis, axis=1), 0.0, atol=1e-9)
 
 
 def test_the_righting_moment_of_a_vehicle_that_turns_over_is_the_recorded_attitudes_alone():
@@ -173,6 +175,6 @@ def test_a_few_readings_of_a_vehicle_on_its_side_are_no_tumbling():
 
 
 def test_turning_over_is_no_gap():
-    found = diagnose(tumbling(over=4.0, pitching=4.0), FILE, "only", progress=lambda *_: None)
-    assert found.verdict == "no_gap"
-    assert not found.findings
+    diagnosis = diagnose(tumbling(over=4.0, pitching=4.0), FILE, "only", progress=lambda *_: None)
+    assert diagnosis.verdict == "no_gap"
+    assert not diagnosis.findings

@@ -52,41 +52,41 @@ def unknown(dive, lacking):
 def test_a_few_commands_that_are_no_number_leave_the_mass_right_and_are_told():
     dive = by_pulses()
     spoilt = unknown(dive, np.random.default_rng(4).random(len(dive.pwm)) < 0.02)
-    found = with_known_commands(spoilt)
-    assert np.isfinite(found.pwm.value).all()
-    assert found.duration_s == spoilt.duration_s
-    (note,) = found.notes
+    cleaned = with_known_commands(spoilt)
+    assert np.isfinite(cleaned.pwm.value).all()
+    assert cleaned.duration_s == spoilt.duration_s
+    (note,) = cleaned.notes
     assert "are no number in output 1: the command before holds for up to 0.5 s" in note
-    mass = estimate(found, FILE, "only", quiet)["M_u"]
+    mass = estimate(cleaned, FILE, "only", quiet)["M_u"]
     assert mass.value == pytest.approx(closed_loop.MASS, rel=0.05)
 
 
 def test_an_unknown_stretch_without_tau_cmd_leaves_the_longest_known_part():
     dive = by_pulses()
     time_s = dive.pwm.time_s
-    found = with_known_commands(unknown(dive, (time_s > 79.95) & (time_s < 85.0)))
-    assert np.isfinite(found.pwm.value).all()
-    assert found.span_s[0] == pytest.approx(85.0)
-    assert found.notes[-1].startswith(
+    cleaned = with_known_commands(unknown(dive, (time_s > 79.95) & (time_s < 85.0)))
+    assert np.isfinite(cleaned.pwm.value).all()
+    assert cleaned.span_s[0] == pytest.approx(85.0)
+    assert cleaned.notes[-1].startswith(
         "Before its first number, or for more than 0.5 s, the command in output 1 is unknown, and no TAU_CMD is "
     )
-    assert "only the longest part in which all are known is used, 115 s of 200 s" in found.notes[-1]
+    assert "only the longest part in which all are known is used, 115 s of 200 s" in cleaned.notes[-1]
 
 
 def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
     dive = by_pulses()
     never = unknown(dive, np.ones(len(dive.pwm), bool))
-    found = with_known_commands(never)
-    assert found.notes == (
+    cleaned = with_known_commands(never)
+    assert cleaned.notes == (
         "Output 1 is no number all the dive: what was asked of a thruster there is unknown.",
     )
-    assert found.duration_s == never.duration_s
+    assert cleaned.duration_s == never.duration_s
     with pytest.raises(
         FitError, match="tell no wrench, as output 1 is no number all the dive; check what sends"
     ):
-        wrench(found, FILE, "only")
+        wrench(cleaned, FILE, "only")
     tau = Signal(dive.pwm.time_s, np.zeros((len(dive.pwm), 6)))
-    assert wrench(replace(found, tau_cmd=tau), FILE, "only").asked == pytest.approx(0.0)
+    assert wrench(replace(cleaned, tau_cmd=tau), FILE, "only").asked == pytest.approx(0.0)
 
 
 def test_outputs_that_drive_no_thruster_may_be_unknown():
@@ -108,9 +108,9 @@ def test_one_reading_that_no_vehicle_can_have_made_is_left_out_and_told(wild):
     dive = closed_loop.dive(np.random.default_rng(100_003), seconds=100.0)
     value = dive.velocity.value.copy()
     value[500, 0] = wild
-    found = without_impossible(replace(dive, velocity=Signal(dive.velocity.time_s, value)))
-    assert len(found.velocity) == len(dive.velocity) - 1
-    (note,) = found.notes
+    cleaned = without_impossible(replace(dive, velocity=Signal(dive.velocity.time_s, value)))
+    assert len(cleaned.velocity) == len(dive.velocity) - 1
+    (note,) = cleaned.notes
     assert note.startswith(
         "1 reading of the velocity (0.1 %) is beyond 20 m/s, which no vehicle reaches: it is left out"
     )
@@ -130,12 +130,12 @@ def test_an_honest_dive_is_left_as_it_is():
 
 @pytest.mark.parametrize("name", ["ff_mode", "veh_cfg"])
 def test_a_mode_or_configuration_that_is_no_whole_number_is_left_out_and_told(name):
-    said = Signal(np.arange(5.0), np.array([[np.nan], [1.0], [np.inf], [0.5], [2.0]]))
-    dive = replace(closed_loop.dive(np.random.default_rng(1), seconds=10.0), **{name: said})
-    found = without_impossible(dive)
-    assert found.signals()[name].value[:, 0].tolist() == [1.0, 2.0]
-    assert found.signals()[name].time_s.tolist() == [1.0, 4.0]
-    assert found.notes[-1] == (
+    signal = Signal(np.arange(5.0), np.array([[np.nan], [1.0], [np.inf], [0.5], [2.0]]))
+    dive = replace(closed_loop.dive(np.random.default_rng(1), seconds=10.0), **{name: signal})
+    cleaned = without_impossible(dive)
+    assert cleaned.signals()[name].value[:, 0].tolist() == [1.0, 2.0]
+    assert cleaned.signals()[name].time_s.tolist() == [1.0, 4.0]
+    assert cleaned.notes[-1] == (
         f"{name.upper()} is no whole number in 60.0 % of what tells it: left out, as not said."
     )
     never = replace(dive, **{name: Signal(np.zeros(1), np.full((1, 1), np.nan))})
@@ -161,30 +161,30 @@ def with_stuck_velocity(*stretches):
 
 
 def test_a_velocity_that_stands_still_is_left_out_but_for_its_first_reading_and_told():
-    found = without_frozen(with_stuck_velocity((50.0, 110.0)))
-    assert found.frozen == {"velocity": (pytest.approx((50.0, 109.9)),)}
-    assert len(found.velocity) == 2000 - 599
-    (note,) = found.notes
+    cleaned = without_frozen(with_stuck_velocity((50.0, 110.0)))
+    assert cleaned.frozen == {"velocity": (pytest.approx((50.0, 109.9)),)}
+    assert len(cleaned.velocity) == 2000 - 599
+    (note,) = cleaned.notes
     assert note.startswith(
         "The velocity repeats one value for 60 s (29.9 % of its readings) while the vehicle goes on"
     )
 
 
 def test_a_controller_that_went_on_with_another_velocity_is_warned_of():
-    found = without_frozen(with_stuck_velocity((50.0, 110.0)))
-    (doubt,) = frozen_doubts(found)
+    cleaned = without_frozen(with_stuck_velocity((50.0, 110.0)))
+    (doubt,) = frozen_doubts(cleaned)
     assert doubt.about == ("M_u", "D_u")
     assert doubt.sentence.startswith("For 60 s (30.0 % of the dive) the recorded velocity stood still")
     assert "the logged velocity can't be the one that the controller used" in doubt.sentence
-    whole = answered(estimate(found, FILE, "only", quiet), found, FILE)
+    whole = answered(estimate(cleaned, FILE, "only", quiet), cleaned, FILE)
     assert doubt in whole.doubts
 
 
 def test_a_controller_that_had_nothing_but_the_stuck_velocity_is_not():
     recorded = with_stuck_velocity((50.0, 110.0))
-    found = without_frozen(replace(recorded, nu_fb=stuck(recorded.nu_fb, (50.0, 110.0))))
-    assert found.frozen["velocity"]
-    assert frozen_doubts(found) == ()
+    cleaned = without_frozen(replace(recorded, nu_fb=stuck(recorded.nu_fb, (50.0, 110.0))))
+    assert cleaned.frozen["velocity"]
+    assert frozen_doubts(cleaned) == ()
 
 
 def test_a_short_stretch_in_steady_speed_is_told_by_the_noise_that_is_missing():
@@ -234,20 +234,20 @@ def test_a_vehicle_that_lies_still_without_thrust_keeps_what_repeats():
 def test_every_sensor_that_stands_still_is_named(name):
     mission = draw_one(100_002, seconds=60.0, kind="rocking")
     signal = getattr(mission.dive, name)
-    found = without_frozen(replace(mission.dive, **{name: stuck(signal, (20.0, 40.0))}))
-    assert list(found.frozen) == [name]
-    assert name in found.notes[0]
-    assert len(getattr(found, name)) < 0.7 * len(signal)
+    cleaned = without_frozen(replace(mission.dive, **{name: stuck(signal, (20.0, 40.0))}))
+    assert list(cleaned.frozen) == [name]
+    assert name in cleaned.notes[0]
+    assert len(getattr(cleaned, name)) < 0.7 * len(signal)
     assert without_frozen(mission.dive) is mission.dive
 
 
 def test_a_dive_in_which_all_stands_still_is_refused_in_a_sentence():
-    found = without_frozen(with_stuck_velocity((0.0, 200.0)))
-    assert found.velocity is None
+    cleaned = without_frozen(with_stuck_velocity((0.0, 200.0)))
+    assert cleaned.velocity is None
     with pytest.raises(
         FitError, match="every velocity and rate of turn in it repeats one value while the thrusters"
     ):
-        estimate(found, FILE, "only", quiet)
+        estimate(cleaned, FILE, "only", quiet)
 
 
 def test_reading_a_recording_leaves_out_what_stands_still_and_the_file_as_it_is(tmp_path):
@@ -255,10 +255,10 @@ def test_reading_a_recording_leaves_out_what_stands_still_and_the_file_as_it_is(
     log = tmp_path / "dive.tlog"
     log.write_bytes(tlog_of(replace(mission.dive, velocity=stuck(mission.dive.velocity, (20.0, 40.0)))))
     before = log.read_bytes()
-    found = read_dive(log)
-    ((start_s, end_s),) = found.frozen["velocity"]
+    recorded = read_dive(log)
+    ((start_s, end_s),) = recorded.frozen["velocity"]
     assert end_s - start_s == pytest.approx(20.0, abs=0.5)
-    assert any("The velocity repeats one value for 20 s" in note for note in found.notes)
+    assert any("The velocity repeats one value for 20 s" in note for note in recorded.notes)
     assert log.read_bytes() == before
 
 
@@ -274,20 +274,20 @@ def test_one_axis_that_stands_still_alone_is_left_out_there_and_told():
     read = whole.velocity
     alone = stuck(Signal(read.time_s, read.value[:, :1]), (20.0, 40.0))
     value = np.column_stack([alone.value, read.value[:, 1:]])
-    found = without_frozen(replace(whole, velocity=Signal(read.time_s, value)))
-    assert list(found.frozen) == ["velocity in surge"]
-    (note,) = found.notes
+    cleaned = without_frozen(replace(whole, velocity=Signal(read.time_s, value)))
+    assert list(cleaned.frozen) == ["velocity in surge"]
+    (note,) = cleaned.notes
     assert note.startswith("The velocity in surge repeats one value for 20 s")
     held = (read.time_s > 20.2) & (read.time_s < 39.8)
-    assert np.isnan(found.velocity.value[held, 0]).all()
-    assert np.array_equal(found.velocity.value[:, 1:], read.value[:, 1:], equal_nan=True)
+    assert np.isnan(cleaned.velocity.value[held, 0]).all()
+    assert np.array_equal(cleaned.velocity.value[:, 1:], read.value[:, 1:], equal_nan=True)
 
 
 def test_a_controller_whose_velocity_went_on_in_the_frozen_axis_is_warned_of_that_axis_alone():
     recorded = replace(dive(), velocity=with_moving_sway(with_stuck_velocity((50.0, 110.0)).velocity))
-    found = without_frozen(recorded)
-    assert list(found.frozen) == ["velocity in surge"]
-    (doubt,) = frozen_doubts(found)
+    cleaned = without_frozen(recorded)
+    assert list(cleaned.frozen) == ["velocity in surge"]
+    (doubt,) = frozen_doubts(cleaned)
     assert doubt.about == ("M_u", "D_u")
 
 
@@ -326,10 +326,10 @@ def measured(count):
 @pytest.mark.parametrize("times", [2, 3, 4])
 def test_only_the_first_of_velocities_that_come_equally_often_is_kept(times):
     once = measured(100)
-    found = without_repeated(dive_of(np.repeat(once, times, axis=0)))
-    assert np.array_equal(found.velocity.value, once)
-    assert np.array_equal(found.velocity.time_s, np.arange(0, 100 * times, times) / 20.0)
-    assert found.notes == (
+    cleaned = without_repeated(dive_of(np.repeat(once, times, axis=0)))
+    assert np.array_equal(cleaned.velocity.value, once)
+    assert np.array_equal(cleaned.velocity.time_s, np.arange(0, 100 * times, times) / 20.0)
+    assert cleaned.notes == (
         f"Each velocity comes {times} times over: they are passed on at 20 Hz and measured at a part of that, so only "
         "the first of each is taken for a reading.",
     )
@@ -337,18 +337,18 @@ def test_only_the_first_of_velocities_that_come_equally_often_is_kept(times):
 
 def test_a_rate_that_does_not_divide_the_other_is_told_too():
     once = measured(100)
-    found = without_repeated(dive_of(once[(np.arange(250) * 0.4 + 1e-9).astype(int)]))
-    assert np.array_equal(found.velocity.value, once)
-    assert found.notes[0].startswith("Each velocity comes 2.5 times over: ")
+    cleaned = without_repeated(dive_of(once[(np.arange(250) * 0.4 + 1e-9).astype(int)]))
+    assert np.array_equal(cleaned.velocity.value, once)
+    assert cleaned.notes[0].startswith("Each velocity comes 2.5 times over: ")
 
 
 def test_lost_readings_stay_and_part_no_copies():
     once = measured(100)
     value = np.repeat(once, 2, axis=0)
     value[[7, 50]] = np.nan
-    found = without_repeated(dive_of(value)).velocity.value
-    assert np.isnan(found).all(axis=1).sum() == 2
-    assert np.array_equal(found[np.isfinite(found).all(axis=1)], once)
+    kept = without_repeated(dive_of(value)).velocity.value
+    assert np.isnan(kept).all(axis=1).sum() == 2
+    assert np.array_equal(kept[np.isfinite(kept).all(axis=1)], once)
 
 
 def test_a_sensor_without_noise_that_rests_and_goes_stays_as_it_is():
@@ -380,9 +380,9 @@ def test_a_recording_of_a_dvl_that_repeats_is_read_once_each(tmp_path):
     table, columns = tmp_path / "dvl.csv", tmp_path / "columns.yaml"
     table.write_text("\n".join(rows), encoding="utf-8")
     columns.write_text(COLUMNS, encoding="utf-8")
-    found = read_dive(table, columns)
-    assert len(found.velocity) == 60
-    assert any("comes 2 times over" in note for note in found.notes)
+    recorded = read_dive(table, columns)
+    assert len(recorded.velocity) == 60
+    assert any("comes 2 times over" in note for note in recorded.notes)
 
 
 SHAPE = FILE.vehicle.configurations["only"]
@@ -392,43 +392,61 @@ SHAPE = FILE.vehicle.configurations["only"]
 def surge():
     """The fit of surge, where its noise stands in theta, and the standard deviation of the velocity."""
     dive = closed_loop.dive(np.random.default_rng(5), seconds=60.0)
-    found = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
-    return found, found.joint.problems[0].noise_index, float(np.std(dive.velocity.value[:, 0]))
+    fit = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
+    return fit, fit.joint.problems[0].noise_index, float(np.std(dive.velocity.value[:, 0]))
 
 
 def noisy(surge, noise, pushed=(0,)):
-    found, index, _ = surge
-    theta = found.theta.copy()
+    fit, index, _ = surge
+    theta = fit.theta.copy()
     theta[index] = np.log(noise)
-    return loud(found.joint, theta, pushed)
+    return loud(fit.joint, theta, pushed)
 
 
 def test_an_honest_dive_is_not_loud(surge):
-    found, *_ = surge
-    assert loud(found.joint, found.theta, (0,)) == ()
+    fit, *_ = surge
+    assert loud(fit.joint, fit.theta, (0,)) == ()
 
 
 def test_noise_above_a_fifth_of_the_signal_that_the_readings_do_not_show_makes_data_and_model_disagree(surge):
     *_, signal = surge
     assert noisy(surge, 0.198 * signal) == ()
-    (one,) = noisy(surge, 0.202 * signal)
-    assert one.inflated
-    assert one.noise == pytest.approx(202.0 * signal)
-    assert one.signal == pytest.approx(1000 * signal, rel=0.05)
-    (doubt,) = loud_doubts([one])
+    (axis,) = noisy(surge, 0.202 * signal)
+    assert axis.inflated
+    assert axis.noise == pytest.approx(202.0 * signal)
+    assert axis.signal == pytest.approx(1000 * signal, rel=0.05)
+    (doubt,) = loud_doubts([axis])
     assert doubt.about == ("M_u", "D_u")
     assert doubt.outcome is Outcome.DISAGREES
-    for part in ("In surge", "the DVL", f"{one.noise:.3g} mm/s", f"{one.signal:.3g} mm/s", "check"):
+    for part in ("In surge", "the DVL", f"{axis.noise:.3g} mm/s", f"{axis.signal:.3g} mm/s", "check"):
         assert part in doubt.sentence
-    assert loud_note([one]) == ()
+    assert loud_note([axis]) == ()
 
 
 def test_an_axis_that_hardly_moves_is_told_in_a_note_if_it_was_pushed():
     dive = closed_loop.dive(np.random.default_rng(5), seconds=60.0, noise=0.2)
-    found = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
-    heard = loud(found.joint, found.theta, (0,))
-    assert [one.inflated for one in heard] == [False]
+    fit = fit_axes(build_axes(dive, FILE, "only"), SHAPE, lambda *_: None)
+    heard = loud(fit.joint, fit.theta, (0,))
+    assert [axis.inflated for axis in heard] == [False]
     assert loud_doubts(heard) == ()
     (note,) = loud_note(heard)
     assert "in surge (the DVL" in note
-    assert loud(found.joint, found.theta, ()) == ()
+    assert loud(fit.joint, fit.theta, ()) == ()
+
+
+def test_a_depth_that_stands_still_while_pressure_sinks_is_left_out_and_one_at_the_surface_is_not():
+    time_s = np.arange(0.0, 100.0, 0.1)
+    pulses = np.full((len(time_s), 1), 1700.0)
+    sinking = 101325.0 + 9789.0 * (1.0 + np.sin(time_s / 10.0))
+    still = Signal(time_s, np.zeros((len(time_s), 1)))
+    dive = replace(
+        closed_loop.dive(np.random.default_rng(1), 100.0),
+        pwm=Signal(time_s, pulses),
+        depth=still,
+        pressure=Signal(time_s, sinking[:, None]),
+    )
+    kept = without_frozen(dive)
+    assert kept.depth is None
+    assert "The depth repeats one value" in kept.notes[-1]
+    at_surface = replace(dive, pressure=Signal(time_s, np.full((len(time_s), 1), 101325.0)))
+    assert without_frozen(at_surface).depth is still

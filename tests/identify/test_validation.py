@@ -90,19 +90,19 @@ def noisy(sigma_m_s: float, seed: int, **how: float) -> Dive:
 
 
 def test_a_sensor_s_noise_is_no_error_of_tracking() -> None:
-    found = [tracking_errors(noisy(0.004, seed)).axis("surge") for seed in range(40)]
+    errors = [tracking_errors(noisy(0.004, seed)).axis("surge") for seed in range(40)]
     # A filter of gain 1/2 at 0.5 Hz lets through 0.0449 of the power of white noise up to 10 Hz.
     left = 0.004 * math.sqrt(0.0449)
-    assert np.mean([surge.noise for surge in found if surge is not None]) == pytest.approx(left, rel=0.02)
-    overall = [surge.overall for surge in found if surge is not None]
+    assert np.mean([surge.noise for surge in errors if surge is not None]) == pytest.approx(left, rel=0.02)
+    overall = [surge.overall for surge in errors if surge is not None]
     assert np.mean(overall) == pytest.approx(math.sqrt(2 / math.pi) * left, rel=0.05)
 
 
 def test_an_error_beside_noise_is_found_as_it_is() -> None:
     offset_m_s = 0.005
-    found = [tracking_errors(noisy(0.004, seed, offset_m_s=offset_m_s)).axis("surge") for seed in range(20)]
+    errors = [tracking_errors(noisy(0.004, seed, offset_m_s=offset_m_s)).axis("surge") for seed in range(20)]
     for phase in PHASES:
-        mean = np.mean([surge.phase(phase) for surge in found if surge is not None])
+        mean = np.mean([surge.phase(phase) for surge in errors if surge is not None])
         assert mean == pytest.approx(offset_m_s, rel=0.05)
 
 

@@ -45,10 +45,10 @@ def attitude(t):
     return mav.MAVLink_attitude_message(round(t * 1e3), 0, 0, wrapped, 0, 0, RATE)
 
 
-def read(tmp_path: Path, told, late_s: float = 0.0, system: int = 255):
-    said = [(t, 1, 1, attitude(t)) for t in TIMES_S]
-    said += [(t + late_s, system, 0 if system == 255 else 1, told(t)) for t in TIMES_S[2:-2]]
-    return read_dive(write(tmp_path / "circle.tlog", recording(sorted(said, key=lambda one: one[0]))))
+def read(tmp_path: Path, message_at, late_s: float = 0.0, system: int = 255):
+    stamped = [(t, 1, 1, attitude(t)) for t in TIMES_S]
+    stamped += [(t + late_s, system, 0 if system == 255 else 1, message_at(t)) for t in TIMES_S[2:-2]]
+    return read_dive(write(tmp_path / "circle.tlog", recording(sorted(stamped, key=lambda entry: entry[0]))))
 
 
 def odometry(t, velocity, frame=20, child=12, quaternion=(1.0, 0.0, 0.0, 0.0), kind=0):
@@ -84,17 +84,17 @@ def test_a_position_delta_of_a_driver_that_states_no_time_was_never_turned(tmp_p
 
 
 def test_a_driver_on_the_vehicles_clock_is_dated_by_its_own_stamps_and_another_by_arrival(tmp_path):
-    own = read(tmp_path, position_delta, late_s=0.08)
-    assert own.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-5)
+    dated = read(tmp_path, position_delta, late_s=0.08)
+    assert dated.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-5)
     other = read(tmp_path, lambda t: position_delta(t + 3600.0), late_s=0.08)
     assert other.velocity.time_s == pytest.approx(TIMES_S[2:-2] + 0.08 - EVERY_S / 2, abs=1e-3)
 
 
 def test_a_vision_speed_is_north_east_down(tmp_path):
-    def told(t):
+    def message_at(t):
         return mav.MAVLink_vision_speed_estimate_message(round(t * 1e6), *map(float, north_east_down(t)))
 
-    dive = read(tmp_path, told, late_s=0.08)
+    dive = read(tmp_path, message_at, late_s=0.08)
     assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-4)
     assert dive.velocity.time_s == pytest.approx(TIMES_S[2:-2], abs=1e-5)
     assert not dive.velocity_is_filtered
@@ -109,31 +109,31 @@ def test_an_odometry_whose_child_is_the_body_has_body_axes_whatever_frame_its_po
 def test_an_odometry_in_the_frame_of_its_pose_is_turned_by_its_own_attitude(tmp_path):
     """A local frame that is turned off north by 1 rad, as LOCAL_FRD may be."""
 
-    def told(t):
+    def message_at(t):
         off = heading(t) - 1.0
         velocity = [SURGE * np.cos(off) - SWAY * np.sin(off), SURGE * np.sin(off) + SWAY * np.cos(off), SINK]
-        own = quaternions_from_euler(np.zeros(1), np.zeros(1), np.array([off]))[0]
-        return odometry(t, [*map(float, velocity)], 20, 20, [*map(float, own)])
+        pose = quaternions_from_euler(np.zeros(1), np.zeros(1), np.array([off]))[0]
+        return odometry(t, [*map(float, velocity)], 20, 20, [*map(float, pose)])
 
-    dive = read(tmp_path, told, system=1)
+    dive = read(tmp_path, message_at, system=1)
     assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-6)
 
 
 @pytest.mark.parametrize("child", [1, 4, 7])
 def test_an_odometry_in_axes_of_the_earth_without_an_attitude_is_turned_by_the_recorded_one(tmp_path, child):
-    def told(t):
+    def message_at(t):
         n, e, d = map(float, north_east_down(t))
         return odometry(t, (e, n, -d) if child == 4 else (n, e, d), 20, child, [NAN] * 4)
 
-    dive = read(tmp_path, told, system=1)
+    dive = read(tmp_path, message_at, system=1)
     assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-4)
 
 
 def test_an_odometry_of_axes_that_nobody_knows_is_left_for_the_next_best(tmp_path):
-    def told(t):
+    def message_at(t):
         return odometry(t, (SURGE, SWAY, SINK), frame=20, child=13)
 
-    assert read(tmp_path, told, system=1).velocity is None
+    assert read(tmp_path, message_at, system=1).velocity is None
 
 
 @pytest.mark.parametrize(("kind", "filtered"), [(0, False), (2, False), (3, True), (8, True)])
@@ -167,8 +167,8 @@ def dive(
     """A run at constant speed and heading; the DVL reads `scale` times too little, the compass errs."""
     time_s = np.arange(0.0, seconds, 0.1)
     velocity = np.tile([SPEED / scale, 0.0, 0.0], (len(time_s), 1))
-    told = heading - heading_error
-    attitude = np.tile([math.cos(told / 2), 0.0, 0.0, math.sin(told / 2)], (len(time_s), 1))
+    compass = heading - heading_error
+    attitude = np.tile([math.cos(compass / 2), 0.0, 0.0, math.sin(compass / 2)], (len(time_s), 1))
     fixes = np.concatenate([np.arange(*span) for span in surfacings])
     north, east = SPEED * fixes * math.cos(heading), SPEED * fixes * math.sin(heading)
     latitude = 44.0 + np.degrees(north / 6_371_000.0)
@@ -185,23 +185,23 @@ def dive(
 
 
 def test_a_perfect_dive_has_scale_one_and_no_turn():
-    found = check_fixes(dive())
-    assert found.scale == pytest.approx(1.0, abs=1e-3)
-    assert found.heading_rad == pytest.approx(0.0, abs=1e-3)
-    assert found.distance_m == pytest.approx(195.0, abs=0.5)
+    check = check_fixes(dive())
+    assert check.scale == pytest.approx(1.0, abs=1e-3)
+    assert check.heading_rad == pytest.approx(0.0, abs=1e-3)
+    assert check.distance_m == pytest.approx(195.0, abs=0.5)
 
 
 def test_a_dvl_that_reads_two_per_cent_too_little_and_a_compass_three_degrees_off_are_found():
-    found = check_fixes(dive(scale=1.02, heading_error=math.radians(3.0)))
-    assert found.scale == pytest.approx(1.02, abs=1e-3)
-    assert math.degrees(found.heading_rad) == pytest.approx(3.0, abs=0.02)
-    assert "1.020" in found.sentence
-    assert "+3.0" in found.sentence
+    check = check_fixes(dive(scale=1.02, heading_error=math.radians(3.0)))
+    assert check.scale == pytest.approx(1.02, abs=1e-3)
+    assert math.degrees(check.heading_rad) == pytest.approx(3.0, abs=0.02)
+    assert "1.020" in check.sentence
+    assert "+3.0" in check.sentence
 
 
 def test_the_uncertainty_is_that_of_the_fixes_over_the_distance():
-    found = check_fixes(dive())
-    assert found.scale_std == pytest.approx(0.5 * math.sqrt(2) / 195.0, rel=1e-2)
+    check = check_fixes(dive())
+    assert check.scale_std == pytest.approx(0.5 * math.sqrt(2) / 195.0, rel=1e-2)
 
 
 def test_surfacings_too_near_each_other_check_nothing_and_say_so():

@@ -46,17 +46,17 @@ def of(dive: Dive) -> dict[str, WholeError]:
 
 def test_every_axis_is_measured_all_the_time_and_also_where_it_is_not_asked_to_move():
     given = {0: 0.010, 1: -0.050, 2: 0.020, 3: 0.002, 4: 0.003, 5: math.radians(2.3)}
-    found = of(held(given, rest={1: 0.004}))
-    assert list(found) == list(DOFS)
+    by_axis = of(held(given, rest={1: 0.004}))
+    assert list(by_axis) == list(DOFS)
     for dof, axis in enumerate(DOFS):
         # The filter rounds the two corners of each step.
-        assert found[axis].rms == pytest.approx(abs(given[dof]), rel=0.02)
-        assert found[axis].noise == pytest.approx(0.0, abs=1e-3)
-    assert found["sway"].unasked == pytest.approx(0.050, rel=0.02)
-    assert found["sway"].rest == pytest.approx(0.004, rel=0.15)
-    assert found["surge"].asked == pytest.approx(0.4 * math.sqrt(80 / 85), rel=1e-3)
-    assert math.isnan(found["surge"].unasked)
-    assert (found["surge"].unit, found["yaw"].unit) == ("m/s", "rad/s")
+        assert by_axis[axis].rms == pytest.approx(abs(given[dof]), rel=0.02)
+        assert by_axis[axis].noise == pytest.approx(0.0, abs=1e-3)
+    assert by_axis["sway"].unasked == pytest.approx(0.050, rel=0.02)
+    assert by_axis["sway"].rest == pytest.approx(0.004, rel=0.15)
+    assert by_axis["surge"].asked == pytest.approx(0.4 * math.sqrt(80 / 85), rel=1e-3)
+    assert math.isnan(by_axis["surge"].unasked)
+    assert (by_axis["surge"].unit, by_axis["yaw"].unit) == ("m/s", "rad/s")
 
 
 def test_an_axis_that_was_asked_to_move_a_moment_ago_still_comes_to_rest():
@@ -114,12 +114,12 @@ def disturbed(mode: Mode, dof: int, size: float, at_rest: float = 0.0) -> Dive:
     ],
 )
 def test_an_axis_that_moves_unasked_is_no_go_beyond_10_mm_s_or_0_3_deg_s(mode, dof, size, go):
-    found = judged(disturbed(mode, dof, size))
+    raising = judged(disturbed(mode, dof, size))
     wanted = [] if go else [f"{DOFS[dof]} not asked to move"]
-    assert [what for what in failed(found) if "asked" in what] == wanted
+    assert [name for name in failed(raising) if "asked" in name] == wanted
     if not go:
-        assert not found.go
-        assert "See what moves it: diagnose this dive" in found.sentence
+        assert not raising.go
+        assert "See what moves it: diagnose this dive" in raising.sentence
 
 
 def test_two_degrees_a_second_of_yaw_are_told_in_degrees():
@@ -144,17 +144,17 @@ def test_an_axis_that_nothing_holds_is_measured_and_not_judged():
     pid = dive.tau_pid.value.copy()
     pid[:, 1] = 0.0
     pushed = replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pid))
-    found = {error.axis: error for error in whole_errors(pushed)}["sway"]
-    assert found.rms == pytest.approx(0.2, rel=0.05)
-    assert math.isnan(found.unasked)
+    sway = {error.axis: error for error in whole_errors(pushed)}["sway"]
+    assert sway.rms == pytest.approx(0.2, rel=0.05)
+    assert math.isnan(sway.unasked)
     assert judged(pushed).go
     alone = replace(pushed, ff_mode=Signal(dive.ff_mode.time_s, np.full_like(dive.ff_mode.value, 2.0)))
     assert not judged(alone).go
 
 
 def test_what_moves_as_much_at_rest_is_the_sea_s_and_not_judged():
-    found = judged(disturbed(Mode.SHADOW, 1, 0.03, at_rest=0.02))
-    (sway,) = [c for c in found.criteria if c.what == "sway not asked to move"]
+    raising = judged(disturbed(Mode.SHADOW, 1, 0.03, at_rest=0.02))
+    (sway,) = [c for c in raising.criteria if c.what == "sway not asked to move"]
     assert sway.passed is None
     assert sway.words.endswith("at rest: the sea")
-    assert found.go
+    assert raising.go

@@ -79,8 +79,8 @@ class Console:
             again_s = monotonic() + 0.5
             while (left_s := again_s - monotonic()) > 0:
                 self._read(left_s)
-                if found := re.search(pattern, self.text[self._from :]):
-                    return found
+                if match := re.search(pattern, self.text[self._from :]):
+                    return match
             assert monotonic() < deadline_s, f"MAVProxy does not say '{pattern}', but:\n{self.text[begun:]}"
 
     def close(self):

@@ -50,17 +50,17 @@ def test_the_dive_that_another_process_records_is_refused_and_the_one_before_it_
 
 
 def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_says_how_one_is_made():
-    own = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
+    recorder = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
     with pytest.raises(LogError, match="dives: no dive folder is there; give a DIVE"):
-        own.newest()
-    own.command(["start"])
+        recorder.newest()
+    recorder.command(["start"])
     try:
         with pytest.raises(LogError, match="no dive is over yet"):
-            own.newest()
+            recorder.newest()
         earlier = dive("a", 1.79e9)
-        assert own.newest() == earlier
+        assert recorder.newest() == earlier
     finally:
-        own.stop()
+        recorder.stop()
 
 
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():

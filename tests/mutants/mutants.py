@@ -36,12 +36,12 @@ def mutants_of(file: str, source: bytes) -> list[Mutant]:
     starts = [0]
     for line in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    found: list[Mutant] = []
+    mutants: list[Mutant] = []
 
     def add(line: int, begin: int, end: int, new: str) -> None:
         old = source[begin:end].decode()
         if old != new:
-            found.append(Mutant(file, line, begin, end, old, new))
+            mutants.append(Mutant(file, line, begin, end, old, new))
 
     def between(left: ast.expr, right: ast.expr, new: str) -> None:
         begin = starts[left.end_lineno - 1] + left.end_col_offset
@@ -73,7 +73,7 @@ def mutants_of(file: str, source: bytes) -> list[Mutant]:
                 begin = starts[node.test.lineno - 1] + node.test.col_offset
                 end = starts[node.test.end_lineno - 1] + node.test.end_col_offset
                 add(node.test.lineno, begin, end, f"not ({source[begin:end].decode()})")
-    return sorted(found, key=lambda mutant: (mutant.begin, mutant.end, mutant.new))
+    return sorted(mutants, key=lambda mutant: (mutant.begin, mutant.end, mutant.new))
 
 
 def drawn(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list[Mutant]:

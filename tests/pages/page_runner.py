@@ -35,12 +35,12 @@ class Running:
     """A command that runs on, in a terminal of its own."""
 
     def __init__(self, line, ready, folder, environment):
-        self._terminal, own = pty.openpty()
+        self._terminal, inner = pty.openpty()
         self.process = subprocess.Popen(
             ["bash", "-c", f"exec {line}"],
-            cwd=folder, env=environment, stdin=own, stdout=own, stderr=own, start_new_session=True,
+            cwd=folder, env=environment, stdin=inner, stdout=inner, stderr=inner, start_new_session=True,
         )  # fmt: skip
-        os.close(own)
+        os.close(inner)
         self._said, self._is_app = b"", " tui" in line
         threading.Thread(target=self._read, daemon=True).start()
         until_s = time.monotonic() + PATIENCE_S
@@ -106,7 +106,7 @@ class Typist:
             if line.startswith(tuple(but)):
                 continue
             line = line.replace("14550", str(self._port))
-            ready = next((words for what, words in RUNS_ON if what.match(line)), None)
+            ready = next((words for pattern, words in RUNS_ON if pattern.match(line)), None)
             if ready is not None:
                 self._running[terminal or line] = Running(line, ready, self.folder, self.environment)
             else:
@@ -131,13 +131,13 @@ class Typist:
         self._running.clear()
 
     def _run(self, line):
-        terminal, own = pty.openpty()
+        terminal, inner = pty.openpty()
         os.write(terminal, b"yes\n")
         done = subprocess.run(
-            ["bash", "-c", line], cwd=self.folder, env=self.environment, stdin=own,
+            ["bash", "-c", line], cwd=self.folder, env=self.environment, stdin=inner,
             capture_output=True, text=True, timeout=PATIENCE_S, check=False,
         )  # fmt: skip
-        os.close(own)
+        os.close(inner)
         os.close(terminal)
         assert done.returncode in ((0, 1) if DIFFERS.match(line) else (0,)), (
             f"{line}\n{done.stdout}\n{done.stderr}"

@@ -21,6 +21,7 @@ from identify.diagnose import (
     confidence,
     drift,
     evidence,
+    findings,
     regression,
     search,
     shrink,
@@ -74,7 +75,7 @@ PAGE = re.sub(
         f"pieces of {regression.PIECE_S:.0f} s in {evidence.FOLDS} folds",
         f"by more than {search.LEAST_GAIN:.0f} nats ({search.LEAST_SEA_GAIN:.0f} for a sea",
         f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
-        rf"P = {verdict.MOST_PROBABLE}\,\frac{{m}}{{m + {verdict.HALF_NATS:.0f}}}",
+        rf"P = {findings.MOST_PROBABLE}\,\frac{{m}}{{m + {findings.HALF_NATS:.0f}}}",
         f"Under {100 * shrunk.LIKELY:.0f} % a cause",
         f"within {confidence.LEAST_APART:g} nats of each other "
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
@@ -91,13 +92,13 @@ def test_what_the_page_says_is_what_the_code_does(words):
 def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_millisecond():
     assert math.log(1200 * 100) == pytest.approx(unexplained.UNKNOWN_NATS, abs=0.01)
     assert admitted.STAMPED_S == 0.5e-3
-    assert verdict.TAKEN_UP == 0.25
+    assert findings.TAKEN_UP == 0.25
     assert verdict.LEAST_CLOSED == verdict.MOST_DISTURBED == 1 / 3
     assert search.MOST_CAUSES == 3
 
 
 ROOT = REFERENCE.parents[1]
-PROMISES = {one.name: one for one in reliability.promises()}
+PROMISES = {promise.name: promise for promise in reliability.promises()}
 
 
 def test_the_page_is_what_its_files_make():
@@ -180,9 +181,9 @@ def test_there_are_commands_and_links_to_check():
 
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("seatrial ")])
 def test_each_seatrial_line_is_taken_by_its_verb(line):
-    verb, *rest = shlex.split(line)[1:]
+    verb, *options = shlex.split(line)[1:]
     assert verb in cli.VERBS
-    cli.verb_parser(verb).parse_args(rest)
+    cli.verb_parser(verb).parse_args(options)
 
 
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("make ")])

@@ -59,8 +59,8 @@ def test_each_line_of_the_tutorial_reads_what_a_line_before_it_has_made():
     made, verbs = set(), []
     for _, block in blocks("docs/tutorial.md"):
         for line in block.splitlines():
-            verb, *rest = shlex.split(line)[1:]
-            given = cli.verb_parser(verb).parse_args(rest)
+            verb, *options = shlex.split(line)[1:]
+            given = cli.verb_parser(verb).parse_args(options)
             missing = [file for file in reads(verb, given) if file not in made]
             assert not missing, f"{line}: nothing makes {missing}"
             made |= set(makes(verb, given))
@@ -72,9 +72,9 @@ def test_each_line_of_the_tutorial_reads_what_a_line_before_it_has_made():
 
 @pytest.fixture(scope="module")
 def port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
 
 
 @pytest.fixture(scope="module")

@@ -173,9 +173,9 @@ def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_in
         assert result.outcome is Outcome.CONVERGED
         for name, promised in zip(NAMES, plan.after, strict=True):
             if np.isfinite(promised):
-                one = result[name]
-                ratios.append(one.std / one.value / promised)
-                errors.append((one.value - truth.model[name]) / one.std)
+                parameter = result[name]
+                ratios.append(parameter.std / parameter.value / promised)
+                errors.append((parameter.value - truth.model[name]) / parameter.std)
     assert len(ratios) == 8 * len(seeds)
     assert np.max(ratios) < 1.3
     # The masses also show in each other's Coriolis forces, which no promise counts on.

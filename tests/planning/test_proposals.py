@@ -182,9 +182,9 @@ def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_r
     assert first.manoeuvre.period_s == 4.0
     assert instruction(first).startswith("surge: square wave ±")
     assert needs(first).endswith(" m across")
-    told = pulses(first.manoeuvre, TANK)
-    assert told.startswith("ahead: ")
-    assert "on 1 2 3 4; astern: " in told
+    words = pulses(first.manoeuvre, TANK)
+    assert words.startswith("ahead: ")
+    assert "on 1 2 3 4; astern: " in words
 
 
 def test_a_turn_fills_its_time_has_no_pulse_widths_and_stays_in_place() -> None:
@@ -372,11 +372,11 @@ def test_what_a_dive_had_no_readings_for_is_doubted_and_what_it_said_too_little_
     parameters = identified()["parameters"]
     reasons = {"M_w": "no velocity in heave was recorded", "D_w": "no velocity in heave was recorded",
                "D_u": "the dive says too little of surge"}  # fmt: skip
-    told = [
+    doubted = [
         {**parameter, "reason": reasons[parameter["name"]]} if parameter["name"] in reasons else parameter
         for parameter in parameters
     ]
-    known = after(identified(parameters=told), FILE, "hovering", "a.json")
+    known = after(identified(parameters=doubted), FILE, "hovering", "a.json")
     sentence = "Of M_w and D_w it told nothing: no velocity in heave was recorded."
     assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}
 
@@ -405,12 +405,12 @@ def pilot(mode: Mode) -> Autopilot:
 
 @pytest.mark.parametrize("mode", list(Mode))
 def test_the_thrusters_give_a_push_itself_in_every_mode(mode: Mode) -> None:
-    told = pilot(mode).step(0.0, MOVING, PUSHED)
-    assert told.tau_cmd[0] == pytest.approx(24.0)
-    assert told.tau_cmd[5] == pytest.approx(0.0, abs=1e-9)
-    assert told.tau_pid[0] == told.tau_pid[5] == 0.0
+    actuation = pilot(mode).step(0.0, MOVING, PUSHED)
+    assert actuation.tau_cmd[0] == pytest.approx(24.0)
+    assert actuation.tau_cmd[5] == pytest.approx(0.0, abs=1e-9)
+    assert actuation.tau_pid[0] == actuation.tau_pid[5] == 0.0
     alone = pilot(mode).step(0.0, MOVING, replace(PUSHED, push=(None,) * 6))
-    assert told.tau_pid[1] == alone.tau_pid[1]
+    assert actuation.tau_pid[1] == alone.tau_pid[1]
 
 
 def test_a_push_begins_the_loop_anew_afterwards() -> None:
@@ -427,8 +427,8 @@ def test_a_push_begins_the_loop_anew_afterwards() -> None:
 def test_a_vehicle_that_lost_its_velocity_is_pushed_no_more() -> None:
     autopilot = pilot(Mode.OFF)
     autopilot.step(0.0, MOVING, PUSHED)
-    told = autopilot.step(5.1, MOVING, PUSHED)
-    assert told.tau_cmd[0] == pytest.approx(0.0, abs=1e-9)
+    actuation = autopilot.step(5.1, MOVING, PUSHED)
+    assert actuation.tau_cmd[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_pushed_body_ends_at_force_over_damping_and_then_coasts() -> None:

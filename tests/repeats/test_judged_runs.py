@@ -92,9 +92,9 @@ def test_every_answer_keeps_to_the_schema_and_is_said_in_sentences(sound, usual)
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     for changes in ({}, {"heavier_n": 2.0}, {"reads_m": 0.1}, {"gains": (0.5, 1.0, 1.0, 1.0)}):
         judged = answer(sound, usual, **changes)
-        told = plain(judged)
-        jsonschema.validate(json.loads(json.dumps(told, allow_nan=False)), schema)
-        assert sum(part["share"] for part in told["gap"]["where"]) == pytest.approx(1.0)
+        data = plain(judged)
+        jsonschema.validate(json.loads(json.dumps(data, allow_nan=False)), schema)
+        assert sum(part["share"] for part in data["gap"]["where"]) == pytest.approx(1.0)
         assert sentences(judged)[-1].startswith("Against the accepted runs, 10 runs together differ by: rest")
     heavier = sentences(answer(sound, usual, heavier_n=2.0))[0]
     assert heavier.startswith("Net buoyancy or added payload explains the gap: force −")

@@ -40,10 +40,12 @@ def effect(name: str, number: int = 0) -> Effect:
     return next(item for item in LIBRARY if item.name == name and item.number == number)
 
 
-def found(name: str, number: int = 0, **other: object) -> Finding:
-    one = effect(name, number)
-    told = {key: Value(v, unit, 0.9 * v, 1.1 * v) for key, (v, unit) in one.told(one.start()).items()}
-    made = Finding(Cause(one, one.start()), (), {}, 0.999, told, 60.0)
+def finding_of(name: str, number: int = 0, **other: object) -> Finding:
+    hidden = effect(name, number)
+    parameters = {
+        key: Value(v, unit, 0.9 * v, 1.1 * v) for key, (v, unit) in hidden.told(hidden.start()).items()
+    }
+    made = Finding(Cause(hidden, hidden.start()), (), {}, 0.999, parameters, 60.0)
     return replace(made, **other)  # type: ignore[arg-type]
 
 
@@ -101,9 +103,9 @@ def diagnosis(**other: object) -> Diagnosis:
 
 @cache
 def _plain() -> Diagnosis:
-    tried = [Tried(one, 5.0 - 0.2 * k, False) for k, one in enumerate(LIBRARY)]
+    tried = [Tried(item, 5.0 - 0.2 * k, False) for k, item in enumerate(LIBRARY)]
     tried[0] = replace(tried[0], gain_nats=61.2, accepted=True)
-    drag = found("quadratic_drag", feedforward=Gain(0.0234, 0.0051))
+    drag = finding_of("quadratic_drag", feedforward=Gain(0.0234, 0.0051))
     return Diagnosis(
         "lap-3",
         "ruvifist",
@@ -121,9 +123,9 @@ def _plain() -> Diagnosis:
     )
 
 
-def page_of(one: Diagnosis) -> str:
+def page_of(shown: Diagnosis) -> str:
     """Its page. That of the plain diagnosis is made once, and once with its figures `sketched`."""
-    return _plain_page(picture.inline) if one is _plain() else render_report(diagnosis_report(one))
+    return _plain_page(picture.inline) if shown is _plain() else render_report(diagnosis_report(shown))
 
 
 @cache
@@ -174,13 +176,13 @@ class Text(HTMLParser):
             self.lines.append(data.strip())
 
 
-def read(one: Diagnosis) -> str:
-    return "\n".join(Text(page_of(one)).lines)
+def read(shown: Diagnosis) -> str:
+    return "\n".join(Text(page_of(shown)).lines)
 
 
-def with_figure(one: Diagnosis, name: str) -> Text:
+def with_figure(shown: Diagnosis, name: str) -> Text:
     """The page with no figure but this one, where figures are rendered, which takes long."""
-    report = diagnosis_report(one)
+    report = diagnosis_report(shown)
     sections = (
         replace(section, figures=tuple(figure for figure in section.figures if figure.name == name))
         for section in report.sections
@@ -193,4 +195,4 @@ UNKNOWN = Character(("yaw",), "world", "even", "intermittent", ("heading", "yaw_
 
 def places(key: tuple[str, int]) -> list[int]:
     """Where the forms of one candidate stand in the library."""
-    return [k for k, one in enumerate(LIBRARY) if (one.name, one.number) == key]
+    return [k for k, item in enumerate(LIBRARY) if (item.name, item.number) == key]

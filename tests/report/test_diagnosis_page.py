@@ -12,7 +12,7 @@ from made_diagnoses import (
     UNKNOWN,
     diagnosis,
     effect,
-    found,
+    finding_of,
     gap,
     places,
     read,
@@ -114,7 +114,7 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
         "Quadratic drag explains the gap: with it the model's 5 s drift falls from 76 mm/s to 27 mm/s in surge and "
         f"from 1.1 deg/s to 0.38 deg/s in yaw, which closes 100 % of what is beyond noise.{PLACE}"
     )
-    two = diagnosis(findings=(found("quadratic_drag"), found("weak_thruster", 3)))
+    two = diagnosis(findings=(finding_of("quadratic_drag"), finding_of("weak_thruster", 3)))
     assert wording.verdict_sentence(two).startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
@@ -143,28 +143,41 @@ def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, objec
 
 
 def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
-    told = diagnosis(heldout=shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=shrink(3.0, 2.8, 0.11, 0.0, 0.2))
+    unborne = diagnosis(heldout=shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=shrink(3.0, 2.8, 0.11, 0.0, 0.2))
     but = "but the check dive does not bear that out (98 % of the drift beyond noise was foretold to close there, and "
-    assert but in wording.verdict_sentence(told)
-    assert but in wording.verdict_sentence(replace(told, verdict="unknown"))
+    assert but in wording.verdict_sentence(unborne)
+    assert but in wording.verdict_sentence(replace(unborne, verdict="unknown"))
+
+
+@pytest.mark.parametrize("share", [math.nan, -0.5])
+def test_where_the_check_dive_shows_no_such_effect_that_is_said_and_the_drift_is_that_of_pieces_held_out(
+    share,
+):
+    sound = shrink(1.1, 3.1, share, share - 0.2, share + 0.2)
+    told = wording.verdict_sentence(diagnosis(heldout=shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=sound))
+    assert told.startswith(
+        "Quadratic drag explains the gap, but the check dive shows no such effect (its 5 s drift is 1.1 times what "
+        "noise makes it without the causes, and 3.1 times with them): with it the model's 5 s drift falls from "
+    )
+    assert "on pieces held out, which closes 98 % of what is beyond noise" in told
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
-    lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
-    said = diagnosis(verdict="ambiguous", findings=(lag,))
-    assert wording.verdict_sentence(said).startswith(
+    lag = finding_of("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
+    unclear = diagnosis(verdict="ambiguous", findings=(lag,))
+    assert wording.verdict_sentence(unclear).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
-    current = found("steady_current", also=("thrust_bias",), likeness={"thrust_bias": 0.97})
+    current = finding_of("steady_current", also=("thrust_bias",), likeness={"thrust_bias": 0.97})
     both = wording.verdict_sentence(diagnosis(verdict="ambiguous", findings=(lag, current)))
     assert "can't tell thruster lag from command delay and steady current from thrust bias: " in both
-    (line,) = wording.cause_lines(said)
+    (line,) = wording.cause_lines(unclear)
     sentence = (
         "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
         "log of 50 Hz."
     )
     assert line.endswith(sentence)
-    assert f"{sentence}\nLikeness: at 1 no method could tell" in read(said)
+    assert f"{sentence}\nLikeness: at 1 no method could tell" in read(unclear)
 
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
@@ -192,23 +205,25 @@ def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
 
 
 def test_what_no_candidate_explains_is_described():
-    said = diagnosis(verdict="unknown", character=UNKNOWN)
-    assert wording.verdict_sentence(said) == (
+    unknown = diagnosis(verdict="unknown", character=UNKNOWN)
+    assert wording.verdict_sentence(unknown) == (
         "Something is there that no candidate explains: most of it lies in surge, steady, mostly above 0.30 m/s; it "
         "is fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag "
         "explains part of the gap."
     )
     left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
-    assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(replace(said, gap=left))
-    page = read(said)
+    assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(
+        replace(unknown, gap=left)
+    )
+    page = read(unknown)
     assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
     assert "It goes with heading and yaw rate." in page
 
 
 def test_a_cause_less_probable_than_not_is_told_as_possible():
-    bias = found("thrust_bias", probability=0.42)
-    beside = wording.verdict_sentence(diagnosis(findings=(found("quadratic_drag"), bias)))
-    assert beside.startswith(
+    bias = finding_of("thrust_bias", probability=0.42)
+    sentence = wording.verdict_sentence(diagnosis(findings=(finding_of("quadratic_drag"), bias)))
+    assert sentence.startswith(
         "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: with them "
     )
     alone = wording.verdict_sentence(diagnosis(findings=(bias,)))
@@ -229,7 +244,7 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
 
 
 def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
-    lag = replace(found("thruster_lag"), probability=0.89)
+    lag = replace(finding_of("thruster_lag"), probability=0.89)
     small = replace(gap(), before=1.02)
     said = wording.verdict_sentence(
         diagnosis(findings=(lag,), gap=small, heldout=shrink(0.96, 0.96, NAN), check=None)
@@ -264,8 +279,8 @@ def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
 
 
 def test_what_is_borne_out_in_part_is_named_and_the_rest_told_beside_it_with_its_share():
-    rest = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),), unexplained=0.38)
-    said = wording.verdict_sentence(diagnosis(verdict="partly", gap=rest, character=UNKNOWN))
+    partly = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),), unexplained=0.38)
+    said = wording.verdict_sentence(diagnosis(verdict="partly", gap=partly, character=UNKNOWN))
     assert said.startswith(
         "Quadratic drag explains part of the gap: with it the model's 5 s drift falls from 31 mm/s"
     )
@@ -275,7 +290,7 @@ def test_what_is_borne_out_in_part_is_named_and_the_rest_told_beside_it_with_its
     )
     assert "held out: all of that lies in yaw, turning" in said
     assert "38 %" not in wording.verdict_sentence(
-        diagnosis(verdict="partly", gap=replace(rest, unexplained=NAN), character=UNKNOWN)
+        diagnosis(verdict="partly", gap=replace(partly, unexplained=NAN), character=UNKNOWN)
     )
 
 
@@ -298,12 +313,12 @@ YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
 
 
 def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
-    told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
-    assert wording.verdict_sentence(told).endswith(
+    borne = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
+    assert wording.verdict_sentence(borne).endswith(
         "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge "
         f"on the check dive, which closes 86 % of what is beyond noise.{PLACE}"
     )
-    _, surge, yaw, pooled = wording.shrink_lines(told)
+    _, surge, yaw, pooled = wording.shrink_lines(borne)
     assert surge == (
         "On the check dive, surge: the 5 s drift goes from 34 mm/s to 16 mm/s (noise alone 9.0 mm/s); closes 72 % of "
         "what is beyond noise."
@@ -361,17 +376,19 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     widths = [bar.get_width() for bar in figure.draw(10.0).axes[0].patches]
     assert widths[:2] == pytest.approx([1.0, math.log1p(4.8) / math.log1p(61.2)])
     named = {(item.name, item.number): item.label for item in LIBRARY}
-    told = {key for key in named if any(5.0 - 0.2 * k > 2.0 for k in places(key))} | {("quadratic_drag", 0)}
+    gaining = {key for key in named if any(5.0 - 0.2 * k > 2.0 for k in places(key))} | {
+        ("quadratic_drag", 0)
+    }
     shown = sum("nats" in line and line[0].isdigit() and "others" not in line for line in page.lines)
-    assert shown == len(told)
+    assert shown == len(gaining)
     (caption,) = [line for line in page.lines if line.startswith("What each candidate saves")]
-    assert caption.endswith(f" {len(named) - len(told)} others: none gains more than 2 nats.")
+    assert caption.endswith(f" {len(named) - len(gaining)} others: none gains more than 2 nats.")
     assert any("2.7 times as likely" in line for line in page.lines)
 
 
 @pytest.mark.usefixtures("rendered")
 def test_a_candidate_that_is_possible_or_was_not_accepted_says_so_and_why():
-    drag = replace(found("quadratic_drag"), probability=0.42)
+    drag = replace(finding_of("quadratic_drag"), probability=0.42)
     page = with_figure(diagnosis(findings=(drag,)), "candidates")
     assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
     assert not [line for line in page.lines if line.endswith(": accepted")]
@@ -384,7 +401,7 @@ def test_a_candidate_that_is_possible_or_was_not_accepted_says_so_and_why():
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
     gained = diagnosis(
-        findings=(found("quadratic_drag", feedforward=Gain(0.0234, 0.0051)), found("dvl_bias"))
+        findings=(finding_of("quadratic_drag", feedforward=Gain(0.0234, 0.0051)), finding_of("dvl_bias"))
     )
     page = read(gained)
     assert "quadratic drag\n23 mm/s\n5.1 mm/s\nquadratic drag" in page
@@ -455,5 +472,5 @@ def test_what_stays_the_same_is_not_sliced_and_a_slice_that_is_the_whole_is_not_
 @pytest.mark.usefixtures("rendered")
 def test_slices_are_in_the_units_of_what_they_slice_by():
     page = read(diagnosis())
-    for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):
-        assert told in page
+    for interval in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):
+        assert interval in page

@@ -30,9 +30,9 @@ def test_the_buttons_zoom_the_curves_and_a_click_selects_a_table_as_csv(tmp_path
         async with opened(page.as_uri(), tmp_path / "browser", width) as browser:
             await browser.until_true("document.readyState == 'complete'")
 
-            async def click(what):
+            async def click(element):
                 at = await browser.evaluate(
-                    f"(() => {{ const e = {what}; e.scrollIntoView({{block: 'center'}});"
+                    f"(() => {{ const e = {element}; e.scrollIntoView({{block: 'center'}});"
                     " const r = e.getBoundingClientRect(); return `${r.x + 9} ${r.y + r.height / 2}`; })()"
                 )
                 x, y = map(float, at.split())

@@ -99,13 +99,13 @@ def test_a_point_says_its_arithmetic(title, figure):
 
 def test_what_fits_fits_to_the_printed_digits():
     same = {check.what: (check.stated, check.computed) for check in checks()}
-    for what in (
+    for name in (
         "Rise of X_u",
         "Rise of D_u",
         "Eq. 17: 1.33 / cos 34°",
         "Fig. 15: target less settled speed",
     ):
-        assert same[what][0] == same[what][1]
+        assert same[name][0] == same[name][1]
 
 
 def test_a_feed_forward_with_the_whole_mass_makes_no_error_while_speeding_up():

@@ -131,24 +131,24 @@ def test_the_paper_stands_beside_the_vehicle_that_is_made_of_it(text):
 @pytest.mark.soak
 @pytest.mark.parametrize("configuration", ["survey", "hovering"])
 def test_training_tends_to_the_least_of_the_loss(done, configuration):
-    one = done.campaigns[configuration]
-    assert one.paper.values() == pytest.approx(dict(one.closed), rel=0.02)
+    campaign = done.campaigns[configuration]
+    assert campaign.paper.values() == pytest.approx(dict(campaign.closed), rel=0.02)
 
 
 @pytest.mark.soak
 def test_a_training_that_was_cut_short_is_warned_of(done):
-    one = done.campaigns["survey"]
+    campaign = done.campaigns["survey"]
     shape = done.file.vehicle.configurations["survey"]
     early = {"epochs": 1, "batch": 1000}
-    begun = identified(one.dive, done.file, "survey", replace(TINY, **early), lambda _: None)
+    begun = identified(campaign.dive, done.file, "survey", replace(TINY, **early), lambda _: None)
     assert "had not ended" in campaign_section(begun, shape).warning
-    assert not campaign_section(one, shape).warning
+    assert not campaign_section(campaign, shape).warning
 
 
 @pytest.mark.soak
 def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
     runs = page.to_json(done)["left_open"]["turns"]
-    without, with_it = (runs[f"smooth reference, {what}"] for what in ("no inertia", "inertia"))
+    without, with_it = (runs[f"smooth reference, {form}"] for form in ("no inertia", "inertia"))
     assert with_it["lag_s"] < 0.5 * without["lag_s"]
     assert with_it["error_deg"] < 0.5 * without["error_deg"]
 
@@ -183,9 +183,9 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
 
 
 def test_the_network_is_small_unless_another_is_asked_for():
-    small, own = sized(None), sized([1024, 5, 100])
-    assert small.hidden < own.hidden == 1024
-    assert (own.depth, own.epochs) == (5, 100)
+    small, large = sized(None), sized([1024, 5, 100])
+    assert small.hidden < large.hidden == 1024
+    assert (large.depth, large.epochs) == (5, 100)
 
 
 @pytest.mark.soak

@@ -99,12 +99,12 @@ VERBS = {
 
 def opens_a_link(parser):
     """Whether a verb, or one of its actions, has the option --link."""
-    own = [action for action in parser._actions if "--link" in action.option_strings]
+    links = [action for action in parser._actions if "--link" in action.option_strings]
     choices = [
         choice for a in parser._actions if isinstance(a.choices, dict) for choice in a.choices.values()
     ]
     inner = [choice for choice in choices if isinstance(choice, ArgumentParser)]
-    return bool(own) or any(map(opens_a_link, inner))
+    return bool(links) or any(map(opens_a_link, inner))
 
 
 def test_no_verb_that_opens_a_link_is_left_out_here():

@@ -72,9 +72,9 @@ def test_all_that_goes_out_is_signed_each_at_a_later_time(side):
 
 def test_a_long_write_goes_out_in_parts_that_fit_a_datagram(side):
     side.link.write(Encoder(1, 1).encode(BEAT) * 100)
-    got = [side.outside.read(0.0) for _ in range(3)]
-    assert max(map(len, got)) <= 1400
-    assert sum(map(len, got)) == 34 * 100
+    datagrams = [side.outside.read(0.0) for _ in range(3)]
+    assert max(map(len, datagrams)) <= 1400
+    assert sum(map(len, datagrams)) == 34 * 100
 
 
 def test_each_kind_of_frame_that_is_refused_is_counted(side):
@@ -151,7 +151,7 @@ def test_a_component_that_is_refused_beside_one_that_signs_is_told_too(side):
         assert side.link.read(0.0)
         assert side.arrives_unsigned() == b""
         side.waits(0.7)
-    assert [told.sender for told in side.told] == [(1, 1)]
+    assert [report.sender for report in side.told] == [(1, 1)]
 
 
 def test_a_single_order_that_was_refused_is_told_as_well(side):
@@ -199,7 +199,7 @@ def test_who_invents_systems_is_counted_and_drowns_nothing(side):
     for _ in range(8):
         side.waits(0.5)
     assert side.gate.counts == {Refusal.UNSIGNED: 255}
-    assert [told.sender for told in side.told] == [*((system, 1) for system in range(1, 9)), None]
+    assert [report.sender for report in side.told] == [*((system, 1) for system in range(1, 9)), None]
     assert side.told[-1].brief == "more systems are refused: unsigned"
 
 
@@ -209,7 +209,7 @@ def test_a_vehicle_of_another_key_is_named_whatever_unsigned_strangers_send(side
         flood(side, range(10, 250))
         side.arrives(side.now(), other)
         side.waits(0.5)
-    assert [told.sender for told in side.told if told.refusal is Refusal.OTHER_KEY] == [(1, 1)]
+    assert [report.sender for report in side.told if report.refusal is Refusal.OTHER_KEY] == [(1, 1)]
     assert len(side.told) == 10
     assert "system 1, component 1, sends is refused, since it is signed with another key" in side.gate.trouble
 
@@ -220,7 +220,7 @@ def test_a_vehicle_is_told_of_though_a_stranger_speaks_unsigned_under_its_name(s
         side.arrives(side.now(), other)
         side.arrives_unsigned()
         side.waits(0.5)
-    assert {told.refusal for told in side.told} == {Refusal.OTHER_KEY, Refusal.UNSIGNED}
+    assert {report.refusal for report in side.told} == {Refusal.OTHER_KEY, Refusal.UNSIGNED}
 
 
 def test_where_strangers_sign_with_rubbish_it_is_said_that_there_are_more_than_are_named(side):
@@ -229,7 +229,7 @@ def test_where_strangers_sign_with_rubbish_it_is_said_that_there_are_more_than_a
         flood(side, range(10, 18), rubbish)
         side.arrives(side.now(), other)
         side.waits(0.5)
-    assert [told.sender for told in side.told] == [*((system, 1) for system in range(10, 18)), None]
+    assert [report.sender for report in side.told] == [*((system, 1) for system in range(10, 18)), None]
     assert side.told[-1].sentence == side.gate.trouble == MORE
 
 
@@ -237,10 +237,10 @@ def test_a_vehicle_whose_clock_stands_in_the_past_is_told_of_and_heals_once_it_h
     ground, vehicle = Side(SimulatedClock()), Side(SimulatedClock(unix_at_boot_s=1_500_000_000.0))
     encoder = Encoder(1, 1)
 
-    def speaks(one: Side, other: Side, raw: bytes) -> bytes:
-        one.link.write(raw)
-        other.outside.write(one.outside.read(0.0))
-        return other.link.read(0.0)
+    def speaks(sender: Side, receiver: Side, raw: bytes) -> bytes:
+        sender.link.write(raw)
+        receiver.outside.write(sender.outside.read(0.0))
+        return receiver.link.read(0.0)
 
     assert speaks(vehicle, ground, encoder.encode(BEAT)) == b""
     ground.waits(3.0)
@@ -268,8 +268,8 @@ def test_times_go_on_over_a_restart_though_the_clock_was_set_back(tmp_path):
 def test_a_process_that_was_killed_never_says_a_time_twice(tmp_path):
     file = tmp_path / "times.json"
     killed = Times(SimulatedClock(), file)
-    said = [killed.next() for _ in range(1000)]
-    assert Times(SimulatedClock(), file).next() > said[-1]
+    times = [killed.next() for _ in range(1000)]
+    assert Times(SimulatedClock(), file).next() > times[-1]
 
 
 def test_rubbish_for_kept_times_is_no_hindrance(tmp_path):

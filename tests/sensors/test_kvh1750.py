@@ -90,8 +90,8 @@ def test_a_whole_chunk_is_one_block_with_times_backwards_from_its_last_byte():
 def test_bytes_of_the_next_frame_at_the_end_of_a_chunk_do_not_shift_the_times():
     byte_s = 10 / 115200
     data = encode_kvh1750(sine(60))
-    for rest in range(1, 6):
-        (block,) = Kvh1750Parser().feed(data[: 50 * 6 + rest], 10.0 + PERIOD - (6 - rest) * byte_s)
+    for left in range(1, 6):
+        (block,) = Kvh1750Parser().feed(data[: 50 * 6 + left], 10.0 + PERIOD - (6 - left) * byte_s)
         np.testing.assert_allclose(block.time_s, 10.0 - np.arange(49, 0, -1) * PERIOD, atol=1e-12)
 
 

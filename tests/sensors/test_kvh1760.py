@@ -1,4 +1,4 @@
-"""Vectors: A is SYNTHETIC, from the offsets and the CRC that open drivers state; no capture was to be had."""
+"""Vectors: `FRAME` is SYNTHETIC, from the offsets and the CRC that open drivers state; no capture was to be had."""
 
 import math
 
@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from bridge.errors import ConfigError
 from bridge.sensors.kvh1760 import Kvh1760Parser, encode_kvh1760, encode_setup
 
-A = bytes.fromhex("fe81ff55000000000000000038d1b717000000000000000000000000070509e2cce22399")
-B = encode_kvh1760(2e-4, 6, stamp=123456)
+FRAME = bytes.fromhex("fe81ff55000000000000000038d1b717000000000000000000000000070509e2cce22399")
+LONG_FRAME = encode_kvh1760(2e-4, 6, stamp=123456)
 ANGLE = float(np.float32(1e-4))
 
 
@@ -21,25 +21,29 @@ def rates(blocks) -> list[float]:
 
 def test_the_vector_decodes_to_its_stated_angle_as_a_rate():
     parser = Kvh1760Parser(rate_hz=1000.0, latency_s=0.25)
-    (block,) = parser.feed(A, 10.0)
+    (block,) = parser.feed(FRAME, 10.0)
     assert rates([block]) == [ANGLE * 1000.0]
     assert list(block.time_s) == [9.75]
     assert list(block.valid) == [True]
 
 
 def test_the_encoder_writes_the_vector_byte_for_byte():
-    assert encode_kvh1760(1e-4, 5, temperature_c=25.30) == A
+    assert encode_kvh1760(1e-4, 5, temperature_c=25.30) == FRAME
 
 
 def test_format_b_is_four_bytes_longer_and_has_its_status_after_the_stamp():
-    assert len(B) == len(A) + 4
-    assert B[32:34] == b"\x07\x06"
-    assert rates(Kvh1760Parser(rate_hz=1.0).feed(A + B + A, 0.0)) == [ANGLE, float(np.float32(2e-4)), ANGLE]
+    assert len(LONG_FRAME) == len(FRAME) + 4
+    assert LONG_FRAME[32:34] == b"\x07\x06"
+    assert rates(Kvh1760Parser(rate_hz=1.0).feed(FRAME + LONG_FRAME + FRAME, 0.0)) == [
+        ANGLE,
+        float(np.float32(2e-4)),
+        ANGLE,
+    ]
 
 
 def test_a_header_of_another_format_is_passed_over():
     parser = Kvh1760Parser(rate_hz=1.0)
-    assert rates(parser.feed(b"\xfe\x81\xff\x57" + bytes(34) + A, 0.0)) == [ANGLE]
+    assert rates(parser.feed(b"\xfe\x81\xff\x57" + bytes(34) + FRAME, 0.0)) == [ANGLE]
 
 
 def test_an_invalid_axis_is_flagged():

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
-from test_kvh1760 import A, B
+from test_kvh1760 import FRAME, LONG_FRAME
 from test_ublox import GGA, PVT, RMC
 from test_waterlink import DOCUMENTED, REPORT
 from test_wayfinder import LOCKED
@@ -33,7 +33,7 @@ class Case:
 
 
 XSENS_NOISE = (b"\xfa", b"\xfa\xff", b"\xfa\xff\x36", b"\xfa\xff\x36\xff\x01\x00", bytes(9), CW[:50])
-KVH_NOISE = (b"\xfe", b"\xfe\x81", b"\xfe\x81\xff", b"\xfe\x81\xff\x57", bytes(9), A[:30])
+KVH_NOISE = (b"\xfe", b"\xfe\x81", b"\xfe\x81\xff", b"\xfe\x81\xff\x57", bytes(9), FRAME[:30])
 UBLOX_NOISE = (b"$", b"$GP", b"\xb5", b"\xb5\x62", b"\xb5\x62\x01\x07\xff\xff", b"\r\n", bytes(9))
 XSENS = (XSENS_NOISE, b"\xfa\xff\x36\x07\x08", 2300, encode_message(0x30) * 450)
 KVH = (KVH_NOISE, b"\xfe\x81\xff\x55\x56", 40, bytes(50))
@@ -53,8 +53,8 @@ CASES = {
     "xsens GO": Case(XsensParser, GO, *XSENS),
     "xsens ours": Case(XsensParser, OURS, *XSENS),
     "xsens long": Case(XsensParser, LONG, *XSENS),
-    "kvh1760 A": Case(Kvh1760Parser, A, *KVH),
-    "kvh1760 B": Case(Kvh1760Parser, B, *KVH),
+    "kvh1760 A": Case(Kvh1760Parser, FRAME, *KVH),
+    "kvh1760 B": Case(Kvh1760Parser, LONG_FRAME, *KVH),
     "ublox pvt": Case(UbloxParser, PVT, UBLOX_NOISE, b"\xb5\x62\x01\x03\x00", 1032, bytes(1100)),
     "ublox nmea": Case(UbloxParser, GGA + RMC, UBLOX_NOISE[:2], b"$GP,*\r1", 1032, bytes(1100)),
 }

@@ -43,7 +43,7 @@ LONG = encode_mtdata2([(0x5040, bytes(200)), *BASE, (0x7010, bytes(100))])
 """Of extended length."""
 
 
-def one(frame: bytes) -> ImuSample:
+def sample_of(frame: bytes) -> ImuSample:
     (sample,) = XsensParser().feed(frame, 10.0)
     return sample
 
@@ -82,7 +82,7 @@ def test_the_suggested_output_set_is_an_ordinary_frame():
         (STATUS_WORD, struct.pack(">I", ORIENTATION_VALID)),
     ]
     assert encode_mtdata2(items) == OURS
-    assert one(OURS) == ImuSample(10.0, FORCE, RATE, LEVEL)
+    assert sample_of(OURS) == ImuSample(10.0, FORCE, RATE, LEVEL)
 
 
 def encode_numbers(precision: int, numbers: tuple[float, ...]) -> bytes:
@@ -103,7 +103,7 @@ def test_every_precision_is_read(precision):
         (QUATERNION | precision, encode_numbers(precision, LEVEL)),
         (TEMPERATURE | precision, encode_numbers(precision, (18.5,))),
     ]
-    assert one(encode_mtdata2(items)) == ImuSample(10.0, FORCE, RATE, LEVEL, 18.5)
+    assert sample_of(encode_mtdata2(items)) == ImuSample(10.0, FORCE, RATE, LEVEL, 18.5)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_numbers_that_are_none_give_no_sample(bad):
     ],
 )
 def test_what_is_no_measurement_is_passed_over(message):
-    assert XsensParser().feed(message + encode_mtdata2(BASE), 10.0) == [one(encode_mtdata2(BASE))]
+    assert XsensParser().feed(message + encode_mtdata2(BASE), 10.0) == [sample_of(encode_mtdata2(BASE))]
 
 
 def test_two_sequences_of_one_length_are_told_apart():
@@ -172,7 +172,7 @@ vectors = st.tuples(numbers, numbers, numbers)
 @settings(max_examples=50)
 @given(vectors, vectors, st.integers(0, 65535), st.integers(0, 2**32 - 1))
 def test_what_is_encoded_is_what_is_parsed(force, rate, packet, status):
-    sample = one(encode_xsens(packet, 3.0, force, rate, LEVEL, status | ORIENTATION_VALID))
+    sample = sample_of(encode_xsens(packet, 3.0, force, rate, LEVEL, status | ORIENTATION_VALID))
     assert (sample.specific_force, sample.rate, sample.attitude) == (force, rate, LEVEL)
 
 

@@ -45,7 +45,7 @@ OUT = Mission(
 def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
     """The messages of a dive by type, those with a name by name."""
     framer = Framer()
-    told: dict[str, list[Any]] = defaultdict(list)
+    by_type: dict[str, list[Any]] = defaultdict(list)
 
     def sink(_unix_s: float, data: bytes) -> None:
         for frame in framer.feed(data):
@@ -55,11 +55,11 @@ def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
                 kind = message.name
             elif kind == "HIGHRES_IMU":
                 kind += str(message.to_dict()["id"])
-            told[kind].append(message)
+            by_type[kind].append(message)
 
     simulate_dive(FILE, "hovering", mission, seed=options.pop("seed", 7), sink=sink, **options)
     assert framer.counts["checksum"] == framer.counts["skipped"] == 0
-    return told
+    return by_type
 
 
 def accepted(times: float = 1.0) -> ParameterServer:
@@ -75,7 +75,7 @@ def accepted(times: float = 1.0) -> ParameterServer:
 
 
 @pytest.fixture(scope="module")
-def told() -> dict[str, list[Any]]:
+def out_and_back() -> dict[str, list[Any]]:
     return recorded()
 
 
@@ -87,32 +87,32 @@ RATES_HZ = {
 
 
 @pytest.mark.parametrize(("signal", "rate_hz"), RATES_HZ.items())
-def test_every_signal_of_the_telemetry_contract_comes_at_its_rate(told, signal, rate_hz):
-    assert len(told[signal]) >= rate_hz * OUT.duration_s
+def test_every_signal_of_the_telemetry_contract_comes_at_its_rate(out_and_back, signal, rate_hz):
+    assert len(out_and_back[signal]) >= rate_hz * OUT.duration_s
 
 
-def test_the_vehicle_is_armed_in_the_configuration_that_it_dives_in(told):
-    assert all(message.base_mode & 128 for message in told["HEARTBEAT"])
-    assert {message.value for message in told["VEH_CFG"]} == {1.0}
-    assert not [m.text for m in told["STATUSTEXT"] if "FF " not in m.text]
+def test_the_vehicle_is_armed_in_the_configuration_that_it_dives_in(out_and_back):
+    assert all(message.base_mode & 128 for message in out_and_back["HEARTBEAT"])
+    assert {message.value for message in out_and_back["VEH_CFG"]} == {1.0}
+    assert not [m.text for m in out_and_back["STATUSTEXT"] if "FF " not in m.text]
 
 
-def test_the_recorded_pulses_give_the_commanded_wrench_through_the_vehicles_own_curve(told):
+def test_the_recorded_pulses_give_the_commanded_wrench_through_the_vehicles_own_curve(out_and_back):
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
-    pwm = np.array([message.actuator[:8] for message in told["ACTUATOR_OUTPUT_STATUS"]])
+    pwm = np.array([message.actuator[:8] for message in out_and_back["ACTUATOR_OUTPUT_STATUS"]])
     wrench = curve.thrust(pwm) @ allocation_matrix(HOVERING).T
-    commanded = np.array([message.data[:6] for message in told["TAU_CMD"]])
+    commanded = np.array([message.data[:6] for message in out_and_back["TAU_CMD"]])
     large = (np.abs(curve.thrust(pwm[:, :4])) > 3.0).all(axis=1)
     assert large.sum() > 50
     level = [0, 1, 5]
     np.testing.assert_allclose(wrench[large][:, level], commanded[large][:, level], atol=1e-3)
 
 
-def test_what_the_controller_used_is_the_dvl_reading_of_that_moment(told):
-    valid_s = np.array([m.time_usec for m in told["ODOMETRY"]]) / 1e6
-    velocity = np.array([(m.vx, m.vy, m.vz) for m in told["ODOMETRY"]])
-    fed_s = np.array([m.time_usec for m in told["NU_FB"]]) / 1e6
-    fed = np.array([m.data[:3] for m in told["NU_FB"]])
+def test_what_the_controller_used_is_the_dvl_reading_of_that_moment(out_and_back):
+    valid_s = np.array([m.time_usec for m in out_and_back["ODOMETRY"]]) / 1e6
+    velocity = np.array([(m.vx, m.vy, m.vz) for m in out_and_back["ODOMETRY"]])
+    fed_s = np.array([m.time_usec for m in out_and_back["NU_FB"]]) / 1e6
+    fed = np.array([m.data[:3] for m in out_and_back["NU_FB"]])
     good = np.isfinite(velocity).all(axis=1)
     latest = np.searchsorted(valid_s[good] + 0.05, fed_s + 1e-6, side="right") - 1
     np.testing.assert_allclose(fed, velocity[good][latest], atol=1e-6)
@@ -169,11 +169,11 @@ def test_surface_fixes_come_only_while_the_antenna_is_out_of_the_water():
     assert fixes[-1].fix_type == 1
 
 
-def test_shaft_speeds_have_the_sign_of_their_thrust_and_its_square_root(told):
+def test_shaft_speeds_have_the_sign_of_their_thrust_and_its_square_root(out_and_back):
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
-    thrust = {m.time_usec: curve.thrust(m.actuator[:8]) for m in told["ACTUATOR_OUTPUT_STATUS"]}
+    thrust = {m.time_usec: curve.thrust(m.actuator[:8]) for m in out_and_back["ACTUATOR_OUTPUT_STATUS"]}
     checked = 0
-    for message in told["RPM"]:
+    for message in out_and_back["RPM"]:
         ticks = [thrust.get(message.time_usec - 50_000 * back) for back in (1, 2, 3, 4, 5)]
         if any(tick is None for tick in ticks):
             continue
@@ -237,9 +237,9 @@ def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_
     vehicle.tick(ahead)
     assert vehicle.body.pwm_us == (1500.0,) * 8
     messages = [m for f in Framer().feed(far.read(0.0)) if (m := decode(f)).get_type() == "DEBUG_FLOAT_ARRAY"]
-    said = {m.name: m.data[:6] for m in messages}
-    assert said["TAU_CMD"] == said["TAU_PID"] == [0.0] * 6
-    assert said["NU_REF"][0] == pytest.approx(0.4)
+    arrays = {m.name: m.data[:6] for m in messages}
+    assert arrays["TAU_CMD"] == arrays["TAU_PID"] == [0.0] * 6
+    assert arrays["NU_REF"][0] == pytest.approx(0.4)
 
 
 def test_armed_again_the_controller_starts_without_an_old_integral():

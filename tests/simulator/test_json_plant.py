@@ -64,10 +64,10 @@ def test_the_answer_is_compact_json_between_line_ends():
 
 
 def test_at_rest_it_feels_gravity_upwards_at_its_depth():
-    told = Autopilot().step()
-    assert told["timestamp"] == 1 / STEP_HZ
-    assert told["imu"]["accel_body"][2] == pytest.approx(-9.80665, abs=1e-9)
-    assert told["position"][2] == pytest.approx(5.0, abs=1e-5)
+    state = Autopilot().step()
+    assert state["timestamp"] == 1 / STEP_HZ
+    assert state["imu"]["accel_body"][2] == pytest.approx(-9.80665, abs=1e-9)
+    assert state["position"][2] == pytest.approx(5.0, abs=1e-5)
 
 
 def test_held_pulses_end_in_the_closed_form_speed():
@@ -79,9 +79,9 @@ def test_held_pulses_end_in_the_closed_form_speed():
 
 
 def test_without_thrust_it_ends_drifting_over_the_ground_with_the_current_and_feels_nothing_of_it():
-    told = Autopilot({"current_n": 0.3}).step(times=10_000)
-    assert told["velocity"][0] == pytest.approx(0.3, abs=1e-3)
-    assert told["imu"]["accel_body"][0] == pytest.approx(0.0, abs=1e-3)
+    state = Autopilot({"current_n": 0.3}).step(times=10_000)
+    assert state["velocity"][0] == pytest.approx(0.3, abs=1e-3)
+    assert state["imu"]["accel_body"][0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_packet_that_is_sent_again_is_answered_again_and_moves_nothing():
@@ -131,9 +131,9 @@ def test_an_autopilot_that_rebooted_gets_a_time_that_starts_again_and_a_body_tha
     autopilot = Autopilot()
     fast = autopilot.step(SURGE, 400)["velocity"][0]
     autopilot.count = 0
-    told = autopilot.step(SURGE)
-    assert told["timestamp"] == pytest.approx(1 / STEP_HZ)
-    assert told["velocity"][0] > 0.99 * fast
+    state = autopilot.step(SURGE)
+    assert state["timestamp"] == pytest.approx(1 / STEP_HZ)
+    assert state["velocity"][0] > 0.99 * fast
 
 
 def test_thrusters_hang_on_the_outputs_they_are_said_to_hang_on():

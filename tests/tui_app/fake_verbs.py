@@ -50,5 +50,5 @@ def let_go(app):
     app.desk.jobs._work.go.set()
 
 
-def desk(verbs=None, *, now_s=lambda: 0.0, vehicle="ruvifist:hovering", out: Path = OUT, **what):
-    return Desk(vehicle, out, jobs=Jobs(verbs or FakeVerbs(), now_s), **what)
+def desk(verbs=None, *, now_s=lambda: 0.0, vehicle="ruvifist:hovering", out: Path = OUT, **options):
+    return Desk(vehicle, out, jobs=Jobs(verbs or FakeVerbs(), now_s), **options)

@@ -24,7 +24,7 @@ def axes(thrust=46.0, speed=0.8):
     ]
 
 
-def dive(name, hours_earlier=0.0, **what):
+def dive(name, hours_earlier=0.0, **changed):
     date = {0: "2026-11-21T0452Z", 1: "2026-11-21T0352Z", 26: "2026-11-20T0252Z"}.get(hours_earlier, "old")
     return {
         "folder": str(OUT / f"{date}-{name}"),
@@ -43,7 +43,7 @@ def dive(name, hours_earlier=0.0, **what):
         "events": [],
         "learnt": [],
         "worked_on": [],
-    } | what
+    } | changed
 
 
 DECK = dive(

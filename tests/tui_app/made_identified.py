@@ -34,7 +34,7 @@ def parameters(missing=("I_q",)):
     return made
 
 
-def identified(**what):
+def identified(**changed):
     return {
         "method": "likelihood",
         "outcome": "converged",
@@ -50,7 +50,7 @@ def identified(**what):
             "outcome": "converged",
             "sentences": ["Likelihood and pinn agree in all 11 parameters that both identify."],
         },
-    } | what
+    } | changed
 
 
 def passes(count=3):
@@ -89,7 +89,7 @@ def dive_in(folder):
     return dive
 
 
-def beside(dive):
+def identified_dive(dive):
     """The dive, with an identification of a fixed time beside it."""
     leave(words_for(str(dive), "", results_beside(dive)))
     for path in results_beside(dive).values():

@@ -52,7 +52,7 @@ def rows():
     return [row(name, *values) for name, values in VALUES.items()]
 
 
-def plan(**what):
+def plan(**changed):
     return {
         "summary": "8 parameters: 7 changed, 1 same",
         "file": str(PARAM),
@@ -67,7 +67,7 @@ def plan(**what):
         "obstacle_armed": "",
         "notes": ["from hovering of ruvifist, configuration hovering, by pinn: converged"],
         "parameters": rows(),
-    } | what
+    } | changed
 
 
 def way_back():
@@ -141,8 +141,8 @@ class FakeVehicle(FakeVerbs):
         return ("--yes" in words) in self._held
 
 
-def desk(vehicle=None, **what):
-    return desk_of(vehicle or FakeVehicle(), dive=PARAM.parent, param=PARAM, **what)
+def desk(vehicle=None, **options):
+    return desk_of(vehicle or FakeVehicle(), dive=PARAM.parent, param=PARAM, **options)
 
 
 def views(armed=Armed.DISARMED, ff_mode=1):
@@ -150,9 +150,9 @@ def views(armed=Armed.DISARMED, ff_mode=1):
     return FixedViews(replace(made_view, picture=replace(made_view.picture, armed=armed, ff_mode=ff_mode)))
 
 
-def on_screen(vehicle, *steps, shown=None, size=NARROW, **what):
+def on_screen(vehicle, *steps, shown=None, size=NARROW, **options):
     """Open the screen of that vehicle, and play the steps."""
-    return played(desk(vehicle, **what), "5", *steps, views=shown or views(), size=size)
+    return played(desk(vehicle, **options), "5", *steps, views=shown or views(), size=size)
 
 
 def line_of(app, name):

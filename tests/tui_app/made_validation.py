@@ -25,7 +25,7 @@ def criteria(surge=OK):
         ("yaw mass", UNKNOWN, "16 kg m² fed, PID 16.6 ± 14: not shown well enough"),
         ("thrusters", OK, "24 % of its limit for the hardest-driven, at most 80 %"),
     ]
-    return [{"what": what, "passed": passed, "words": words} for what, passed, words in rows]
+    return [{"what": name, "passed": passed, "words": words} for name, passed, words in rows]
 
 
 def curves(lag_s):

@@ -69,7 +69,7 @@ def traces():
         ),
         trace("current", "A", lambda t: 12 + 4 * np.sin(t / 15), rate_hz=1.0, age_s=14.0, freshness=GONE),
     )
-    return {one.name: one for one in made}
+    return {item.name: item for item in made}
 
 
 SENSORS = (
@@ -120,9 +120,9 @@ def picture():
 def recording(lasted_s=751.0, disk_left_s=41 * 3600.0, lost=0, **more):
     """One that has just reported."""
     began_utc = datetime.fromtimestamp(UNIX_S - lasted_s, UTC).isoformat()
-    told = {"written_unix_s": UNIX_S, "notices": ()} | more
+    state = {"written_unix_s": UNIX_S, "notices": ()} | more
     return Holding(
-        4711, "tcp:127.0.0.1:5790", (), "dives/deck", began_utc, 1000, 50_000, lost, disk_left_s, **told
+        4711, "tcp:127.0.0.1:5790", (), "dives/deck", began_utc, 1000, 50_000, lost, disk_left_s, **state
     )
 
 
@@ -148,8 +148,8 @@ class FixedViews:
         self.forced += 1
 
 
-def replayed(**what):
-    return replace(Replayed("2026-11-21T0352Z-hovering", picture(), 192.0, 807.0, 4.0, False), **what)
+def replayed(**changed):
+    return replace(Replayed("2026-11-21T0352Z-hovering", picture(), 192.0, 807.0, 4.0, False), **changed)
 
 
 class StillReplay:

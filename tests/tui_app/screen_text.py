@@ -143,7 +143,7 @@ def looks(app):
             if not segment.text.strip() and key.endswith(plain):
                 key = f"{foreground} on {plain}"
             if key not in letters:
-                letters[key] = OTHERS[len([one for one in letters.values() if one in OTHERS])]
+                letters[key] = OTHERS[len([letter for letter in letters.values() if letter in OTHERS])]
                 legend[letters[key]] = key
             roles += letters[key] * len(segment.text)
         lines += [strip.text.rstrip(), roles.rstrip(".").rstrip()]

@@ -139,8 +139,8 @@ def left_after(keys):
 
 @pytest.mark.parametrize("row", SCREENS, ids=lambda row: row.id)
 def test_every_key_right_behind_the_key_that_opens_its_screen(row):
-    own = [key for action in row.actions for key in action.keys.split(",")]
-    assert left_after([key for own_key in own for key in (row.key, own_key, "2")]) == 0
+    keys = [key for action in row.actions for key in action.keys.split(",")]
+    assert left_after([key for own_key in keys for key in (row.key, own_key, "2")]) == 0
 
 
 def test_a_palette_that_is_closed_twice_at_once_leaves_the_screen_below_as_it_is():

@@ -178,11 +178,14 @@ def test_what_was_read_of_a_dive_says_whether_it_can_be_a_check(tmp_path, glance
 
 
 def test_the_vehicle_of_a_dive_is_the_one_that_it_names(tmp_path):
-    own = tmp_path / "mine.yaml"
-    own.write_text("", encoding="utf-8")
+    vehicle_file = tmp_path / "mine.yaml"
+    vehicle_file.write_text("", encoding="utf-8")
     desk = Desk("ruvifist:survey")
-    assert desk.vehicle_of(dive(tmp_path, "a", About(str(own), "", "hovering"))) == f"{own}:hovering"
-    assert desk.vehicle_of(dive(tmp_path, "b", About(str(own)))) == str(own)
+    assert (
+        desk.vehicle_of(dive(tmp_path, "a", About(str(vehicle_file), "", "hovering")))
+        == f"{vehicle_file}:hovering"
+    )
+    assert desk.vehicle_of(dive(tmp_path, "b", About(str(vehicle_file)))) == str(vehicle_file)
     gone = About("/elsewhere/ruvifist.yaml", "", "hovering")
     assert desk.vehicle_of(dive(tmp_path, "c", gone)) == f"{CONFIGS / 'vehicles' / 'ruvifist.yaml'}:hovering"
 

@@ -2,8 +2,10 @@
 
 import json
 import os
+import shutil
 from dataclasses import asdict
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from fake_verbs import FakeVerbs, let_go
@@ -75,6 +77,30 @@ def test_a_dive_of_two_seconds_is_never_what_it_is_checked_on(tmp_path):
 def test_the_check_dive_is_chosen_by_a_key_and_may_be_none(tmp_path):
     ends = (f"checked on {CHECK}.", f"checked on {OLDER}.", "without a check dive.", f"checked on {CHECK}.")
     played(desk_with(tmp_path), "4", *(step for end in ends for step in (Sees(f"it again, {end}"), "c")))
+
+
+def test_it_is_checked_first_on_a_dive_with_the_same_values_later_before_earlier_and_near_in_time(
+    tmp_path, monkeypatch
+):
+    desk = desk_with(tmp_path)
+    same, late, before = (
+        "2026-11-20T0900Z-hovering",
+        "2026-11-20T1400Z-hovering",
+        "2026-11-20T0830Z-hovering",
+    )
+    for name in (same, late, before):
+        shutil.copytree(tmp_path / CHECK, tmp_path / name)
+    upload = tmp_path / "receipts" / "2026-11-20T084500Z-receipt.json"
+    upload.parent.mkdir()
+    upload.write_text("{}", encoding="utf-8")
+    ended = {OLDER: 0, before: 10, same: 30, DIVE: 40, CHECK: 50, late: 60}
+    for name, second in ended.items():
+        os.utime(tmp_path / name / "telemetry.tlog", (second, second))
+    os.utime(upload, (20, 20))
+    past = SimpleNamespace(preimage=upload.with_name("2026-11-20T084500Z-before.param"))
+    monkeypatch.setattr("tui.app.desk.kept_in", lambda _: [past])
+    ends = [f"checked on {name}." for name in (CHECK, late, same, before, OLDER)]
+    played(desk, "4", *(step for end in ends for step in (Sees(end), "c")))
 
 
 def test_a_diagnosis_that_is_cancelled_is_ended_and_says_so(tmp_path):

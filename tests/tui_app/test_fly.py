@@ -44,9 +44,9 @@ def limits(tmp_path, monkeypatch):
     return tmp_path / "limits.yaml"
 
 
-def verbs(**what):
+def verbs(**options):
     return FakeVerbs(
-        lambda words: [] if words[0] == "dives" else DONE if "--armed" in words else PROPOSED, **what
+        lambda words: [] if words[0] == "dives" else DONE if "--armed" in words else PROPOSED, **options
     )
 
 

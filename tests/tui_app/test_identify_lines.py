@@ -30,23 +30,23 @@ WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
 STOPPED = Done(exit_codes.INTERRUPTED, None, ())
 
 
-def at_work(*reports, began_s=0.0, **what):
-    return JobState(WORDS, began_s, reports, **what)
+def at_work(*reports, began_s=0.0, **changed):
+    return JobState(WORDS, began_s, reports, **changed)
 
 
 @pytest.fixture
 def beside_dive(tmp_path):
     """What is read of an identification beside a dive's folder."""
 
-    def made(**what):
-        leave(words_for(str(tmp_path), "ruvifist", results_beside(tmp_path)), identified(**what))
+    def made(**changed):
+        leave(words_for(str(tmp_path), "ruvifist", results_beside(tmp_path)), identified(**changed))
         return load_identified(tmp_path, tmp_path)
 
     return made
 
 
 @pytest.mark.parametrize(
-    ("what", "title"),
+    ("ending", "title"),
     [
         ({"cancelled": True}, "STOPPING"),
         ({"done": Done(exit_codes.DONE, {}, ())}, "IDENTIFIED"),
@@ -55,8 +55,8 @@ def beside_dive(tmp_path):
         ({"done": STOPPED, "cancelled": True}, "STOPPED"),
     ],
 )
-def test_the_title_says_how_it_goes_or_ended(what, title):
-    over = at_work(*passes(), answer(), answer("pinn"), began_s=10.0, ended_s=43.0, **what)
+def test_the_title_says_how_it_goes_or_ended(ending, title):
+    over = at_work(*passes(), answer(), answer("pinn"), began_s=10.0, ended_s=43.0, **ending)
     (first, *_) = plain(progress(over, 99.0, 80))
     assert first.startswith(f"{title} 2026-11-21T0352Z-hovering ─")
     assert first.endswith("00:00:33")

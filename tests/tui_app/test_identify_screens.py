@@ -7,7 +7,7 @@ import made_identified
 import pytest
 from fake_verbs import FakeVerbs, desk, let_go
 from made_dives import DECK, HOVERING
-from made_identified import PAGE, answer, beside, leave, passes
+from made_identified import PAGE, answer, identified_dive, leave, passes
 from screen_text import WIDE, Lacks, Sees, played, shows, text
 
 from bridge import exit_codes
@@ -33,7 +33,7 @@ def dive(tmp_path, monkeypatch):
 @pytest.fixture
 def identified(dive):
     """One with a result of yesterday beside it."""
-    return beside(dive)
+    return identified_dive(dive)
 
 
 def key_line(app):
@@ -148,9 +148,9 @@ WHY = "full/identified.json: the JSON can't be written (No space left on device)
 def unkept(count=11):
     """A verb that identified so many coefficients and finds no room for any of its files."""
     missing = [value["name"] for value in made_identified.parameters()[count:]]
-    found = made_identified.identified(parameters=made_identified.parameters(missing))
+    result = made_identified.identified(parameters=made_identified.parameters(missing))
     page = (WHY, "full/identified.html: the report can't be written (No space left on device)")
-    tells = (*passes(), Report(UNKEPT, 1.0, WHY, result=found), PAGE)
+    tells = (*passes(), Report(UNKEPT, 1.0, WHY, result=result), PAGE)
     return FakeVerbs({"identify": None}, exit_codes.BAD_INPUT, page, tells)
 
 

@@ -148,8 +148,8 @@ def test_bridge_recorder_and_app_run_on_for_an_hour_and_their_memory_stays(run):
     run.last(LONG_MINUTES)
     check_all_run_on(run)
     grown = run.growth()
-    told = ", ".join(
+    growth = ", ".join(
         f"{name} {share:+.1%} of {run.memory_mb[name][-1]:.0f} MB" for name, share in grown.items()
     )
-    assert max(grown.values()) <= MOST_MORE_MEMORY, told
-    keep("long_run", f"{LONG_MINUTES:.0f} min, {run.frames()} frames; memory: {told}")
+    assert max(grown.values()) <= MOST_MORE_MEMORY, growth
+    keep("long_run", f"{LONG_MINUTES:.0f} min, {run.frames()} frames; memory: {growth}")

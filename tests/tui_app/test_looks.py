@@ -3,7 +3,7 @@
 import pytest
 from fake_verbs import FakeVerbs, desk
 from made_diagnosis import desk_with
-from made_identified import beside, dive_in, passes
+from made_identified import dive_in, identified_dive, passes
 from made_parameters import desk as with_vehicle
 from made_parameters import views
 from made_validation import validated_desk
@@ -69,7 +69,7 @@ def test_dives(size):
 @SIZES
 def test_an_identification_and_a_run(size, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    at = desk(FakeVerbs(tells=passes()), dive=beside(dive_in(tmp_path)))
+    at = desk(FakeVerbs(tells=passes()), dive=identified_dive(dive_in(tmp_path)))
     looks("identify", made(FixedViews(), desk=at), size, "3")
     looks("identify-runs", made(FixedViews(), desk=at), size, "3", "i")
 

@@ -59,7 +59,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (DIVED, Task.IDENTIFY, "identify first"),
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
-        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "not heard, switch it on or mend the link; then: identified"),
+        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "the vehicle is not heard: switch it on, or mend the link"),
         (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record it; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT,
          "connect the vehicle; then: identified, not uploaded"),
@@ -82,7 +82,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(GO, go=False), Task.LOOK, "first is a NO-GO: read why"),
         (replace(GO, flown="off", go=False, gate=None), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (BOTH, Task.FLY, "once it has flown with the feed-forward"),
-        (replace(BOTH, heard=False), Task.FLY, "not heard, switch it on or mend the link; then: once it has flown"),
+        (replace(BOTH, heard=False), Task.FLY, "the vehicle is not heard: switch it on, or mend the link"),
         (replace(BOTH, heard=False, lost=True), Task.LOST, "the link was lost while it was armed: mend"),
         (replace(BOTH, heard=False, lost=True, working="identify"), Task.LOST, "the link was lost while it was armed"),
         (replace(GO, dive="second", flown=""), Task.VALIDATE, "validate second"),
@@ -315,8 +315,8 @@ def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_fin
     place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
     write_parameters(dive / "diagnosed.param", {"FF0_M_U": 14.0}, ("diagnosed",), 1, 1)
     place.stamp(dive / "diagnosed.param")
-    found = place.situation()
-    assert (found.accepts, found.uploaded, found.verdict) == (True, False, "explained")
+    situation = place.situation()
+    assert (situation.accepts, situation.uploaded, situation.verdict) == (True, False, "explained")
     place.write(dive / "diagnosis.json", '{"verdict": "no_gap"}')
     again = place.situation()
     assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")

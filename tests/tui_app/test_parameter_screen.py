@@ -71,12 +71,14 @@ def test_lines_that_have_no_room_are_counted_on_their_side_and_a_question_hides_
 
 
 @pytest.mark.parametrize(
-    ("verdict", "told"),
+    ("verdict", "word"),
     [("not on the vehicle", "absent"), ("implausible", "unlikely"), ("refused", "refused")],
 )
-def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line(verdict, told):
-    one = {**FIRST, "verdict": verdict, "reason": "why so"}
-    on_screen(FakeVehicle(plan(parameters=[one])), has(one["name"], told), Sees(f"{verdict}: why so."))
+def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line(verdict, word):
+    parameter = {**FIRST, "verdict": verdict, "reason": "why so"}
+    on_screen(
+        FakeVehicle(plan(parameters=[parameter])), has(parameter["name"], word), Sees(f"{verdict}: why so.")
+    )
 
 
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
@@ -86,8 +88,8 @@ def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
         app.set_keymap({"parameters.read": "f7"})
 
     again = "Nothing was written by this reading; {} reads the vehicle again."
-    told = (Sees("no vehicle's HEARTBEAT"), Sees(again.format("^r")))
-    on_screen(vehicle, *told, change_key, lambda _: None, Sees(again.format("f7")), "u", Lacks("type"))
+    failure = (Sees("no vehicle's HEARTBEAT"), Sees(again.format("^r")))
+    on_screen(vehicle, *failure, change_key, lambda _: None, Sees(again.format("f7")), "u", Lacks("type"))
 
 
 def test_what_was_read_long_ago_is_read_again_before_it_is_asked():
@@ -201,13 +203,13 @@ def test_what_the_vehicle_held_is_dimmed_and_dated_once_it_may_no_longer_be_so(l
         flying.now_s = 1.0
         flying.views.shown = replace(flying.views.shown, picture=fresh)
 
-    told = (
+    dated = (
         Sees(f"what the vehicle holds was read {age}"),
         Sees(f"on the vehicle {age} 96.5 → in the file 111.52 kg (+16 %)"),
         dimmed,
     )
     undated = (Lacks("was read"), lambda app: not dimmed(app))
-    flying.on_screen(FakeVehicle(), *undated, grow_old, *told, come_back, *undated)
+    flying.on_screen(FakeVehicle(), *undated, grow_old, *dated, come_back, *undated)
 
 
 def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():
@@ -266,8 +268,8 @@ def test_an_implausible_line_that_is_chosen_is_written_for_a_harder_word():
 
 def test_half_of_a_model_asks_nothing_until_both_halves_are_chosen_or_neither():
     rows = [
-        one | {"present": 0.0} if one["coefficient"] in ("I_r", "D_r") else one
-        for one in plan()["parameters"]
+        parameter | {"present": 0.0} if parameter["coefficient"] in ("I_r", "D_r") else parameter
+        for parameter in plan()["parameters"]
     ]
     vehicle = FakeVehicle(plan(parameters=rows))
     why = Sees("FF1_D_R: without FF1_I_R the feed-forward of yaw stays off: choose FF1_I_R too, or neither")

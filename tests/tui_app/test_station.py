@@ -181,13 +181,13 @@ GONE = LinkLost("fake:1: gone")
 
 
 def frames_until(source, clock, count, turns=500):
-    found = []
+    frames = []
     for _ in range(turns):
         clock.advance_to(clock.now_s + 0.05)
-        found += source.frames()
-        if len(found) >= count:
-            return found
-    return found
+        frames += source.frames()
+        if len(frames) >= count:
+            return frames
+    return frames
 
 
 def test_a_source_gives_frames_with_their_time_and_link_and_comes_back_when_it_was_lost():
@@ -195,8 +195,8 @@ def test_a_source_gives_frames_with_their_time_and_link_and_comes_back_when_it_w
     raw = HEARTBEAT.raw
     links = [FakeLink("fake:1", [raw + raw[:4], raw[4:], GONE]), FakeLink("fake:1", [raw, GONE])]
     source = LinkSource(lambda: links.pop(0), "fake:1", clock)
-    found = frames_until(source, clock, 2)
-    assert [(link, frame.message_id) for _, link, frame in found] == [("fake:1", 0)] * 2
+    frames = frames_until(source, clock, 2)
+    assert [(link, frame.message_id) for _, link, frame in frames] == [("fake:1", 0)] * 2
     assert frames_until(source, clock, 1)
     source.frames()
     assert "gone" in source.trouble

@@ -141,7 +141,7 @@ def test_deep_is_down():
 
 def headings(value, reference=None, rows=8):
     """The chart of headings, deg, at the instants of the trace."""
-    value, reference = (None if one is None else np.radians(one) for one in (value, reference))
+    value, reference = (None if heading is None else np.radians(heading) for heading in (value, reference))
     trace = replace(traces()["heading"], value=value, reference=reference)
     return chart(QUANTITIES["heading"], trace, NOW_S, 60, rows)
 
@@ -202,8 +202,8 @@ def test_one_row_holds_the_value_and_blocks():
 
 
 def test_a_trace_with_one_reading_is_a_dot():
-    one = Trace("u", "m/s", np.array([NOW_S - 1.0]), np.array([0.1]), None, 0.1, FRESH)
-    drawn = "".join(joined(line)[7:] for line in chart(QUANTITIES["u"], one, NOW_S, 46, 6)[1:])
+    trace = Trace("u", "m/s", np.array([NOW_S - 1.0]), np.array([0.1]), None, 0.1, FRESH)
+    drawn = "".join(joined(line)[7:] for line in chart(QUANTITIES["u"], trace, NOW_S, 46, 6)[1:])
     assert len([c for c in drawn if 0x2800 < ord(c) < 0x2900]) == 1
 
 

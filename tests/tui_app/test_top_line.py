@@ -195,8 +195,8 @@ def test_nothing_is_wider_than_the_terminal(cells, shown):
 
 def test_a_click_finds_its_tab():
     def tab(cells, x, y):
-        found = tab_at(view(), TABS, cells, x, y)
-        return found and found.title
+        at = tab_at(view(), TABS, cells, x, y)
+        return at and at.title
 
     assert [tab(80, x, 1) for x in (0, 8, 9, 17, 18)] == ["Watch", "Watch", "Dives", "Dives", None]
     assert tab(80, 0, 0) is None

@@ -136,14 +136,14 @@ def process(monkeypatch):
     return made
 
 
-def begin(found):
-    """Begin a recording that tells of itself at the first look after `found` gives it."""
+def begin(look):
+    """Begin a recording that tells of itself at the first look after `look` gives it."""
     clock = SimulatedClock()
 
     def wait(seconds):
         clock.advance_to(clock.now_s + seconds)
 
-    return recorder.begin(["--link", "x"], clock, wait, lambda _: found(clock.now_s))
+    return recorder.begin(["--link", "x"], clock, wait, lambda _: look(clock.now_s))
 
 
 def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
@@ -271,10 +271,10 @@ def test_the_dives_of_the_present_folder_are_shown_where_there_is_no_folder_of_d
 
 def test_the_ways_are_recordings_then_ports_then_addresses_and_what_is_recorded_stands_once():
     second = replace(HOLDING, links=("serial:/dev/ttyUSB0:115200",))
-    found = ways(
+    offered = ways(
         [HOLDING, second], [("/dev/ttyUSB0", "DVL"), ("/dev/ttyACM0", "")], ["127.0.0.1", "192.168.2.1"]
     )
-    assert [(way.link, way.recorded, way.others) for way in found] == [
+    assert [(way.link, way.recorded, way.others) for way in offered] == [
         ("udpin:127.0.0.1:14550", True, False),
         ("serial:/dev/ttyUSB0:115200", True, True),
         ("serial:/dev/ttyACM0:115200", False, False),

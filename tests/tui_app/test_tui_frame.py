@@ -126,23 +126,28 @@ def test_the_palette_has_every_action():
     async def work(app, _):
         names = set(await in_palette(app))
         live = [action for action in WatchScreen.ACTIONS if not action.id.startswith("replay.")]
-        own = {action.words for action in (*EVERYWHERE, *OPENING, *live)} - {"Palette"}
-        own |= {f"Theme: {name}" for name in ORDER}
-        assert names >= own | {"Dives: Note", "Identify: Cancel", "Parameters: Upload", "Validate: Validate"}
+        of_screen = {action.words for action in (*EVERYWHERE, *OPENING, *live)} - {"Palette"}
+        of_screen |= {f"Theme: {name}" for name in ORDER}
+        assert names >= of_screen | {
+            "Dives: Note",
+            "Identify: Cancel",
+            "Parameters: Upload",
+            "Validate: Validate",
+        }
         assert not any(name.startswith("Watch: ") for name in names)
 
     run(made(FixedViews()), NARROW, work)
 
 
 @pytest.mark.parametrize(
-    ("replay", "keys", "found"),
+    ("replay", "keys", "offered"),
     [(None, (), set()), (StillReplay(), (), {"Slower"}), (None, ("2",), {"Newest"})],
     ids=["on Watch", "in a replay", "on Dives"],
 )
-def test_what_moves_is_in_the_palette_of_its_own_screen_while_it_does_something(replay, keys, found):
+def test_what_moves_is_in_the_palette_of_its_own_screen_while_it_does_something(replay, keys, offered):
     async def work(app, pilot):
         await play(app, pilot, *keys)
-        assert {words for words in ("Slower", "Newest") if words in await in_palette(app, words)} == found
+        assert {words for words in ("Slower", "Newest") if words in await in_palette(app, words)} == offered
 
     run(made(FixedViews(), desk=desk(replay=replay)), NARROW, work)
 

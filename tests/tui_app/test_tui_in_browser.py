@@ -62,9 +62,9 @@ def page(tmp_path, vehicle, monkeypatch):
 def _address(log, process):
     until_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < until_s:
-        found = [word for word in log.read_text(encoding="utf-8").split() if word.startswith("http://")]
-        if found:
-            return found[0]
+        addresses = [word for word in log.read_text(encoding="utf-8").split() if word.startswith("http://")]
+        if addresses:
+            return addresses[0]
         assert process.poll() is None, log.read_text(encoding="utf-8")
     raise AssertionError("the page was not served")
 

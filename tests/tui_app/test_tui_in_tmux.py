@@ -168,4 +168,4 @@ def test_with_no_color_not_one_byte_of_colour_is_sent(tmp_path, port, vehicle):
         terminal.close()
     sent = re.findall(rb"\x1b\[([0-9;:]*)m", kept.read_bytes())
     assert len(sent) > 100
-    assert {one for code in sent for one in code.decode().split(";")} <= BARE
+    assert {number for code in sent for number in code.decode().split(";")} <= BARE

@@ -114,9 +114,25 @@ def test_a_dive_that_tells_no_mode_has_no_verdict():
 
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     lines = plain(validate.criteria_lines(runs(validation(go=False))[0], 80))
-    assert lines[0] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
-    assert lines[1] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    assert lines[0] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    assert lines[1] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
     assert lines[3].startswith("◐ ?   yaw mass")
+
+
+@pytest.mark.parametrize("cells", [36, 40, 48, 60, 70])
+def test_a_long_name_takes_no_room_from_the_words_and_neither_is_clipped(cells):
+    data = validation()
+    long = {
+        "what": "yaw not asked to move",
+        "passed": False,
+        "words": "0.73 deg/s rms while others move, at most 0.3",
+    }
+    data[0]["raising"]["criteria"].append(long)
+    lines = plain(validate.criteria_lines(runs(data)[0], cells))
+    assert max(map(len, lines)) <= cells
+    assert lines[0].startswith("▲ no  yaw not asked to move")
+    assert next(n for n, line in enumerate(lines) if line.startswith("● ok")) <= 3
+    assert long["words"] in " ".join(" ".join(lines).replace(long["what"], "").split())
 
 
 def test_a_yaw_rate_is_told_in_degrees():

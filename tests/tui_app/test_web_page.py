@@ -48,17 +48,17 @@ def test_only_loopback_needs_no_warning():
 
 def test_an_address_in_a_url_can_be_opened_here():
     addresses = ("127.0.0.1", "0.0.0.0", "::", "fe80::1")
-    assert [in_url(one) for one in addresses] == ["127.0.0.1", "127.0.0.1", "[::1]", "[fe80::1]"]
+    assert [in_url(address) for address in addresses] == ["127.0.0.1", "127.0.0.1", "[::1]", "[fe80::1]"]
 
 
 def served(work, most=1):
     """Serve a page whose app never says a word, and do `work` with its address."""
 
     async def scene():
-        told = asyncio.get_running_loop().create_future()
+        listening = asyncio.get_running_loop().create_future()
         server = PageServer(["sleep", "60"], "127.0.0.1", 0, most)
-        running = asyncio.ensure_future(server.run(told.set_result))
-        ((host, port),) = await told
+        running = asyncio.ensure_future(server.run(listening.set_result))
+        ((host, port),) = await listening
         async with ClientSession() as session:
             try:
                 await work(session, f"http://{host}:{port}")

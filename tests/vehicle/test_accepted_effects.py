@@ -147,7 +147,9 @@ def test_where_one_thruster_would_pass_its_limit_all_are_scaled_down_together():
 
 
 @given(
-    st.dictionaries(st.sampled_from(sorted(one.name for one in effect_coefficients(SHAPE))), st.floats()),
+    st.dictionaries(
+        st.sampled_from(sorted(coefficient.name for coefficient in effect_coefficients(SHAPE))), st.floats()
+    ),
     st.floats(),
 )
 @settings(max_examples=100)
@@ -163,8 +165,8 @@ def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value
         for c in (MODEL | {"T1_gain": value}, MODEL)
     )
     for number in range(3):
-        told, wanted = (item.step(0.05 * number, LEVEL, REFERENCE) for item in (pilot, without))
-    assert list(told.pwm_us) == pytest.approx(list(wanted.pwm_us))
+        actuation, wanted = (item.step(0.05 * number, LEVEL, REFERENCE) for item in (pilot, without))
+    assert list(actuation.pwm_us) == pytest.approx(list(wanted.pwm_us))
     (text,) = (text for text in pilot.take_texts() if "FF without" in text)
     assert text.startswith("FF without T1_gain")
     assert len(text) <= 50

@@ -155,17 +155,17 @@ def test_a_clock_that_no_sensor_has_told_steers_no_thruster():
 
 @pytest.mark.parametrize("mode", Mode)
 @pytest.mark.parametrize(
-    ("sensor", "what"),
+    ("sensor", "reading"),
     [("velocity_time_s", "velocity"), ("attitude_time_s", "heading"), ("rate_time_s", "heading")],
 )
-def test_without_velocity_or_heading_for_five_seconds_nothing_pushes_horizontally(mode, sensor, what):
+def test_without_velocity_or_heading_for_five_seconds_nothing_pushes_horizontally(mode, sensor, reading):
     pilot = autopilot(mode)
     for step in range(21):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
     before = pilot.step(5.95, heard(5.95, **{sensor: 1.0}), ASK)
     pushes = abs(before.tau_cmd[0]) > 1e-9
-    assert pushes == (mode.applies_feedforward or what == "heading")
-    says = f"no {what} for 5 s: no horizontal thrust"
+    assert pushes == (mode.applies_feedforward or reading == "heading")
+    says = f"no {reading} for 5 s: no horizontal thrust"
     assert says not in pilot.take_texts()
     for time_s in (6.05, 30.0):
         held = pilot.step(time_s, heard(time_s, **{sensor: 1.0}), ASK)
@@ -259,10 +259,10 @@ def test_a_reference_of_another_time_feeds_nothing_forward_and_that_is_said_once
         time_s = 0.05 * step
         assert pilot.step(time_s, heard(time_s), replace(ASK, time_s=time_s - 0.4)).tau_ff[0] > 0
     for time_s in (1.0, 1.05, 1.1):
-        told = pilot.step(time_s, heard(time_s), replace(ASK, time_s=made_s))
-        assert told.tau_ff == (0.0,) * 6
-        assert applied(told) == NONE
-        assert mode is Mode.ALONE or told.tau_pid[0] != 0.0
+        actuation = pilot.step(time_s, heard(time_s), replace(ASK, time_s=made_s))
+        assert actuation.tau_ff == (0.0,) * 6
+        assert applied(actuation) == NONE
+        assert mode is Mode.ALONE or actuation.tau_pid[0] != 0.0
     assert pilot.take_texts() == ["FF off: the reference is stale"]
     again = pilot.step(1.15, heard(1.15), replace(ASK, time_s=1.15))
     assert again.tau_ff[0] > 0
@@ -298,8 +298,8 @@ def test_a_push_that_is_no_number_is_not_given_and_said_once(dof, axis, force):
     push = tuple(force if number == dof else None for number in range(6))
     wrong, unpushed = autopilot(Mode.SHADOW), autopilot(Mode.SHADOW)
     for time_s in (0.0, 0.05, 0.1):
-        told = wrong.step(time_s, heard(time_s), replace(ASK, push=push))
-        assert told.pwm_us == unpushed.step(time_s, heard(time_s), ASK).pwm_us
+        actuation = wrong.step(time_s, heard(time_s), replace(ASK, push=push))
+        assert actuation.pwm_us == unpushed.step(time_s, heard(time_s), ASK).pwm_us
     assert wrong.take_texts() == [f"push in {axis} is no number: none given"]
 
 
@@ -313,7 +313,7 @@ def test_a_push_beyond_what_the_thrusters_reach_is_all_that_they_reach():
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "what"),
+    ("field", "value", "reading"),
     [
         ("velocity", (math.nan, 0.1, 0.0), "velocity"),
         ("velocity", (0.3, math.inf, 0.0), "velocity"),
@@ -321,16 +321,16 @@ def test_a_push_beyond_what_the_thrusters_reach_is_all_that_they_reach():
         ("rate", (0.0, 0.0, math.inf), "heading"),
     ],
 )
-def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(field, value, what):
+def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(field, value, reading):
     pilot = autopilot(Mode.BOTH)
     for step in range(20):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
     for time_s in (1.0, 5.9):
         assert pilot.step(time_s, replace(heard(time_s), **{field: value}), ASK).tau_cmd[0] != 0.0
     for time_s in (6.0, 6.05):
-        told = pilot.step(time_s, replace(heard(time_s), **{field: value}), ASK)
-        assert [told.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
-    assert pilot.take_texts()[-1] == f"no {what} for 5 s: no horizontal thrust"
+        actuation = pilot.step(time_s, replace(heard(time_s), **{field: value}), ASK)
+        assert [actuation.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
+    assert pilot.take_texts()[-1] == f"no {reading} for 5 s: no horizontal thrust"
     assert pilot.step(6.1, heard(6.1), ASK).tau_cmd[0] != 0.0
 
 
@@ -356,9 +356,9 @@ def test_a_coefficient_that_goes_bad_gives_zero_at_once_even_where_the_feed_forw
     for step in range(20):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
     model["M_u"] = math.nan
-    told = pilot.step(1.0, heard(1.0), ASK)
-    assert applied(told)[0] == pytest.approx(0.0, abs=1e-9)
-    assert applied(told)[1] == pytest.approx(112.41 * 0.02 + 53.05 * 0.2)
+    actuation = pilot.step(1.0, heard(1.0), ASK)
+    assert applied(actuation)[0] == pytest.approx(0.0, abs=1e-9)
+    assert applied(actuation)[1] == pytest.approx(112.41 * 0.02 + 53.05 * 0.2)
 
 
 def test_thrusters_that_rest_at_another_pulse_are_never_driven():

@@ -111,8 +111,8 @@ def test_a_default_that_is_a_number_is_the_one_in_the_table(of):
         and field.name != "rate_hz"
     }
     for name, default in numbers.items():
-        told = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", rows(of)[name][1])]
-        assert default in told, name
+        in_table = [float(number) for number in re.findall(r"\d+(?:\.\d+)?", rows(of)[name][1])]
+        assert default in in_table, name
 
 
 def test_every_sensor_is_named():

@@ -266,10 +266,10 @@ def test_a_heading_runs_on_past_half_a_turn():
 
 
 @pytest.mark.parametrize(
-    ("angle", "near", "found"), [(-3.0, 3.1, -3.0 + math.tau), (0.5, -6.0, 0.5 - math.tau)]
+    ("angle", "near", "nearest"), [(-3.0, 3.1, -3.0 + math.tau), (0.5, -6.0, 0.5 - math.tau)]
 )
-def test_an_angle_is_brought_nearest_to_the_one_before(angle, near, found):
-    assert unwrapped(angle, near) == pytest.approx(found)
+def test_an_angle_is_brought_nearest_to_the_one_before(angle, near, nearest):
+    assert unwrapped(angle, near) == pytest.approx(nearest)
     assert unwrapped(angle, math.nan) == angle
     assert math.isnan(unwrapped(math.nan, near))
 

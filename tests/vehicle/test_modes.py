@@ -124,7 +124,9 @@ class Modes(RuleBasedStateMachine):
     def flown(self) -> dict[str, float]:
         """The coefficients that the autopilot gets, as the model of this test has them."""
         held = self.committed or {}
-        return {own: held[name] for name, own in NAMES.items() if held.get(name)} | self.poison
+        return {
+            coefficient: held[name] for name, coefficient in NAMES.items() if held.get(name)
+        } | self.poison
 
     @property
     def misfit(self) -> float:
@@ -142,9 +144,9 @@ class Modes(RuleBasedStateMachine):
 
     @rule(mass=st.sampled_from(FIT + UNFIT), damping=st.sampled_from(FIT + UNFIT))
     def stage_a_model(self, mass: float, damping: float) -> None:
-        for name, own in NAMES.items():
-            factor = {"M_u": mass, "D_u": damping}.get(own, 1.0)
-            self.stage(name, TRUE[own] * factor)
+        for name, coefficient in NAMES.items():
+            factor = {"M_u": mass, "D_u": damping}.get(coefficient, 1.0)
+            self.stage(name, TRUE[coefficient] * factor)
 
     @rule(name=st.sampled_from(sorted(NAMES)), value=st.sampled_from(BAD))
     def stage(self, name: str, value: float) -> None:
@@ -335,33 +337,33 @@ class Modes(RuleBasedStateMachine):
             self.seen, self.shadow_s = self.flown, 0.0
         self.bridge.step()
         self.pilot.mode = Mode(self.server.mode)
-        told = (self.pilot.step if self.bridge.armed else self.pilot.rest)(self.now_s, known, reference)
+        actuation = (self.pilot.step if self.bridge.armed else self.pilot.rest)(self.now_s, known, reference)
         for dof, mass, damping in AXES:
-            self.nu[dof] += TICK_S * (told.tau_cmd[dof] - TRUE[damping] * self.nu[dof]) / TRUE[mass]
-        self.judge(told, abs(age_s) > STALE_S, math.isfinite(u))
-        limited = self.scaled or any(abs(told.tau_ff[dof]) >= REACH[dof] for dof in FEEDFORWARD_DOFS)
+            self.nu[dof] += TICK_S * (actuation.tau_cmd[dof] - TRUE[damping] * self.nu[dof]) / TRUE[mass]
+        self.judge(actuation, abs(age_s) > STALE_S, math.isfinite(u))
+        limited = self.scaled or any(abs(actuation.tau_ff[dof]) >= REACH[dof] for dof in FEEDFORWARD_DOFS)
         shadowed = self.armed and self.mode is Mode.SHADOW and not limited
         if shadowed and age_s != age_s and math.isfinite(u) and velocity is None and self.committed:
             self.shadow_s += TICK_S
         elif not (self.armed and LEFT_TO_IT[self.mode]):
             self.shadow_s = 0.0
 
-    def judge(self, told: Actuation, stale: bool, finite: bool) -> None:
+    def judge(self, actuation: Actuation, stale: bool, finite: bool) -> None:
         """Checks of every tick."""
         model = self.flown
         before, self.applied = (
             self.applied,
-            tuple(told.tau_cmd[d] - told.tau_pid[d] for d in FEEDFORWARD_DOFS),
+            tuple(actuation.tau_cmd[d] - actuation.tau_pid[d] for d in FEEDFORWARD_DOFS),
         )
         # Where all thrusters are scaled down together heave tells so, which the feed-forward has no part in.
-        scaled, self.scaled = self.scaled, abs(told.tau_cmd[2] - told.tau_pid[2]) > 1e-6
+        scaled, self.scaled = self.scaled, abs(actuation.tau_cmd[2] - actuation.tau_pid[2]) > 1e-6
         off = {"stale"} if stale else set()
         for axis, (dof, mass, damping) in enumerate(AXES):
-            assert abs(told.tau_ff[dof]) <= REACH[dof]
+            assert abs(actuation.tau_ff[dof]) <= REACH[dof]
             bad = [name for name in (mass, damping) if not 0 < model.get(name, -1.0) < 1e6]
             sound = not bad
             if stale or not sound or not finite:
-                assert told.tau_ff[dof] == 0.0
+                assert actuation.tau_ff[dof] == 0.0
                 off |= set() if stale else {bad[0] if bad else DOFS[dof]}
             if not (self.armed and LEFT_TO_IT[self.mode] and sound and finite and not stale):
                 assert self.scaled or abs(self.applied[axis]) <= 1e-6
@@ -381,7 +383,7 @@ class Modes(RuleBasedStateMachine):
         held = self.committed or {}
         assert (
             self.server.active(VEH_CFG).items()
-            >= {own: held[name] for name, own in NAMES.items() if held.get(name)}.items()
+            >= {coefficient: held[name] for name, coefficient in NAMES.items() if held.get(name)}.items()
         )
         assert {name: self.server.value(name) for name in self.staged} == self.staged
 

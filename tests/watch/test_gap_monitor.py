@@ -16,13 +16,17 @@ from bridge.wire.readings import Reading
 from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor, gap_line, worst
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
-from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second, names_of
+from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second, names_of, sums_of
 
 RUVIFIST = load_vehicle("ruvifist:survey")
 TRUTH = load_truth(RUVIFIST, "survey")
 MODEL = model_of(TRUTH.model, RUVIFIST, "survey")
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 STILL_US = (1500.0,) * 8
+WITHOUT_LEVEL = {
+    name: value for name, value in TRUTH.model.items() if name not in ("I_p", "I_q", "D_p", "D_q")
+}
+"""As identified: no dive tells what turns it in roll and pitch."""
 
 
 def coasting(start_s, force_n=0.0):
@@ -151,6 +155,7 @@ def test_a_loss_below_the_floor_is_an_alarm_within_two_minutes_and_is_named():
     assert 30 < first_alarm(monitor, weak[:120]) < 110
     assert max(axis.drift / axis.floor for axis in monitor.gap.axes) < 1.6
     assert monitor.gap.causes[0].label == "weak_thruster of thruster 6"
+    assert [axis.dof for axis in monitor.gap.axes if axis.high] == [2, 3]  # what a vertical thruster moves
     for drift in weak[120:]:
         monitor.add(drift)
     assert monitor.gap.since_s > 100  # it lasts as long as the loss
@@ -194,11 +199,21 @@ def test_a_loss_that_shows_only_in_how_rates_answer_dither_is_found_within_a_min
     assert re.fullmatch(r"thruster 6 gives \d\d % less", monitor.gap.causes[0].words)
 
 
-def test_how_roll_and_pitch_answer_tells_nothing_where_the_model_has_not_both_identified():
+def test_a_model_that_has_not_roll_and_pitch_names_the_weak_thruster_and_not_how_much_it_lacks():
     rng = np.random.default_rng(13)
-    lacking = {name: value for name, value in TRUTH.model.items() if name not in ("I_p", "I_q")}
-    monitor = GapMonitor(model_of(lacking, RUVIFIST, "survey"))
-    assert first_alarm(monitor, answering(rng, 200) + answering(rng, 200, share=0.7)) is None
+    monitor = GapMonitor(model_of(WITHOUT_LEVEL, RUVIFIST, "survey"))
+    assert first_alarm(monitor, answering(rng, 200)) is None
+    assert 10 < first_alarm(monitor, answering(rng, 60, share=0.7)) < 60
+    assert "thruster 6 gives less thrust" in [cause.words for cause in monitor.gap.causes]
+
+
+def test_what_goes_with_the_moment_about_the_same_axis_tells_of_no_loss():
+    rng = np.random.default_rng(16)
+    lost = rng.standard_normal((SECOND, 8, 2))
+    level = lost - lost.mean(axis=1, keepdims=True)
+    moment = lost.sum(axis=1)
+    assert sums_of(-0.3 * moment, lost).score == pytest.approx(np.zeros((8, 2)), abs=1e-9)
+    assert sums_of(level[:, 5], level).score == pytest.approx((level[:, 5, None] * level).sum(axis=0))
 
 
 def test_dither_of_sound_thrusters_and_a_loss_from_the_first_minute_on_are_no_alarm():
@@ -233,6 +248,27 @@ THERE_AND_BACK = Mission(
 )
 
 
+def until_alarm(live, run):
+    """Feed a dive until the alarm: the times and gaps before it."""
+    before = []
+    for reading in said(run):
+        live.take(reading)
+        if live.gap is not None and live.gap.since_s is not None:
+            return before
+        before.append((reading.time_s, live.gap))
+    return before
+
+
+def test_a_vertical_thruster_that_weakens_is_found_within_a_minute_by_a_model_without_roll_and_pitch():
+    run = simulate_truth(
+        RUVIFIST, "survey", THERE_AND_BACK, seed=7, truth=replace(TRUTH, onset={"T6_gain": 0.4}, onset_s=90.0)
+    )
+    live = live_with(WITHOUT_LEVEL)
+    assert 98.0 < until_alarm(live, run)[-1][0] < 150.0
+    assert "thruster 6 gives less thrust" in [cause.words for cause in live.gap.causes]
+    assert [axis.dof for axis in live.gap.axes if axis.high] == [2]
+
+
 @pytest.mark.parametrize(
     ("onset", "label", "words"),
     [
@@ -247,16 +283,13 @@ def test_what_sets_in_during_a_dive_is_found_and_named(onset, label, words):
     truth = replace(TRUTH, onset=onset, onset_s=90.0)
     run = simulate_truth(RUVIFIST, "survey", THERE_AND_BACK, seed=7, truth=truth)
     live = live_with(TRUTH.model)
-    before = []
-    for reading in said(run):
-        live.take(reading)
-        if live.gap is not None and live.gap.since_s is not None:
-            break
-        before.append(live.gap)
-    assert 98.0 < reading.time_s < 143.0
+    before = until_alarm(live, run)
+    assert 98.0 < before[-1][0] < 143.0
     assert live.gap.causes[0].label == label
     assert live.gap.causes[0].words.startswith(words)
-    assert before[-1].axes
+    assert before[-1][1].axes
+    # A vertical thruster moves neither surge nor sway nor yaw.
+    assert {axis.dof for axis in live.gap.axes if axis.high}.isdisjoint({0, 1, 5}) is ("T6_gain" in onset)
 
 
 def test_nothing_is_compared_without_a_model_a_file_or_while_disarmed():

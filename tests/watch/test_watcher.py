@@ -230,11 +230,11 @@ def test_long_words_come_whole_and_can_not_steer_a_terminal(watcher, vehicle):
 
 
 def test_two_vehicles_under_one_address_are_told(watcher):
-    one, two = OnAir(watcher), OnAir(watcher)
-    two.encoder._packer.seq = 128
+    first, second = OnAir(watcher), OnAir(watcher)
+    second.encoder._packer.seq = 128
     for k in range(20):
-        one.beats(float(k))
-        two.beats(k + 0.5)
+        first.beats(float(k))
+        second.beats(k + 0.5)
     assert "two vehicles beat as system 1, component 1" in watcher.picture(20.0).twins
     assert LINK in watcher.picture(20.0).twins
 
@@ -284,27 +284,27 @@ def value_of(name, value):
 
 
 @pytest.mark.parametrize(
-    "told",
+    "message",
     [
         status_texts(coded(Topic.SET_ACTIVE, "any words", 13247), 6, 1)[0],
         value_of("FF_ACTIVE", 13247.0),
         value_of("FF_COMMIT", 13247.0),
     ],
 )
-def test_the_set_that_flies_is_known_by_word_and_by_any_read_of_it(watcher, vehicle, told):
+def test_the_set_that_flies_is_known_by_word_and_by_any_read_of_it(watcher, vehicle, message):
     vehicle.beats(1.0)
     assert (watcher.picture(1.0).active_set, watcher.picture(1.0).active_set_age_s) == (None, math.inf)
-    vehicle.says(told, 2.0)
+    vehicle.says(message, 2.0)
     assert (watcher.picture(5.0).active_set, watcher.picture(5.0).active_set_age_s) == (13247, 3.0)
 
 
 @pytest.mark.parametrize(
-    "told",
+    "message",
     [status_texts("FF set 13247 active", 6, 1)[0], value_of("FF_MODE", 2.0), value_of("FF_ACTIVE", math.inf)],
 )
-def test_other_words_values_and_vehicles_tell_nothing_of_the_set_that_flies(watcher, vehicle, told):
+def test_other_words_values_and_vehicles_tell_nothing_of_the_set_that_flies(watcher, vehicle, message):
     vehicle.beats(1.0)
-    vehicle.says(told, 2.0)
+    vehicle.says(message, 2.0)
     OnAir(watcher, 7).says(value_of("FF_ACTIVE", 13247.0), 2.0)
     assert watcher.picture(3.0).active_set is None
 

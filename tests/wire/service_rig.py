@@ -76,7 +76,7 @@ class Rig:
         self.ground.write((encoder or self.encoder).encode(message))
         return self.step()
 
-    def told(self, signal: str) -> list[Reading]:
+    def readings_of(self, signal: str) -> list[Reading]:
         return [r for r in self.readings if r.signal == signal]
 
 

@@ -163,10 +163,10 @@ def test_a_lossy_link_loses_doubles_damages_and_reorders_frames_at_its_rate_both
     clock.advance_to(1.0)
     back.append(lossy.read(0.0))
     for data in (drain(far), b"".join(back)):
-        got = [frame.raw for frame in Framer().feed(data) if frame.known]
-        assert low <= len(got) <= high
-        assert set(got) <= set(sent)
-        assert (got != sorted(got, key=sent.index)) is (fault == "reorder")
+        arrived = [frame.raw for frame in Framer().feed(data) if frame.known]
+        assert low <= len(arrived) <= high
+        assert set(arrived) <= set(sent)
+        assert (arrived != sorted(arrived, key=sent.index)) is (fault == "reorder")
 
 
 def test_a_lossy_link_delays_and_its_switches_work_while_it_runs():

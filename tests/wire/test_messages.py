@@ -89,10 +89,10 @@ def test_what_is_encoded_is_decoded_as_float32_and_has_the_bytes_that_pymavlink_
     time_s = data.draw(st.integers(0, 4_000_000)) / 1000
     raw = Encoder(1, 1).frame(*encode(Reading(row.name, time_s, values)))
     (frame,) = Framer().feed(raw)
-    got = decode(frame)
-    assert got.signal == row.name
-    assert got.time_s == time_s or (math.isnan(got.time_s) and row.name in ("battery", "alive"))
-    assert all(same(a, b) for a, b in zip(got.values, values, strict=True))
+    reading = decode(frame)
+    assert reading.signal == row.name
+    assert reading.time_s == time_s or (math.isnan(reading.time_s) and row.name in ("battery", "alive"))
+    assert all(same(a, b) for a, b in zip(reading.values, values, strict=True))
     message = pymavlink_decode(frame)
     # Its objects cut char fields to text when they decode, so the name goes back in as bytes.
     fields = [getattr(message, name) for name in message.fieldnames]
@@ -163,12 +163,12 @@ def test_a_control_tick_is_told_whole():
     six = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     reference = Reference(six, tuple(2 * v for v in six), 7.5, 0.5)
     tick = Actuation(3.0, six, six, six, six, reference, (1500.0, 1600.0), 2, 1)
-    told = {r.signal: r for r in telemetry.actuation_readings(tick)}
-    assert set(told) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
-    got, m = over_the_wire(told["nu_ref"])
-    assert got.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
+    by_signal = {r.signal: r for r in telemetry.actuation_readings(tick)}
+    assert set(by_signal) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
+    reading, m = over_the_wire(by_signal["nu_ref"])
+    assert reading.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
     assert (m["name"], m["array_id"], m["time_usec"]) == ("NU_REF", 256, 3_000_000)
-    _, m = over_the_wire(told["pwm"])
+    _, m = over_the_wire(by_signal["pwm"])
     assert (m["active"], m["actuator"][:3]) == (3, [1500.0, 1600.0, 0.0])
 
 
@@ -236,12 +236,12 @@ def value_of(wire: str, count: int) -> st.SearchStrategy[Any]:
     if wire == "char":
         return st.text(PRINTED, max_size=count).map(lambda text: text.encode("ascii"))
     if wire == "float":
-        one = FLOATS
+        element = FLOATS
     else:
         low, high = (-(1 << BITS[wire]) if wire[0] == "i" else 0), (1 << BITS[wire]) - 1
-        one = st.sampled_from((low, 0, 1, high)) | st.integers(low, high)
+        element = st.sampled_from((low, 0, 1, high)) | st.integers(low, high)
     # Arrays that end in zeros are cut on the wire, those that do not are not.
-    return st.lists(one, min_size=count, max_size=count) if count else one
+    return st.lists(element, min_size=count, max_size=count) if count else element
 
 
 def values_of(name: str) -> st.SearchStrategy[tuple[Any, ...]]:
@@ -275,7 +275,7 @@ def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     (frame,) = framer.feed(raw) or framer.flush()
     message = framing_decode(frame)
     assert exact([getattr(message, field) for field in kind.fieldnames]) == exact(values)
-    one = [np.array([number]) for number in (10, raw[1], 1, 191, kind.id)]
-    frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *one, counts={})
+    places = [np.array([number]) for number in (10, raw[1], 1, 191, kind.id)]
+    frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *places, counts={})
     fields = Fields(frames, name, frames.rows(name))
     assert exact([fields[field][0] for field in kind.fieldnames]) == exact(values)

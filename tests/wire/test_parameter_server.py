@@ -88,8 +88,8 @@ def test_the_table_has_every_coefficient_of_every_configuration_behind_them_effe
 def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true_index(target):
     ((kind, value),) = ask(target, set_message("FF1_M_U", 96.4))
     assert kind == "PARAM_VALUE"
-    told = (value.param_id, value.param_value, value.param_type, value.param_count, value.param_index)
-    assert told == ("FF1_M_U", to_float32(96.4), REAL32, ALL, 12)
+    answer = (value.param_id, value.param_value, value.param_type, value.param_count, value.param_index)
+    assert answer == ("FF1_M_U", to_float32(96.4), REAL32, ALL, 12)
     for question in (read_message("FF1_M_U"), read_message(index=12)):
         ((kind, again),) = ask(target, question)
         assert (kind, again.param_id, again.param_value) == ("PARAM_VALUE", "FF1_M_U", to_float32(96.4))
@@ -219,9 +219,9 @@ def test_a_write_or_a_read_that_is_not_addressed_to_this_component_is_ignored(ta
 )
 def test_the_list_is_served_to_those_who_ask_this_component(target, system, component, served):
     assert ask(target, dialect.MAVLink_param_request_list_message(system, component)) == []
-    told = [received(m) for _ in range(20) for m in target.step(5)]
-    assert [m.param_index for m in told] == list(range(served))
-    assert [m.param_id for m in told] == list(target.names)[:served]
+    served_values = [received(m) for _ in range(20) for m in target.step(5)]
+    assert [m.param_index for m in served_values] == list(range(served))
+    assert [m.param_id for m in served_values] == list(target.names)[:served]
 
 
 def test_the_list_is_paced_and_a_second_request_misses_nothing(target):
@@ -302,8 +302,8 @@ def test_armed_without_good_shadow_the_mode_may_go_down_and_not_up_and_the_reaso
     assert target.write("FF_MODE", float(before), False) is None
     assert target.write("FF_MODE", float(after), True) is (Refusal.DENIED if refused else None)
     assert target.mode == (before if refused else after)
-    told = [Topic.UNPROVEN, Topic.SHADOW] if refused else []
-    assert [decoded(text).topic for text in target.take_texts()] == told
+    topics = [Topic.UNPROVEN, Topic.SHADOW] if refused else []
+    assert [decoded(text).topic for text in target.take_texts()] == topics
     assert target.write("FF_MODE", float(after), False) is None
     assert target.mode == after
 

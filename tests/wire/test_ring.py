@@ -108,9 +108,9 @@ def test_the_bridge_keeps_all_that_it_sends_whether_or_not_anybody_can_hear_it()
         rig.clock.advance_to(n * 0.05)
         rig.bridge.step()
     rig.bridge._ring.write_waiting()
-    told = [decode(Framer().feed(raw)[0]) for raw in disk.records[before:]]
-    assert [m.value for m in told if m.get_type() == "NAMED_VALUE_INT"] == [4711] * 3
-    assert "link lost: memory:a" in [m.text for m in told if m.get_type() == "STATUSTEXT"]
+    messages = [decode(Framer().feed(raw)[0]) for raw in disk.records[before:]]
+    assert [m.value for m in messages if m.get_type() == "NAMED_VALUE_INT"] == [4711] * 3
+    assert "link lost: memory:a" in [m.text for m in messages if m.get_type() == "STATUSTEXT"]
 
 
 def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte():

@@ -18,11 +18,11 @@ def test_once_a_second_it_says_that_it_lives_its_clock_its_mode_and_its_configur
     kinds: Counter[str] = Counter()
     for tick in range(1, 61):
         kinds.update(m.get_type() for m in rig.step(tick * 0.05))
-        if rig.told("clock"):
-            (clock,) = rig.told("clock")
+        if rig.readings_of("clock"):
+            (clock,) = rig.readings_of("clock")
             assert clock.values[0] == pytest.approx(rig.clock.unix_s(), abs=1e-5)
-            assert [r.values for r in rig.told("veh_cfg")] == [(1.0,)]
-            assert [r.values for r in rig.told("ff_mode")] == [(0.0,)]
+            assert [r.values for r in rig.readings_of("veh_cfg")] == [(1.0,)]
+            assert [r.values for r in rig.readings_of("ff_mode")] == [(0.0,)]
     assert kinds["HEARTBEAT"] == kinds["SYSTEM_TIME"] == 4
     assert kinds["NAMED_VALUE_FLOAT"] == 8
 
@@ -50,7 +50,7 @@ def test_bytes_of_a_device_become_its_message_in_body_axes(rig):
     rig.bridge.receive("dvl", vector[:40], 0.9)
     rig.bridge.receive("dvl", vector[40:], 1.0)
     rig.step(1.0)
-    (dvl,) = rig.told("dvl")
+    (dvl,) = rig.readings_of("dvl")
     assert (dvl.time_s, dvl.values[:3]) == (1.0, (0.5, -0.25, 0.125))
     assert rig.bridge.navigation.velocity == (0.5, -0.25, 0.125)
 
@@ -63,7 +63,7 @@ def test_noise_on_every_line_ends_no_driver(rig):
     rig.bridge.receive("dvl", encode_packet(3, b"\0" * 8), 2.0)
     rig.bridge.receive("fog", encode_kvh1750(np.full(200, 0.25)), 2.1)
     rig.step(2.1)
-    assert rig.told("fog")
+    assert rig.readings_of("fog")
 
 
 def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes(rig):
@@ -72,7 +72,7 @@ def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes(rig):
         rig.bridge.accept("imu", [imu(0.01 * i, (0.01 * i, 0.0, 9.81))])
         if i % 5 == 0:
             rig.step(0.01 * i)
-            reports += rig.told("imu")
+            reports += rig.readings_of("imu")
     assert len(reports) == pytest.approx(50, abs=1)
     for reading in reports[1:]:
         # The force along x equals the time: a mean that was dated otherwise would show.
@@ -83,11 +83,11 @@ def test_the_imu_goes_out_at_its_rate_as_means_turned_into_body_axes(rig):
 def test_attitude_goes_out_at_the_control_rate_level_and_north(rig):
     rig.bridge.accept("imu", [imu(0.01), imu(0.02)])
     rig.step(0.05)
-    (attitude,) = rig.told("attitude")
+    (attitude,) = rig.readings_of("attitude")
     assert attitude.time_s == 0.02
     assert attitude.values[:4] == pytest.approx((1.0, 0.0, 0.0, 0.0), abs=1e-7)
     rig.step(0.1)
-    assert rig.told("attitude") == []
+    assert rig.readings_of("attitude") == []
 
 
 def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_it(rig):
@@ -97,7 +97,7 @@ def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_i
         rates = [float(tick * 50 + i + 1) for i in range(50)]
         rig.bridge.accept("fog", [fog(0.05 * (tick + 1), rates)])
         rig.step(0.05 * (tick + 1))
-        reports += rig.told("fog")
+        reports += rig.readings_of("fog")
     assert len(reports) == pytest.approx(40, abs=1)
     # The first interval begins with the first sample, every other one with the end of the one before.
     for reading in reports[1:]:
@@ -110,24 +110,24 @@ def test_invalid_gyro_samples_are_left_out_of_the_mean(rig):
     spoilt = np.arange(100) % 3 == 0
     rig.bridge.accept("fog", [FogBlock(block.time_s, np.where(spoilt, 1e3, 1.0), ~spoilt)])
     rig.step(0.1)
-    assert [r.values for r in rig.told("fog")] == [(1.0,)] * 3
+    assert [r.values for r in rig.readings_of("fog")] == [(1.0,)] * 3
     for later_s in (0.1, 0.2):
         rig.bridge.accept("fog", [FogBlock(block.time_s + later_s, block.rate, np.zeros(100, bool))])
         rig.step(0.1 + later_s)
-    assert rig.told("fog") == []
+    assert rig.readings_of("fog") == []
 
 
 def test_a_mean_never_reaches_over_a_gap(rig):
     rig.bridge.accept("fog", [fog(0.01, [5.0] * 10)])
     rig.bridge.accept("fog", [fog(0.25, [1.0] * 30)])
     rig.step(0.3)
-    assert [r.values for r in rig.told("fog")] == [(1.0,)]
+    assert [r.values for r in rig.readings_of("fog")] == [(1.0,)]
     rig.bridge.accept(
         "imu", [imu(0.01, (5.0, 0.0, 9.81)), imu(0.02, (5.0, 0.0, 9.81)), imu(0.03, (5.0, 0.0, 9.81))]
     )
     rig.bridge.accept("imu", [imu(0.5), imu(0.52)])
     rig.step(0.52)
-    assert [r.values[0] for r in rig.told("imu")][-2:] == [0.0, 0.0]
+    assert [r.values[0] for r in rig.readings_of("imu")][-2:] == [0.0, 0.0]
 
 
 def test_a_control_tick_goes_out_whole_and_sets_the_configuration(rig):
@@ -136,15 +136,15 @@ def test_a_control_tick_goes_out_whole_and_sets_the_configuration(rig):
     rig.step(1.0)
     signals = {r.signal for r in rig.readings}
     assert {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"} <= signals
-    assert rig.told("veh_cfg")[0].values == (1.0,)
-    assert rig.told("nu_fb")[0] == Reading("nu_fb", 1.0, SIX)
+    assert rig.readings_of("veh_cfg")[0].values == (1.0,)
+    assert rig.readings_of("nu_fb")[0] == Reading("nu_fb", 1.0, SIX)
 
 
 def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan(rig):
     rig.bridge.publish(acted(0.1, (1400.0, 1600.0)))
     rig.bridge.accept("esc", [EscSample(0.1, 0, 900.0, 16.0, 2.0)])
     rig.step(0.1)
-    (rpm,) = rig.told("rpm")
+    (rpm,) = rig.readings_of("rpm")
     assert (rpm.time_s, rpm.values[0]) == (0.1, -900.0)
     assert math.isnan(rpm.values[1])
     assert rpm.values[2:] == (0.0,) * 56
@@ -154,10 +154,10 @@ def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan(rig):
         [EscSample(0.2, 0, 200.0, 16.0, 2.0), EscSample(0.2, 1, 100.0, 15.0, 1.0)],
     )
     rig.step(1.05)
-    assert rig.told("rpm")[0].values[:2] == (-200.0, 100.0)
-    assert rig.told("battery")[0].values == (15.5, 3.0)
+    assert rig.readings_of("rpm")[0].values[:2] == (-200.0, 100.0)
+    assert rig.readings_of("battery")[0].values == (15.5, 3.0)
     assert rig.bridge.navigation.voltage_v == 15.5
     rig.step(1.1)
-    assert rig.told("rpm") == []
+    assert rig.readings_of("rpm") == []
     rig.step(2.5)
     assert math.isnan(rig.bridge.navigation.voltage_v)

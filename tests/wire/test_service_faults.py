@@ -28,7 +28,7 @@ def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(rig,
         bridge.publish(acted(0.05 * i))
         bridge.step()
         texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
-        assert len(rig.told("tau_cmd")) == 1
+        assert len(rig.readings_of("tau_cmd")) == 1
     assert texts == ["link lost: serial:/dev/ttyX"]
     assert bridge.link_faults == {"serial:/dev/ttyX": "gone"}
     broken.reads_fail = broken.writes_fail = False
@@ -134,7 +134,7 @@ def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out(rig):
     rig.bridge.publish(replace(acted(0.1), tau_pid=(1e300,) * 6))
     rig.step(0.1)
     assert rig.bridge.counts["unfit"] == 1
-    assert rig.told("tau_cmd")
+    assert rig.readings_of("tau_cmd")
 
 
 def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames(rig):
@@ -156,4 +156,4 @@ def test_it_hears_a_flood_in_parts_and_still_does_its_work(rig):
         rig.ground.write(rig.encoder.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)))
     rig.bridge.publish(acted(0.1))
     rig.step(0.1)
-    assert rig.told("tau_cmd")
+    assert rig.readings_of("tau_cmd")

@@ -71,8 +71,8 @@ def test_the_list_of_parameters_is_paced(rig):
 def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning(rig):
 
     def commit(crc: int) -> list[tuple[str, int]]:
-        told = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", float(crc), 9))
-        return [(m.text, m.severity) for m in told if m.get_type() == "STATUSTEXT"]
+        answers = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", float(crc), 9))
+        return [(m.text, m.severity) for m in answers if m.get_type() == "STATUSTEXT"]
 
     rig.parameters.write("FF0_M_U", 96.5, False)
     crc = rig.parameters.staged_crc
@@ -110,9 +110,9 @@ def answered(rig: Rig, kind: str, message: Any, count: int, encoder: Encoder | N
         rig.ground.write((encoder or rig.encoder).encode(message))
     got = idle = 0
     while idle < 20:
-        said = rig.step()
-        got += sum(m.get_type() == kind for m in said)
-        idle = 0 if said else idle + 1
+        messages = rig.step()
+        got += sum(m.get_type() == kind for m in messages)
+        idle = 0 if messages else idle + 1
     return got
 
 
@@ -156,7 +156,7 @@ WRITE = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
 
 
 @pytest.mark.parametrize(
-    ("station", "source", "told"),
+    ("station", "source", "refusal"),
     [
         (Ground(), (254, 190), "orders from system 254 are refused"),
         (Ground(250), (255, 190), "orders from system 255 are refused"),
@@ -164,11 +164,11 @@ WRITE = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
         (Ground(250, 190), (255, 190), "orders from system 255 are refused"),
     ],
 )
-def test_an_order_of_anyone_but_the_configured_ground_changes_nothing_and_is_told(station, source, told):
+def test_an_order_of_anyone_but_the_configured_ground_changes_nothing_and_is_told(station, source, refusal):
     rig = Rig(ground=station)
     *pieces, error, value = rig.ask(WRITE, Encoder(*source))
     words = "".join(piece.text for piece in pieces)
-    assert decoded(words) == CrewText(told, Topic.STRANGER, source[0])
+    assert decoded(words) == CrewText(refusal, Topic.STRANGER, source[0])
     assert (error.error, value.param_value) == (Refusal.DENIED, 0.0)
     (answer,) = rig.ask(arm(1.0), Encoder(*source))
     assert answer.result == dialect.MAV_RESULT_DENIED
@@ -183,12 +183,12 @@ def texts(answers):
 
 
 def test_a_strange_ground_is_told_again_after_a_while_and_many_of_them_fill_no_link():
-    rig, told = Rig(), ["F4:254 orders from system 254 are refused"]
+    rig, refusal = Rig(), ["F4:254 orders from system 254 are refused"]
     said = []
     for time_s in (0.0, 5.0, 9.9, 10.0, 15.0, 20.0):
         rig.clock.advance_to(time_s)
         said.append(texts(rig.ask(WRITE, Encoder(254, 190))))
-    assert said == [told, [], [], told, [], told]
+    assert said == [refusal, [], [], refusal, [], refusal]
     rig.clock.advance_to(40.0)
     at_once = [answer for system in range(2, 255) for answer in rig.ask(WRITE, Encoder(system, 190))]
     assert len(texts(at_once)) == 1

@@ -18,8 +18,8 @@ def heard(sent_s, kept=None, arrives=lambda sent_s: sent_s, booted_s=0.0, clock_
     return silences(arrival_s[order], boot_s[keep][order], number[keep][order])
 
 
-def told(found):
-    return [(round(item.begins_s, 1), round(item.seconds, 1)) for item in found]
+def times_of(silent):
+    return [(round(item.begins_s, 1), round(item.seconds, 1)) for item in silent]
 
 
 def ticks(seconds, rate_hz):
@@ -31,19 +31,19 @@ def but(*stretches):
 
 
 def test_a_minute_that_is_not_heard_of_a_dive_is_a_silence():
-    assert told(heard(ticks(180, 50), but((60.0, 118.7)), booted_s=-400)) == [(60.0, 58.7)]
+    assert times_of(heard(ticks(180, 50), but((60.0, 118.7)), booted_s=-400)) == [(60.0, 58.7)]
 
 
 @pytest.mark.parametrize("clock_every", [1, 50])
 def test_a_silence_longer_than_all_that_was_heard_is_one(clock_every):
     result = heard(ticks(3000, 20), but((20.0, 2981.0)), clock_every=clock_every)
-    assert told(result) == [(20.0, 2961.0)]
+    assert times_of(result) == [(20.0, 2961.0)]
 
 
 def test_two_silences_are_told_and_the_longest_of_them():
     result = heard(ticks(300, 50), but((50.0, 58.1), (100.0, 120.0)))
-    assert told(result) == [(50.0, 8.1), (100.0, 20.0)]
-    assert told([longest(result)]) == [(100.0, 20.0)]
+    assert times_of(result) == [(50.0, 8.1), (100.0, 20.0)]
+    assert times_of([longest(result)]) == [(100.0, 20.0)]
     assert longest(()) is None
 
 
@@ -67,7 +67,7 @@ def test_a_vehicle_that_speaks_at_once_every_ten_seconds_is_silent_by_design():
 
 def test_a_dive_after_a_wait_with_slow_heartbeats_has_its_own_silence_alone():
     sent_s = np.concatenate([np.arange(0.0, 120.0, 8.0), 120.0 + ticks(600, 50)])
-    assert told(heard(sent_s, but((300.0, 358.0)))) == [(300.0, 58.0)]
+    assert times_of(heard(sent_s, but((300.0, 358.0)))) == [(300.0, 58.0)]
 
 
 def test_frames_that_a_link_brings_late_are_no_silence():
@@ -83,7 +83,7 @@ def test_of_a_stalled_link_what_it_did_not_keep_alone_is_unheard():
 
 def test_a_ground_that_stood_still_has_a_silence_though_its_own_clock_shows_none():
     asleep = lambda sent_s: sent_s if sent_s < 50.0 else sent_s - 40.0  # noqa: E731
-    assert told(heard(ticks(120, 50), but((50.0, 90.0)), arrives=asleep)) == [(50.0, 40.0)]
+    assert times_of(heard(ticks(120, 50), but((50.0, 90.0)), arrives=asleep)) == [(50.0, 40.0)]
 
 
 def test_one_frame_that_comes_very_late_makes_no_silence():
@@ -96,7 +96,7 @@ def test_of_a_vehicle_that_was_off_only_its_new_start_can_be_unheard():
     arrival_s = np.concatenate([first, again[600:]])
     boot_s = np.concatenate([first, again[600:] - 100.0])
     number = np.concatenate([np.arange(len(first)), np.arange(len(again))[600:]]) % 256
-    assert told(silences(arrival_s, boot_s, number)) == [(60.0, 12.0)]
+    assert times_of(silences(arrival_s, boot_s, number)) == [(60.0, 12.0)]
 
 
 def test_a_vehicle_that_starts_anew_and_is_heard_at_once_leaves_no_silence():

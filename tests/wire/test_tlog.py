@@ -86,11 +86,11 @@ def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path):
     child = subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE)
     acknowledged = [int(child.stdout.readline()) for _ in range(300)]
     child.kill()
-    rest = child.stdout.read().split(b"\n")[:-1]
+    lines = child.stdout.read().split(b"\n")[:-1]
     child.stdout.close()
     child.wait()
     stamps = [stamp - START_US for stamp, _ in read(path)]
-    assert stamps[: 300 + len(rest)] == acknowledged + [int(line) for line in rest]
+    assert stamps[: 300 + len(lines)] == acknowledged + [int(line) for line in lines]
 
 
 @pytest.mark.parametrize("packed", [False, True])

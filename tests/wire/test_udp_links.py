@@ -45,16 +45,16 @@ def test_udpin_answers_the_vehicle_whatever_strangers_send():
     vehicle, beat = open_link(f"udpout:127.0.0.1:{ground.port}"), Encoder(1, 1).frame(0, bytes(9))
     strangers = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(24)]
     for stranger in strangers:
-        for link, said in ((vehicle, beat), (stranger, b"no frame")):
-            link.write(said)
-            assert ground.read(SOON_S) == said
+        for link, data in ((vehicle, beat), (stranger, b"no frame")):
+            link.write(data)
+            assert ground.read(SOON_S) == data
     ground.write(b"to those who speak MAVLink")
     assert vehicle.read(SOON_S) == b"to those who speak MAVLink"
     assert [stranger.read(0.0) for stranger in strangers] == [b""] * len(strangers)
     for n, stranger in enumerate(strangers):
-        for link, said in ((vehicle, beat), (stranger, Encoder(2 + n, 1).frame(0, bytes(9)))):
-            link.write(said)
-            assert ground.read(SOON_S) == said
+        for link, data in ((vehicle, beat), (stranger, Encoder(2 + n, 1).frame(0, bytes(9)))):
+            link.write(data)
+            assert ground.read(SOON_S) == data
     ground.write(b"to those who spoke last")
     assert vehicle.read(SOON_S) == b"to those who spoke last"
     assert sum(bool(stranger.read(0.0)) for stranger in strangers) == 7
@@ -89,15 +89,15 @@ def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it():
         link.write(encoder.frame(0, bytes(9)))
         assert ground.read(SOON_S)
 
-    one = Encoder(1, 1)
+    vehicle = Encoder(1, 1)
     for link in (old, old, new, new):
-        says(link, one)
+        says(link, vehicle)
         says(other, Encoder(1, 191))
     assert ground.contested == frozenset()
-    says(old, one)
+    says(old, vehicle)
     assert ground.contested == {(1, 1)}
     for _ in range(201):
-        says(old, one)
+        says(old, vehicle)
     assert ground.contested == frozenset()
     for link in (ground, old, new, other):
         link.close()

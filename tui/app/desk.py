@@ -1,7 +1,7 @@
 """State that the screens share: vehicle, folders, the chosen dive, those to compare it with, and the running verbs."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -10,6 +10,7 @@ from bridge.errors import ConfigError, LogError
 from gcs_plugin.dives.folder import DiveFolder, list_folders, vehicle_named
 from gcs_plugin.dives.recordings import length_s, recordings
 from gcs_plugin.locks import is_being_written
+from gcs_plugin.params.receipt import RECEIPT, kept_in, path_of
 from tui.app.connecting import Choice, Way, ways_now
 from tui.app.jobs import Jobs, newer, written_ns
 from tui.app.view import Replay
@@ -145,6 +146,32 @@ def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:
         and desk.is_finished(folder)
         and desk.vehicle_of(folder) == vehicle
     )
+
+
+def nearest_first(desk: Desk, dive: Path, others: Sequence[Path]) -> tuple[Path, ...]:
+    """Dives to check a diagnosis of a dive on, the best first: flown with the values that it was flown with, then later
+    than it, then near to it in time."""
+    changed_ns = [written_ns(path_of(kept.preimage, RECEIPT)) for kept in kept_in(desk.receipts)]
+
+    def changes(ended_ns: int) -> int:
+        return sum(change_ns < ended_ns for change_ns in changed_ns)
+
+    of_dive_ns = ended_ns(dive)
+
+    def rank(other: Path) -> tuple[bool, bool, int]:
+        other_ns = ended_ns(other)
+        return (
+            changes(other_ns) != changes(of_dive_ns),
+            other_ns < of_dive_ns,
+            abs(other_ns - of_dive_ns),
+        )
+
+    return tuple(sorted(others, key=rank))
+
+
+def ended_ns(dive: Path) -> int:
+    """When a dive's recording was last written, ns; 0 if it has none."""
+    return max(map(written_ns, recordings(dive)), default=0)
 
 
 def can_check(folder: Path) -> bool:

@@ -169,6 +169,7 @@ DIAGNOSE = Next(
 )
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
+SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
 LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
 READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
 WRITES = Next(Task.WAIT, (), "the vehicle is being written to: wait for its answer")
@@ -299,7 +300,7 @@ def _to_vehicle(now: Situation, then: Next) -> Next:
     if not now.linked and not now.recording:
         return CONNECT if then is RECORD else replace(CONNECT, words=f"{CONNECT.words}; then: {then.words}")
     if now.recording:
-        return Next(then.task, then.actions, f"not heard, switch it on or mend the link; then: {then.words}")
+        return replace(SILENT, task=then.task)
     return _to_recording(now, then)
 
 

@@ -10,11 +10,10 @@ from bridge.errors import LogError, ParamError
 from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.mode import Mode, word_of
-from gcs_plugin.dives.recordings import recordings
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
 from gcs_plugin.watch.picture import Armed
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, values_of
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns, values_of
 from tui.app.jobs import JobState, written_ns
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
@@ -41,7 +40,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
     uploaded_ns = _uploaded_ns(desk.receipts, values, system) if values is not None else 0
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, determined = _determined(dive) if dive is not None else ((), None)
-    since = [folder for folder in folders if uploaded_ns and _ended_ns(folder) > uploaded_ns]
+    since = [folder for folder in folders if uploaded_ns and ended_ns(folder) > uploaded_ns]
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
     return Situation(
         vehicle=bool(
@@ -135,10 +134,6 @@ def _uploaded_ns(receipts: Path, values: Path, system: int | None) -> int:
     newest_ns = written_ns(receipts / f"{max(known[name].time for name in wanted)}{ACCEPTED}")
     same = all(math.isclose(known[name].value, value, rel_tol=SAME) for name, value in wanted.items())
     return newest_ns if same or newest_ns > written_ns(values) else 0
-
-
-def _ended_ns(dive: Path) -> int:
-    return max(map(written_ns, recordings(dive)), default=0)
 
 
 def _gate(since: Sequence[Path]) -> tuple[str, bool] | None:

@@ -18,7 +18,7 @@ from identify.glance.foretold import Foretelling, verdict_of
 from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
-from identify.validate import METHOD, Row, TrackingErrors
+from identify.validate import METHOD, Row, TrackingErrors, whole_rows
 from identify.words import speed
 from tui import show
 from tui.files import Files
@@ -100,14 +100,10 @@ def foretelling(
 
 def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:
     """Every axis over the whole mission, in mm/s and deg/s, one column per run; None without any."""
-    rows = []
-    for axis in DOFS:
-        of = {label: {e.axis: e for e in run.whole}.get(axis) for label, run in errors.items()}
-        if not any(of.values()):
-            continue
-        for part, words in (("rms", "the whole"), ("unasked", "while others move")):
-            values = [None if error is None else getattr(error, part) for error in of.values()]
-            rows.append((axis, words, *("-" if v is None else _speed(v, axis) for v in values)))
+    rows = [
+        (row.axis, row.phase, *(_speed(value, row.axis) for value in row.values))
+        for row in whole_rows(errors)
+    ]
     if not rows:
         return None
     return show.Table(

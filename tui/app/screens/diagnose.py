@@ -14,7 +14,7 @@ from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.glance.foretold import rows_words
 from identify.words import significant
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer, real
@@ -356,7 +356,7 @@ class DiagnoseScreen(SectionScreen):
     }
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("diagnose.start", "d", "Diagnose", "diagnose the chosen dive, in a process of its own"),
-        Action("diagnose.check", "c", "Check on", "the next older dive to check it on, then none", LOOKS),
+        Action("diagnose.check", "c", "Check on", "the next dive to check it on, then none", LOOKS),
         Action("diagnose.section", "s", "Section", "the next section, where not all fit", LOOKS),
         Action("diagnose.cancel", "x", "Cancel", "end the diagnosis that runs"),
         Action("diagnose.parameters", "p", "Parameters", "what it would upload, beside the vehicle"),
@@ -400,7 +400,7 @@ class DiagnoseScreen(SectionScreen):
             await self.begin_on("parameters")
 
     def comparable(self, dive: Path) -> tuple[Path, ...]:
-        return tuple(filter(can_check, super().comparable(dive)))
+        return nearest_first(self.desk, dive, tuple(filter(can_check, super().comparable(dive))))
 
     def on_other_dive(self) -> None:
         self._other = 0

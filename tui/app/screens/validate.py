@@ -49,6 +49,8 @@ MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
 }
 PHASE_CELLS, PHASE_CELLS_OF_A_PHONE = 24, 17
 BOTH_PARTS_CELLS: Final = 13
+LEAST_WORDS_CELLS: Final = 24
+"""With less room beside its name, a criterion's words stand below it."""
 LEAST_SPANS: Final = {"m/s": 0.05, "mm/s": 50.0, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
 ERRORS_IN: Final = SHOWN_IN | {"m/s": ("mm/s", 1e3)}
 DIGITS: Final = {"mm/s": 1, "deg/s": 2}
@@ -133,8 +135,10 @@ def verdict_lines(run: Run, cells: int, raising: str = "") -> Lines:
 
 
 def criteria_lines(run: Run, cells: int) -> Lines:
-    """A line per criterion, or several if its words are long."""
-    judged = run.verdict.criteria if run.verdict is not None else ()
+    """A line per criterion, or several if its words are long; those that are not met come first."""
+    judged = sorted(
+        run.verdict.criteria if run.verdict is not None else (), key=lambda each: each.passed is not False
+    )
     label_cells = max((len(criterion.what) for criterion in judged), default=0)
     return tuple(line for criterion in judged for line in _criterion(criterion, label_cells, cells))
 
@@ -142,10 +146,12 @@ def criteria_lines(run: Run, cells: int) -> Lines:
 def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
     mark, role = MARKS[criterion.passed]
     indent = len(mark) + label_cells + 2
+    words_role: Role = "plain" if criterion.passed is not False else "strong"
+    if cells - indent < LEAST_WORDS_CELLS:
+        below = wrapped(criterion.words, words_role, cells, " " * (len(mark) + 1))
+        return (((mark, role), (f" {criterion.what}", "plain")), *below)
     head: Line = ((mark, role), (f" {criterion.what:<{label_cells}} ", "plain"))
-    first, *more = wrapped(
-        criterion.words, "plain" if criterion.passed is not False else "strong", cells - indent
-    )
+    first, *more = wrapped(criterion.words, words_role, cells - indent)
     return ((*head, *first), *(((" " * indent, "plain"), *line) for line in more))
 
 

@@ -1,0 +1,89 @@
+"""What the feed-forward gains by a cause: its velocity errors before and after."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bridge.arrays import Array
+from identify.diagnose.candidates import Cause
+from identify.diagnose.gap import Missing
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.result import Gain
+from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
+from identify.effects.course import Course
+from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.statistics import left_of
+
+LEVEL = (0, 1)
+"""Surge and sway: the feed-forward axes whose error is a speed."""
+
+
+def feedforward_gain(
+    cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
+) -> Gain | None:
+    """The feed-forward's gain by a cause, with the masses and dampings fitted together with all causes, as `--accept`
+    sends them.
+
+    None if the feed-forward can't compensate the cause. The other causes remain, less their part in masses and
+    dampings.
+    """
+    if not cause.effect.feedforward or cause.act(now.course).wrench is None:
+        return None
+    wrench = missing_wrench_of(others, now.course)
+    left = np.column_stack([_beyond_refit(wrench[:, dof], now.course, dof) for dof in range(6)])
+    return feedforward_gain_by(left[::EACH], missing, now, braking)
+
+
+def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
+    """Velocity errors of the feed-forward alone, by m e' + B e = f.
+
+    f is the disturbance with the missing force before, and with its remainder `left` (n, 6) after, at the times of
+    `missing`; B as in `braking_of`.
+    """
+    before = after = 0.0
+    for dof in LEVEL:
+        mass, braking_axis = float(now.course.mass[dof]), braking[:, dof]
+        noise = _driven(now, dof, float(np.mean(braking_axis)))
+        step_s = now.course.step_s * EACH
+        before += float(np.mean(_error(missing.wrench[:, dof], mass, braking_axis, step_s) ** 2)) + noise
+        after += float(np.mean(_error(left[:, dof], mass, braking_axis, step_s) ** 2)) + noise
+    return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
+
+
+def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
+    """Damping (n, 6) of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
+    causes such as quadratic drag."""
+    slope = slope_of([*now.accepted, *causes], now.course)[::EACH]
+    return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
+
+
+def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
+    return left_of(np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]]), force)
+
+
+def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
+    """Solve m e' + B e = f from rest, with f and B (n,) constant over each step."""
+    keep = np.exp(-braking / mass * step_s)
+    push = np.where(braking > 0, (1.0 - keep) / np.where(braking > 0, braking, 1.0), step_s / mass)
+    out, e = np.empty(len(force)), 0.0
+    for i, (decay, gained) in enumerate(zip(keep.tolist(), (push * force).tolist(), strict=True)):
+        e = decay * e + gained
+        out[i] = e
+    return out
+
+
+def _driven(now: Nominal, dof: int, braking: float) -> float:
+    """Variance of the velocity under the disturbance alone.
+
+    The integral of its spectrum for a braked body (a = braking over mass) and a disturbance of second order.
+    """
+    for problem, of_axis in zip(now.joint.problems, now.joint.slices, strict=True):
+        if problem.axis.dof == dof and braking > 0:
+            theta_axis = now.theta[of_axis]
+            a = braking / float(now.course.mass[dof])
+            memory_s, rise_s = float(np.exp(theta_axis[TIME_CONSTANT])), problem.rise_s(theta_axis)
+            driven = (
+                memory_s * (1.0 + a * rise_s) / (a * ((1.0 + a * rise_s) * (1.0 + a * memory_s) - a * rise_s))
+            )
+            return float(np.exp(theta_axis[DISTURBANCE]) / now.course.mass[dof]) ** 2 * driven
+    return 0.0
