@@ -16,6 +16,7 @@ PLANNED = {
         "each": [flight(201.0, M_u=0.01, M_w=0.01)],
     },
 }  # fmt: skip
+FOLLOWING = {"off": {"sticks alone": [0.14, 0.12], "companion, `ff`": [0.01, 0.008]}, "latest_s": 0.0214}
 AXIS = {
     "mass": [[17.0, 16.83, 16.6, 17.1], [17.0, 17.17, 16.9, 17.4]],
     "drag": [[0.33, 0.304, 0.29, 0.32], [0.34, 0.34, 0.32, 0.36]],
@@ -26,7 +27,7 @@ AXIS = {
 def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_the_truth():
     half = {"verdict": "explained", "causes": ["weak_thruster (gain 0.53)"]}
     after = {"after": {"verdict": "no_gap", "causes": []}}
-    text = table({"plain": {"surge": AXIS}, "half": half | after, "planned": PLANNED})
+    text = table({"plain": {"surge": AXIS}, "half": half | after, "planned": PLANNED, "following": FOLLOWING})
     assert "| mass in surge | 17 kg | -1.0, +1.0 % | 1.5 % | 2 of 2 |" in text
     assert "| drag in surge at 0.063 m/s | 0.33 N | -7.9, +0.0 % | 5.9 % | 1 of 2 |" in text
     assert (
@@ -43,6 +44,8 @@ def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_th
         in text
     )
     assert "off by 2.9 % at most, and 3 of 6 of their intervals hold the truth." in text
+    assert "| companion, `ff` | 10.0 mm/s | 8.0 mm/s | 1/14.0, 1/15.0 |" in text
+    assert "The latest tick of the applet's script came after 21 ms." in text
 
 
 def test_without_the_firmware_the_table_stays_and_the_reason_is_said(tmp_path, monkeypatch):
