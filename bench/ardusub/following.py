@@ -216,17 +216,16 @@ def _applet(mode: Mode, words: str) -> Way:
 
 
 ALONE: Final = "sticks alone"
-WITHOUT_SCRIPT: Final = (
-    _companion(Mode.SHADOW, ALONE),
-    *map(_own, OWN_GAINS),
+OWN_WAYS: Final = tuple(map(_own, OWN_GAINS))
+COMPANIONS: Final = (
     _companion(Mode.ALONE, "companion, `ff`"),
     _companion(Mode.BOTH, "companion, `both`"),
 )
-WITH_SCRIPT: Final = (
-    _applet(Mode.SHADOW, "sticks alone, the applet in shadow"),
-    _applet(Mode.ALONE, "applet, `ff`"),
-    _applet(Mode.BOTH, "applet, `both`"),
-)
+APPLETS: Final = (_applet(Mode.ALONE, "applet, `ff`"), _applet(Mode.BOTH, "applet, `both`"))
+WITHOUT_SCRIPT: Final = (_companion(Mode.SHADOW, ALONE), *OWN_WAYS, *COMPANIONS)
+WITH_SCRIPT: Final = (_applet(Mode.SHADOW, "sticks alone, the applet in shadow"), *APPLETS)
+BY_OWN: Final = tuple(way.words for way in OWN_WAYS)
+BY_FEEDFORWARD: Final = tuple(way.words for way in (*COMPANIONS, *APPLETS))
 
 
 def measured(path: Path, folder: Path) -> dict[str, Any]:
