@@ -33,6 +33,7 @@ from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
+BEGIN_FOLLOWED: Final = "<!-- the ways to follow the sticks, written by python -m bench ardusub -->"
 END: Final = "<!-- end -->"
 PUSHED: Final = (0, 1, 2, 5)
 PLAIN_DIVES: Final = 5
@@ -42,19 +43,25 @@ PLANNED, FOLLOWING = "planned", "following"
 
 
 def page(runs: Path, docs: Path) -> str:
-    """Write the table into docs/ardusub.md, and return a line for the page of all benchmarks.
+    """Write the tables into docs/ardusub.md, and return a line for the page of all benchmarks.
 
-    Where no firmware is at hand, the table stays as it is.
+    Where no firmware is at hand, they stay as they are.
     """
     path = binary()
     if path is None:
         return f"Dives of the real ArduSub: [their table](ardusub.md#figures). Not measured anew: {WHY_NOT}."
     results = {name: measured(path, runs / "ardusub", name) for name in (*CASES, PLANNED, FOLLOWING)}
     target = docs / "ardusub.md"
-    text = target.read_text(encoding="utf-8")
-    before, _, after = text.partition(BEGIN)
-    target.write_text(f"{before}{BEGIN}\n{table(results)}\n{END}{after.partition(END)[2]}", encoding="utf-8")
+    text = with_block(target.read_text(encoding="utf-8"), BEGIN, table(results))
+    followed_by = "\n".join(followed(results[FOLLOWING]))
+    target.write_text(with_block(text, BEGIN_FOLLOWED, followed_by), encoding="utf-8")
     return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
+
+
+def with_block(text: str, begin: str, lines: str) -> str:
+    """The text with `lines` between the mark `begin` and the next end."""
+    before, _, after = text.partition(begin)
+    return f"{before}{begin}\n{lines}\n{END}{after.partition(END)[2]}"
 
 
 def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
@@ -138,7 +145,7 @@ def _sized(cause: dict[str, Any]) -> str:
 
 
 def table(results: dict[str, dict[str, Any]]) -> str:
-    """The figures as Markdown."""
+    """The figures of the dives as Markdown."""
     rows = []
     for name, figures in results[PLAIN].items():
         turns = name == DOFS[5]
@@ -168,8 +175,7 @@ def table(results: dict[str, dict[str, Any]]) -> str:
         for name, figures in results.items()
         if name not in (PLAIN, PLANNED, FOLLOWING)
     ]
-    planned, following = flown_by_itself(results[PLANNED]), followed(results[FOLLOWING])
-    return "\n".join([*lines, "", *planned, "", *following])
+    return "\n".join([*lines, "", *flown_by_itself(results[PLANNED])])
 
 
 def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:

@@ -31,8 +31,8 @@ def binary():
 class Firmware(Stepped):
     """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS.
 
-    Scripts get their turns at a body of finer steps, and at a small `speedup` on a loaded computer too. `files` are in the folder from the start,
-    by name.
+    Scripts get their turns at a body of finer steps, on a loaded computer at a small `speedup` too. `files` are in the
+    folder from the start, by name.
     """
 
     is_firmware = True
