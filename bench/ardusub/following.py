@@ -36,7 +36,11 @@ OWN: Final = "PSC_VELXY_FF"
 OWN_GAINS: Final = (0.0, 1.0, 3.0)
 TARGET_S: Final = 0.04
 STEPS: Final = (300, 0, -300, 150, 0)
-STEP_S, REST_S, READY_S, WAIT_S, PUT_BACK_S = 3.0, 4.0, 60.0, 20.0, 0.5
+STEP_S, REST_S, READY_S, WAIT_S, PUT_BACK_S = 3.0, 90.0, 60.0, 20.0, 0.5
+ONSET_S: Final = 8.0
+"""After arming a feed-forward is faded in; the steps begin with all of it."""
+AT_REST_M_S: Final = 5e-3
+"""What one way leaves of motion is not the next one's: without thrust a vehicle drifts on for many seconds."""
 AXES: Final = ("x", "y")
 """The sticks of surge and sway."""
 PACE: Final = 0.5
@@ -148,7 +152,10 @@ class Afloat:
     def off_m_s(self, axis: str) -> float:
         """Rms over the steps of a stick of the velocity less the reference, m/s."""
         dof, off = AXES.index(axis), list[float]()
-        self.run(REST_S)
+        self.run(ONSET_S)
+        self._until(
+            lambda: float(np.hypot(*self._body.state[7:9])) < AT_REST_M_S, REST_S, "the rest before the steps"
+        )
         for value in STEPS:
             self.pilot.sticks[axis] = value
             self.run(STEP_S, lambda: off.append(self._law.reference_m_s[dof] - self._body.state[7 + dof]))
