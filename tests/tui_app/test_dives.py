@@ -105,7 +105,13 @@ def test_a_dive_stands_there_by_name_time_and_length_before_its_recording_is_rea
     stamps = (1_795_236_720_000_000, 1_795_236_832_000_000)
     records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
     (folder.path / "telemetry.tlog").write_bytes(records)
-    unread = (Sees("2026-11-21 04:52 00:01:52 -- … … deck"), Lacks("▶"))
+
+    def goes_on(_):
+        with (folder.path / "telemetry.tlog").open("ab") as recording:
+            recording.write((stamps[1] + 8_000_000).to_bytes(8, "big") + frame)
+
+    longer = (goes_on, "1", "2", Sees("2026-11-21 04:52 00:02:00 -- … … deck"))
+    unread = (Sees("2026-11-21 04:52 00:01:52 -- … … deck"), Lacks("▶"), *longer)
     details = ("down", Sees("is being read: what it could tell comes with that"))
     played(at, "2", *unread, *details, let_go, Sees("▶ 2026-11-21 04:52 00:00:41 1.2 % ······ ······ deck"))
 
