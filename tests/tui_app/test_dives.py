@@ -150,6 +150,22 @@ def test_a_dive_that_any_program_writes_is_marked_not_meant_and_read_again_once_
     assert at.chosen() == folder.path
 
 
+def test_the_mark_moves_to_the_last_of_the_dives_that_ended_while_another_screen_was_looked_at(
+    tmp_path, dives_on_disk
+):
+    newer, _ = dives_on_disk()
+    older = DiveFolder(tmp_path / "2026-11-20T0252Z-hovering")
+    rows = [HOVERING | {"folder": str(older.path)}, dive("deck") | {"folder": str(newer.path)}]
+    written = older.open_telemetry(1)
+
+    def both_end(_):
+        written.close()
+        newer.open_telemetry(1).close()
+
+    marks = ("2", Sees("● 2026-11-21 03:52"), "end", marked("hovering"), "1", both_end, "2", marked("deck"))
+    played(desk(FakeVerbs({"dives": rows}), out=tmp_path), *marks)
+
+
 def test_a_note_is_written_into_the_dive_and_stays_in_its_line_where_it_could_not_be(tmp_path):
     folder = tmp_path / "2026-11-21T0352Z-hovering"
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
