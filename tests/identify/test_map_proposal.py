@@ -434,9 +434,13 @@ def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
 def test_topics_without_a_common_time_are_told_where_both_are_used() -> None:
     rows = len(READ["t"])
     dvl = Stream(
-        "dvl", {"stamp": READ["t"] + 5000.0, **{axis: READ["velocity"][:, k] for k, axis in enumerate("uvw")}}, {}
+        "dvl",
+        {"stamp": READ["t"] + 5000.0, **{axis: READ["velocity"][:, k] for k, axis in enumerate("uvw")}},
+        {},
     )
-    imu = Stream("imu", {"stamp": READ["t"], **{axis: READ["gyro"][:, k] for k, axis in enumerate("pqr")}}, {})
+    imu = Stream(
+        "imu", {"stamp": READ["t"], **{axis: READ["gyro"][:, k] for k, axis in enumerate("pqr")}}, {}
+    )
     other = Stream("log", {"stamp": READ["t"] + 9000.0, "load": np.arange(float(rows))}, {})
     (said,) = [note for note in propose((dvl, imu, other), LOG).notes if "in common" in note]
     assert said.startswith("imu runs from 0.0 to ")
