@@ -39,6 +39,9 @@ FAR = 6.0
 BY_FAR_US = 50.0
 """A pulse further than this from neutral lies beyond any thruster's dead zone."""
 
+MOST_BELOW = 0.05
+"""Share of the pulses of one-way thrusters that may change far below neutral: a controller asks for none of them."""
+
 LAST = 9
 """Number of commands whose median is the level: half a second of a stock autopilot's log."""
 
@@ -227,6 +230,20 @@ def _refuse_thrustless(dive: Dive, pulses_us: Array, vehicle: Vehicle, directory
     )
 
 
+def _below_neutral(pulses_us: Array, vehicle: Vehicle) -> list[str]:
+    """A note on pulses (n, k) of one-way thrusters that change far below neutral, where their curve gives no thrust."""
+    curve = vehicle.thrust_curve
+    sent = pulses_us[pulses_us > 0]
+    below = sent[sent < curve.neutral_us - BY_FAR_US]
+    if not curve.one_way or len(below) <= MOST_BELOW * len(sent) or np.ptp(below) <= BY_FAR_US:
+        return []
+    return [
+        f"{100 * len(below) / len(sent):.0f} % of the pulses lie far below the vehicle file's neutral_us of "
+        f"{curve.neutral_us:.0f}, and change there between {below.min():.0f} and {below.max():.0f} us: its one-way "
+        "thrusters are taken to give no thrust at these. Check neutral_us."
+    ]
+
+
 def evenly_between(samples: Signal) -> Signal:
     """Return slow samples with BETWEEN even steps from each sample to the next."""
     at = np.arange(BETWEEN * (len(samples) - 1) + 1) / BETWEEN
@@ -376,6 +393,7 @@ def _asked_by_pwm(
         notes.append(f"{_commands(rows, 'leave')} a thruster without a pulse: taken to be at rest.")
     if dive.pwm is not None:
         _refuse_thrustless(dive, held, vehicle, directory)
+        notes += _below_neutral(held, vehicle)
     asked: Array = _thrust_n(dive, held, vehicle, directory) @ allocation_matrix(configuration).T
     if commanded is None and unknown.any(axis=1).all():
         never = np.asarray(unknown.all(axis=0))

@@ -4,13 +4,13 @@ import argparse
 
 from bench.ardusub.cases import CASES
 from bench.ardusub.firmware import WHY_NOT, binary
-from bench.ardusub.page import PLANNED, measured
+from bench.ardusub.page import FOLLOWING, PLANNED, measured
 from bench.stamp import ROOT
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.ardusub", description=__doc__)
-    parser.add_argument("cases", nargs="+", choices=(*CASES, PLANNED))
+    parser.add_argument("cases", nargs="+", choices=(*CASES, PLANNED, FOLLOWING))
     arguments = parser.parse_args()
     path = binary()
     if path is None:

@@ -85,16 +85,19 @@ def reached(spec: str) -> Link:
 
 
 def launched(
-    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: float
+    path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: float, step_hz: float
 ) -> "subprocess.Popen[bytes]":
-    """Instance `number` of the firmware in `folder`, with `settings` for its parameters."""
+    """Instance `number` of the firmware in `folder`, with `settings` for its parameters.
+
+    Its body takes `step_hz` steps a second.
+    """
     lines = [f"{name} {value}" for name, value in settings.items()]
     (folder / "defaults.parm").write_text("\n".join(lines) + "\n", encoding="utf-8")
     with (folder / "out.txt").open("wb") as log:
         return subprocess.Popen(
             [
                 str(path), "--model", "JSON:127.0.0.1", "-I", str(number), "-w",
-                "--defaults", "defaults.parm", "--home", "33.81,-118.39,0,0", "--rate", "400",
+                "--defaults", "defaults.parm", "--home", "33.81,-118.39,0,0", "--rate", f"{step_hz:.0f}",
                 "--speedup", str(speedup), "--serial0", "tcp:0:nowait", "--serial1", "tcp:2:nowait",
             ],
             cwd=folder,
@@ -147,7 +150,7 @@ class Firmware:
             target=serve, args=(body, PORT + 10 * number, self._stop, self._tick), daemon=True
         )
         self._physics.start()
-        self._process = launched(path, folder, number, settings, speedup)
+        self._process = launched(path, folder, number, settings, speedup, body.step_hz)
         base = LINKS_PORT + 10 * number
         self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * link}") for link in range(2))
 

@@ -33,6 +33,7 @@ from bridge.wire.framing import Encoder, Framer, decode
 
 VEHICLE: Final = "bluerov2"
 DEPTH_M: Final = 8.0
+AUTOPILOT: Final = 1
 STICKS_S, DVL_S, BEAT_S, DISK_S = 0.04, 0.1, 1.0, 0.5
 GAIN: Final = SETTINGS["JS_GAIN_DEFAULT"]
 TURN_RAD_S: Final = math.radians(202.5)
@@ -57,15 +58,25 @@ def vehicle_file(folder: Path) -> Path:
 
 
 class Pilot:
-    """A ground station with a joystick: beats, and sends its sticks 25 times a second; none where `sticks` is empty."""
+    """A ground station with a joystick: beats, and sends its sticks 25 times a second; none where `sticks` is empty.
+
+    It keeps what the autopilot said: `texts`, its `parameters` and all values of each `named` one.
+    """
 
     def __init__(self, link: Link, clock: BodyClock) -> None:
         self._link, self._clock = link, clock
         self._encoder, self._framer = Encoder(255, 190), Framer()
         self.sticks = {"x": 0, "y": 0, "z": 500, "r": 0}
         self._beat_s = self._sticks_s = 0.0
+        self._kept = {
+            dialect.MAVLINK_MSG_ID_STATUSTEXT: self._text,
+            dialect.MAVLINK_MSG_ID_PARAM_VALUE: self._parameter,
+            dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self._named,
+        }
         self.standing_by = self.armed = False
         self.texts: list[str] = []
+        self.parameters: dict[str, float] = {}
+        self.named: dict[str, list[float]] = {}
 
     def step(self) -> None:
         now_s = self._clock.boot_s()
@@ -79,8 +90,8 @@ class Pilot:
             for frame in self._framer.feed(data):
                 if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT and frame.component == 1:
                     self._heartbeat(decode(frame))
-                elif frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT and (text := decode(frame)):
-                    self.texts.append(text.text)
+                elif frame.message_id in self._kept and (message := decode(frame)) is not None:
+                    self._kept[frame.message_id](message)
 
     def send(self, message: Any) -> None:
         self._link.write(self._encoder.encode(message))
@@ -88,6 +99,16 @@ class Pilot:
     def command(self, number: int, *parameters: float) -> None:
         filled = (*parameters, *(0.0,) * (7 - len(parameters)))
         self.send(dialect.MAVLink_command_long_message(1, 1, number, 0, *filled))
+
+    def _text(self, message: Any) -> None:
+        self.texts.append(message.text)
+
+    def _parameter(self, message: Any) -> None:
+        if message.get_srcComponent() == AUTOPILOT:
+            self.parameters[message.param_id] = message.param_value
+
+    def _named(self, message: Any) -> None:
+        self.named.setdefault(message.name, []).append(message.value)
 
     def _heartbeat(self, beat: Any) -> None:
         if beat is not None:
@@ -106,13 +127,13 @@ class Aboard:
         )
         self._folder = ring
         configuration = next(iter(file.vehicle.configurations))
-        parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
-        self.companion = Companion(file, configuration, parameters, Ground(), None)
+        self.parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
+        self.companion = Companion(file, configuration, self.parameters, Ground(), None)
         self._bridge = Bridge(
             file.vehicle,
             firmware.clock,
             [firmware.aboard],
-            parameters,
+            self.parameters,
             companion=self.companion,
             ring=self._ring,
         )

@@ -20,6 +20,8 @@ import numpy as np
 from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of
 from bench.ardusub.firmware import WHY_NOT, binary
 from bench.ardusub.flight import vehicle_file
+from bench.ardusub.following import ALONE
+from bench.ardusub.following import measured as measured_following
 from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
@@ -31,28 +33,35 @@ from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
+BEGIN_FOLLOWED: Final = "<!-- the ways to follow the sticks, written by python -m bench ardusub -->"
 END: Final = "<!-- end -->"
 PUSHED: Final = (0, 1, 2, 5)
 PLAIN_DIVES: Final = 5
 """Dives with nothing planted, each in another sea: eight intervals of one dive tell little of how often they hold."""
 
-PLANNED: Final = "planned"
+PLANNED, FOLLOWING = "planned", "following"
 
 
 def page(runs: Path, docs: Path) -> str:
-    """Write the table into docs/ardusub.md, and return a line for the page of all benchmarks.
+    """Write the tables into docs/ardusub.md, and return a line for the page of all benchmarks.
 
-    Where no firmware is at hand, the table stays as it is.
+    Where no firmware is at hand, they stay as they are.
     """
     path = binary()
     if path is None:
         return f"Dives of the real ArduSub: [their table](ardusub.md#figures). Not measured anew: {WHY_NOT}."
-    results = {name: measured(path, runs / "ardusub", name) for name in (*CASES, PLANNED)}
+    results = {name: measured(path, runs / "ardusub", name) for name in (*CASES, PLANNED, FOLLOWING)}
     target = docs / "ardusub.md"
-    text = target.read_text(encoding="utf-8")
-    before, _, after = text.partition(BEGIN)
-    target.write_text(f"{before}{BEGIN}\n{table(results)}\n{END}{after.partition(END)[2]}", encoding="utf-8")
+    text = with_block(target.read_text(encoding="utf-8"), BEGIN, table(results))
+    followed_by = "\n".join(followed(results[FOLLOWING]))
+    target.write_text(with_block(text, BEGIN_FOLLOWED, followed_by), encoding="utf-8")
     return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
+
+
+def with_block(text: str, begin: str, lines: str) -> str:
+    """The text with `lines` between the mark `begin` and the next end."""
+    before, _, after = text.partition(begin)
+    return f"{before}{begin}\n{lines}\n{END}{after.partition(END)[2]}"
 
 
 def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
@@ -62,6 +71,8 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
         return dict(json.loads(kept.read_text(encoding="utf-8")))
     if name == PLANNED:
         figures = measured_plan(path, runs / name, truth_of(CASES[PLAIN]))
+    elif name == FOLLOWING:
+        figures = measured_following(path, runs / name)
     elif name == PLAIN:
         recordings = (recording_of(path, runs, name, seed) for seed in range(1, PLAIN_DIVES + 1))
         figures = identified([answer_of("identify", each) for each in recordings], truth_of(CASES[name]))
@@ -134,7 +145,7 @@ def _sized(cause: dict[str, Any]) -> str:
 
 
 def table(results: dict[str, dict[str, Any]]) -> str:
-    """The figures as Markdown."""
+    """The figures of the dives as Markdown."""
     rows = []
     for name, figures in results[PLAIN].items():
         turns = name == DOFS[5]
@@ -162,7 +173,7 @@ def table(results: dict[str, dict[str, Any]]) -> str:
     lines += [
         f"| {CASES[name].words} | {_answered(figures)} | {_answered(figures['after'])} |"
         for name, figures in results.items()
-        if name not in (PLAIN, PLANNED)
+        if name not in (PLAIN, PLANNED, FOLLOWING)
     ]
     return "\n".join([*lines, "", *flown_by_itself(results[PLANNED])])
 
@@ -195,6 +206,24 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
         f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. The "
         f"masses of these flights were off by {100 * off:.1f} % at most, and {holding} of {len(masses)} of their "
         "intervals hold the truth.",
+    ]
+
+
+def followed(figures: Mapping[str, Any]) -> list[str]:
+    """How far the velocity was off its reference by each way to fly, as Markdown."""
+    alone = figures["off"][ALONE]
+    rows = [
+        (
+            words,
+            *(f"{1e3 * off:.1f} mm/s" for off in by_axis),
+            ", ".join(f"1/{of / off:.1f}" for of, off in zip(alone, by_axis, strict=True)),
+        )
+        for words, by_axis in figures["off"].items()
+    ]
+    return [
+        *bench_table(("velocity against the reference, rms", "surge", "sway", f"of {ALONE}"), rows),
+        "",
+        f"The latest tick of the applet's script came after {1e3 * figures['latest_s']:.0f} ms.",
     ]
 
 

@@ -1,6 +1,6 @@
 """The simulated body as the physics of ArduSub's own simulator, `ardusub --model JSON:127.0.0.1`, over UDP.
 
-ArduSub sends the pulses of its 16 outputs and waits for the state that follows from them, 1 / `STEP_HZ` later: it
+ArduSub sends the pulses of its 16 outputs and waits for the state that follows from them, a step later: it
 keeps the time, so that both run in lock-step. It reads compact JSON alone: a space after a comma or a colon is a
 parse error (measured, 4.5).
 """
@@ -27,6 +27,14 @@ from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
 STEP_HZ: Final = 400.0
+"""The rate of ArduSub's main loop."""
+FOR_SCRIPTS_HZ: Final = 800.0
+"""Steps a second where ArduSub runs scripts.
+
+At the end of a loop its simulator waits for a step, to move its clock on, and holds its main lock meanwhile
+(`AP_Scheduler::loop`). Of steps as long as the loop that is nearly all the time that there is, and a script that asks
+for the flight mode waits for that lock, for a second and more (measured, 4.5.7). An autopilot's board has no such wait.
+"""
 PORT: Final = 9002
 """Where the first instance of ArduSub's simulator sends; each further instance sends 10 higher."""
 
@@ -41,13 +49,15 @@ _ORIGIN: Final = np.zeros(3)
 
 
 class JsonBody:
-    """Answers ArduSub's packets with the motion of `plant`, which must take `STEP_HZ` steps a second.
+    """Answers ArduSub's packets with the motion of `plant`, which must take `step_hz` steps a second.
 
     `first_output`: the output, from 1, that drives the first thruster; the others follow.
     """
 
-    def __init__(self, plant: Plant, thrusters: int, *, first_output: int = 1) -> None:
-        self._plant = plant
+    def __init__(
+        self, plant: Plant, thrusters: int, *, first_output: int = 1, step_hz: float = STEP_HZ
+    ) -> None:
+        self._plant, self.step_hz = plant, step_hz
         self._outputs = slice(first_output - 1, first_output - 1 + thrusters)
         self._count = -1
         self._begun_s = 0.0
@@ -82,7 +92,7 @@ class JsonBody:
 
     def _advance(self, pwm: list[int]) -> bytes:
         driven = tuple(float(us) if us >= _LOWEST_US else NEUTRAL_US for us in pwm[self._outputs])
-        stretch = self._plant.advance(driven, 1 / STEP_HZ)
+        stretch = self._plant.advance(driven, 1 / self.step_hz)
         state, nu_dot = stretch.state[-1], stretch.nu_dot[-1]
         motion = Motion(
             stretch.time_s[-1:], state[None, :3], state[None, 3:7], state[None, 7:10], state[None, 10:],
@@ -113,6 +123,7 @@ def json_body(
     seed: int = 0,
     depth_m: float = 0.0,
     first_output: int = 1,
+    step_hz: float = STEP_HZ,
 ) -> JsonBody:
     """The body of a vehicle file at rest; its thrust curve's lag and dead time count. Raises ConfigError."""
     shape, curve = file.vehicle.configurations[configuration], file.vehicle.thrust_curve
@@ -123,10 +134,10 @@ def json_body(
         truth,
         np.random.default_rng(seed),
         depth_m=depth_m,
-        rate_hz=STEP_HZ,
+        rate_hz=step_hz,
         delay_s=curve.delay_s,
     )
-    return JsonBody(plant, len(shape.thrusters), first_output=first_output)
+    return JsonBody(plant, len(shape.thrusters), first_output=first_output, step_hz=step_hz)
 
 
 def serve(body: JsonBody, port: int, stop: Event, each: Callable[[], None] = lambda: None) -> None:

@@ -125,8 +125,8 @@ def _paths(word: str) -> list[Path]:
         nothing = "no such file or folder; check the name"
     if not recordings and (mapped := _mapped_in(path)):
         raise LogError(
-            f"{word}: holds {len(mapped)} recordings that need a column map, as {mapped[0].name}; give --columns and "
-            f"name them, as '{path / '*'}{mapped[0].suffix}'"
+            f"{word}: holds {len(mapped)} recordings that need a column map, as {mapped[0].name}, and a folder's other "
+            f"tables are no dives; name those that are, as '{path / '*'}{mapped[0].suffix}', beside --columns"
         )
     if not recordings:
         raise LogError(f"{word}: {nothing}")

@@ -31,6 +31,7 @@ from identify.dive import Dive, Signal
 from identify.ingest.ranges import STEADY
 from identify.ingest.rotation import attitude_at, euler_angles, to_body_turn, to_earth
 from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
+from identify.words import listed
 
 RISE_S = 2.0
 """Length of a window in which a vehicle that holds its depth rises by more than a depth sensor's noise."""
@@ -267,7 +268,8 @@ def _half_turned(dive: Dive, name: str) -> Dive:
 
 
 def _turned(name: str, proof: dict[str, str]) -> Mend:
-    why = proof.get(name, f"so is {' and so is '.join(_MEANT[each] for each in proof)}")
+    others = [_MEANT[each] for each in proof]
+    why = proof.get(name, f"so {'is' if len(others) == 1 else 'are'} {listed(others)}")
     problem = f"{_MEANT[name].capitalize()} is in axes forward, left, up (FLU, as in ROS), not FRD: {why}"
     if name == "attitude":
         remedy = "multiply `scale` of `euler` by [1, -1, -1], of `quaternion` by [1, 1, -1, -1]"

@@ -2,7 +2,8 @@
 
 Thrust that is k times the vehicle file's gives every mass and drag of a degree of freedom 1/k times as large. So a mass
 and a drag each tell k, and the hull is the same in both. Where the two disagree beyond their errors, so that more than
-thrust differs, the interval grows by as much. Roll and pitch are left out: their righting moment is no thrust.
+thrust differs, the interval grows by as much. Roll and pitch tell no k: by as much as their righting moment moves them,
+and no thrust does, their inertia and drag stay as they are.
 
 The ratio of the whole vehicle is a robust mean (Huber 1964): a single degree of freedom that is far off, by a thruster
 that fails, moves it little.
@@ -66,10 +67,14 @@ class ThrustRatio:
 
     def at(self, dof: int) -> Value:
         """The ratio that other thrust gives the masses and drags of a degree of freedom: the whole's, with the scatter
-        of single numbers in its interval, or its own where it is off that. 1 where thrust is alike or unknown."""
-        if not self.differs or self.whole is None or dof not in SCALED:
+        of single numbers in its interval, or its own where it is off that. 1 where thrust is alike or unknown; in roll
+        and pitch from 1 to the whole's."""
+        if not self.differs or self.whole is None:
             return Value(1.0, "1", 1.0, 1.0)
         log, std = math.log(self.whole.value), math.hypot(_log_std(self.whole), self.scatter)
+        if dof not in SCALED:
+            thrust = _ratio(log, std)
+            return Value(math.exp(0.5 * log), "1", min(1.0, thrust.low95), max(1.0, thrust.high95))
         alone = self.by_axis.get(DOFS[dof], self.whole)
         if abs(math.log(alone.value) - log) > SIGNIFICANT * math.hypot(_log_std(alone), std):
             return alone

@@ -403,13 +403,16 @@ def _is_tlog(files: Sequence[Path]) -> bool:
 def date_of(dive: Dive) -> tuple[float | None, str]:
     """Unix time of the first sample and its source, in words; None and an empty string if nothing gives the time.
 
-    The vehicle's own SYSTEM_TIME takes precedence over the recorder's stamps, and these over a date in the name.
+    SYSTEM_TIME takes precedence over the stamps of the recorder, these over times since 1970, and these over
+    a date in the name.
     """
     if dive.unix_at_boot_s is not None:
         return dive.unix_at_boot_s + dive.span_s[0], "the vehicle's clock"
     stamp_s = _first_stamp_s(recording_files(dive.source)[0])
     if stamp_s is not None:
         return stamp_s, "the recorder's clock"
+    if dive.span_s[0] > OLDEST_UNIX_S:
+        return dive.span_s[0], "its own times"
     named_s = date_in_name(dive.name)
     return named_s, "" if named_s is None else "its name"
 

@@ -1,6 +1,6 @@
 """Proposes a column map for a file from the names and the ranges of its columns, and from physics."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from identify.ingest.names import snake, time_unit
 from identify.ingest.profiles import Profile, profiles
 from identify.ingest.ranges import time_unit_of
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
-from identify.ingest.signals import apart_in_time, dive_fields
+from identify.ingest.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
 from identify.ingest.streams import Stream, Streams
 from identify.ingest.units import UNITS
 
@@ -102,6 +102,8 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
             f"{path}: no column is known by its name ({', '.join(names[:12])}{', ...' if len(names) > 12 else ''}); "
             "write the column map by hand, as docs/howto/bring_your_own_log.md shows"
         )
+    if not apart:
+        notes = (*notes, *_without_common_time(timed, choices, time))
     if not apart and (unreadable := _unreadable(timed, map_of(time, choices), path)):
         notes = (*notes, f"No signal was held against another, as this map reads no dive: {unreadable}.")
     choices = _agreed_angles(choices, timed, time)
@@ -266,13 +268,32 @@ def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
         for stream in streams
         if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column))
     ]
+    apart = headers_apart(timed) if time.column == STAMP else ""
+    return next((said for said, are_two in apart_in_time(_spans(timed, time)) if are_two), apart)
+
+
+def _spans(streams: Sequence[Stream], time: TimeColumn) -> list[tuple[float, float, str]]:
+    """Start and end, s, and name of each topic with a known time."""
     spans = []
-    for stream in timed:
+    for stream in streams:
         known = stream.columns[time.column] * TIME_UNITS.get(time.unit, np.nan)
         known = known[np.isfinite(known)]
         spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
-    apart = headers_apart(timed) if time.column == STAMP else ""
-    return next((said for said, are_two in apart_in_time(spans) if are_two), apart)
+    return spans
+
+
+def _without_common_time(
+    streams: Sequence[Stream], choices: Sequence[Choice], time: TimeColumn
+) -> Iterator[str]:
+    """A sentence on each two topics of chosen signals of which one ends before the other begins."""
+    chosen = {column for choice in choices for column in choice.columns.columns}
+    used = [
+        stream
+        for stream in streams
+        if time.column in stream.columns and chosen & {*map(stream.full_name, stream.columns)}
+    ]
+    for said, _ in apart_in_time(_spans(used, time)):
+        yield f"{said}: {NOTHING_IN_COMMON}. No signal of one was held against one of the other."
 
 
 def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:

@@ -38,8 +38,8 @@ GRAVITIES = tuple(
 )
 """Units of a specific force, and gravity in them."""
 
-MIDDLE_US, SPAN_US = 1500.0, 400.0
-"""Pulse without thrust, and from there to full thrust, that a command from -1 to 1 is taken to mean."""
+MIDDLE_US = 1500.0
+"""Pulse of most thrusters at rest."""
 
 
 @dataclass(frozen=True)
@@ -183,10 +183,10 @@ def _command(known: Array) -> Guess:
     for full, name in ((1.0, "1"), (100.0, "100 %")):
         if size <= 1.02 * full:
             reason = (
-                f"Commands stay within {name}, and {name} is taken for {MIDDLE_US + SPAN_US:.0f} us, 0 for "
-                f"{MIDDLE_US:.0f} us; check that."
+                f"Commands stay within {name}, and {name} is taken for full thrust ahead: for the end of the vehicle "
+                "file's thrust_curve; check that."
             )
-            return Guess("us", reason, False, MIDDLE_US / SPAN_US * full, SPAN_US / full)
+            return Guess("1", reason, False, scale=1.0 / full)
     return Guess(
         "", f"Values from {least:.4g} to {largest:.4g} are neither pulses nor commands from -1 to 1."
     )

@@ -42,6 +42,7 @@ ANEW_S = 5.0
 """A clock that falls back by more begins anew, where it tells those times for the second time."""
 
 ANOTHER_CLOCK_S = 86_400.0
+NOTHING_IN_COMMON = "they have no time in common, and may be on two clocks"
 
 
 def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, Any]:
@@ -275,7 +276,7 @@ def _clocks(tables: Mapping[str, _Rows], path: Path) -> list[str]:
                 f"{path}: {said}: they are on two clocks; name a time column that is on one clock in both topics, as "
                 "`received` is in a bag"
             )
-        notes.append(f"{said}: they have no time in common, and may be on two clocks.")
+        notes.append(f"{said}: {NOTHING_IN_COMMON}.")
     return notes
 
 

@@ -21,7 +21,7 @@ from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
 from identify.report.traces import MODES, Traces
-from identify.run.validate import Validation, verdict
+from identify.run.validate import Run, Validation, verdict
 from identify.validate import (
     AXES,
     CUTOFF_HZ,
@@ -76,8 +76,7 @@ def validation_report(validation: Validation) -> Report:
     file, lever_m = validation.file, validation.lever_m
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
-    goes = [f"{label}: {'GO' if raising.go else 'NO-GO'}." for label, raising in judged.items()]
-    foretold = [f"{run.label}: {verdict_of(run.held)}" for run in runs if run.held]
+    said = [f"{run.label}: {' '.join(words)}" for run in runs if (words := _said_first(run))]
     notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
     sections = (
         Section("May the feed-forward be raised?", judged=judgements) if judgements else None,
@@ -89,9 +88,15 @@ def validation_report(validation: Validation) -> Report:
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
         "; ".join(f"{label}: {dive.name}" for label, dive in dives.items()),
-        unbroken(" ".join((*goes, *foretold, verdict(errors)))),
+        unbroken(" ".join((*said, verdict(errors)))),
         tuple(section for section in sections if section is not None),
     )
+
+
+def _said_first(run: Run) -> tuple[str, ...]:
+    """GO or NO-GO of a run, and whether it came as foretold, as far as either is known."""
+    goes = () if run.raising is None else ("GO." if run.raising.go else "NO-GO.",)
+    return (*goes, verdict_of(run.held)) if run.held else goes
 
 
 def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:

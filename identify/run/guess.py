@@ -19,6 +19,7 @@ from identify.checks.motors import FOLLOWS, Miswired, following, miswired
 from identify.checks.mounting import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
+from identify.forces import wrench
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.words import listed
@@ -169,13 +170,15 @@ def _by_motion(
         if never_armed(dive):
             return (), (), "the vehicle was never armed, so that the thrusters did not push"
         axes = build_axes(dive, file, configuration_name).axes
+        pushed = np.ptp(wrench(dive, file, configuration_name).asked, axis=0) > 0.0
     except SeatrialError as error:
         return (), (), str(error)
-    judged = tuple(
-        DOFS[axis.dof] for axis in axes if axis.dof in PUSHED and (axis.state_read != POSITION).any()
-    )
-    if not judged:
+    read = [axis.dof for axis in axes if axis.dof in PUSHED and (axis.state_read != POSITION).any()]
+    if not read:
         return (), (), "it holds no velocity and no rate of turn"
+    judged = tuple(DOFS[dof] for dof in read if pushed[dof])
+    if not judged:
+        return (), (), "every command is neutral, or too small to turn a propeller"
     wrong = miswired(dive, file, configuration_name)
     if wrong is not None:
         return (_sentence(wrong, wired),), judged, ""

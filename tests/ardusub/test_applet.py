@@ -15,6 +15,7 @@ from bridge.errors import LinkError, ParamRejected, ParamUnverified
 from bridge.links.link import Link
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Reconnecting
+from bridge.simulator.json_plant import FOR_SCRIPTS_HZ
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.applet import FREEZES, Deployment
@@ -54,7 +55,9 @@ def autopilot(request, tmp_path):
         made.quirks.read_s = 0.02
         made.link = Ground(made)
     else:
-        made = RealTime(tmp_path / "sitl", settings=WIRED, first_output=9, depth_m=10.0)
+        made = RealTime(
+            tmp_path / "sitl", settings=WIRED, first_output=9, depth_m=10.0, step_hz=FOR_SCRIPTS_HZ
+        )
         name, first = made.ground.name, [made.ground]
         made.link = made.ground = Reconnecting(
             lambda: first.pop() if first else open_link(name), made.clock, name

@@ -137,6 +137,7 @@ def test_a_folder_of_tables_says_how_to_name_them(tmp_path):
     for name in ("b.csv", "a.csv"):
         (tmp_path / name).write_text("time,u")
     with pytest.raises(
-        LogError, match=r"holds 2 recordings that need a column map, as a\.csv; give --columns and name"
+        LogError,
+        match=r"holds 2 recordings that need a column map, as a\.csv, and a folder's other tables are no dives; name",
     ):
         find_recordings([str(tmp_path)])

@@ -1,6 +1,6 @@
 """The table of the firmware's dives."""
 
-from bench.ardusub.page import BEGIN, END, page, table
+from bench.ardusub.page import BEGIN, END, followed, page, table, with_block
 
 MASSES = {"M_u": [17.0, 17.5, 17.1, 17.9], "M_w": [26.0, 26.1, 25.9, 26.3]}
 
@@ -43,6 +43,19 @@ def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_th
         in text
     )
     assert "off by 2.9 % at most, and 3 of 6 of their intervals hold the truth." in text
+
+
+def test_each_way_to_follow_the_sticks_stands_beside_the_sticks_alone():
+    lines = followed(
+        {"off": {"sticks alone": [0.14, 0.12], "companion, `ff`": [0.01, 0.008]}, "latest_s": 0.0214}
+    )
+    assert "| sticks alone | 140.0 mm/s | 120.0 mm/s | 1/1.0, 1/1.0 |" in lines
+    assert "| companion, `ff` | 10.0 mm/s | 8.0 mm/s | 1/14.0, 1/15.0 |" in lines
+    assert lines[-1] == "The latest tick of the applet's script came after 21 ms."
+
+
+def test_a_block_of_the_page_is_written_anew_and_the_rest_of_it_stays():
+    assert with_block(f"a {BEGIN}\nold\n{END} b {END} c", BEGIN, "new") == f"a {BEGIN}\nnew\n{END} b {END} c"
 
 
 def test_without_the_firmware_the_table_stays_and_the_reason_is_said(tmp_path, monkeypatch):

@@ -62,6 +62,14 @@ def test_masses_and_drags_all_larger_alike_are_less_thrust():
     assert math.log(ratio.whole.high95 / 0.8) / 1.96 == pytest.approx(0.005, rel=1e-3)
 
 
+def test_roll_and_pitch_may_go_by_the_thrust_or_by_the_righting_moment_that_stays():
+    ratio = thrust_ratio(diagnosis(), diagnosis(times=1.25))
+    for dof in (3, 4):
+        assert ratio.at(dof).low95 < ratio.whole.value < ratio.at(dof).value < ratio.at(dof).high95 == 1.0
+    alike = thrust_ratio(diagnosis(), diagnosis())
+    assert alike.at(3) == Value(1.0, "1", 1.0, 1.0)
+
+
 def test_masses_that_are_larger_where_drags_are_not_are_no_other_thrust():
     heavier = {name: 1.2 * value for name, value in HULL.items() if name.startswith("M")}
     ratio = thrust_ratio(diagnosis(), diagnosis(**heavier))

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bench.ardusub import firmware
 from bench.ardusub.firmware import SETTINGS, SPEEDUP, WHY_NOT, Stepped
 from bridge.clock import SystemClock
-from bridge.simulator.json_plant import json_body
+from bridge.simulator.json_plant import STEP_HZ, json_body
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
@@ -31,15 +31,15 @@ def binary():
 class Firmware(Stepped):
     """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS.
 
-    At a small `speedup` its scripts get their turns on a loaded computer too. `files` are in the folder from the start,
-    by name.
+    Scripts get their turns at a body of finer steps, on a loaded computer at a small `speedup` too. `files` are in the
+    folder from the start, by name.
     """
 
     is_firmware = True
 
     def __init__(
         self, folder, vehicle="bluerov2", settings=None, planted=None, depth_m=5.0, first_output=1, files=None,
-        speedup=SPEEDUP,
+        speedup=SPEEDUP, step_hz=STEP_HZ,
     ):  # fmt: skip
         path = binary()
         for name, text in (files or {}).items():
@@ -48,7 +48,9 @@ class Firmware(Stepped):
         file = load_vehicle(vehicle)
         configuration = next(iter(file.vehicle.configurations))
         truth = replace(load_truth(file, configuration).calm(), onset=planted or {})
-        self.body = json_body(file, configuration, truth, depth_m=depth_m, first_output=first_output)
+        self.body = json_body(
+            file, configuration, truth, depth_m=depth_m, first_output=first_output, step_hz=step_hz
+        )
         self.own = Encoder(255, 190)
         super().__init__(
             firmware.Firmware(path, folder, self.body, {**SETTINGS, **(settings or {})}, speedup)

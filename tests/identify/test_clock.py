@@ -8,7 +8,7 @@ import pytest
 from bridge.errors import LogError
 from identify.dive import Dive
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
-from identify.ingest.open import read_dive
+from identify.ingest.open import date_of, read_dive
 
 MAP = "time: {column: t, unit: %s}\ndepth: {columns: [z], unit: m}\n"
 
@@ -40,6 +40,16 @@ def test_times_of_day_in_words_are_seconds_that_run_on_past_midnight() -> None:
     assert iso_s(["23:59:59", "", "00:00:01.5", "0:00:02"]) == pytest.approx(
         [86_399.0, np.nan, 86_401.5, 86_402.0], nan_ok=True
     )
+
+
+@pytest.mark.parametrize(
+    ("start_s", "date"), [(1_700_000_000.0, (1_700_000_000.0, "its own times")), (0.0, (None, ""))]
+)
+def test_a_table_is_dated_by_times_since_1970(
+    tmp_path: Path, start_s: float, date: tuple[float | None, str]
+) -> None:
+    rows = "".join(f"{start_s + k / 4:.2f},1.{k}\n" for k in range(8))
+    assert date_of(dive_of(tmp_path, f"t,z\n{rows}", "s")) == date
 
 
 def test_a_table_with_dates_keeps_their_steps(tmp_path: Path) -> None:

@@ -107,6 +107,17 @@ def test_thrusters_at_rest_or_with_some_thrust_are_no_such_curve(pulses_us: tupl
     assert np.isfinite(wrench(pulsed(*pulses_us), vehicle_file(curve), "only").asked).all()
 
 
+def test_pulses_that_change_below_the_neutral_of_one_way_thrusters_are_told() -> None:
+    file = vehicle_file(replace(ONE_WAY, neutral_us=1500.0, span_us=400.0))
+    (said,) = wrench(pulsed(1100.0, 1300.0, 1480.0, 1900.0), file, "only").notes
+    assert said == (
+        "50 % of the pulses lie far below the vehicle file's neutral_us of 1500, and change there between 1100 and "
+        "1300 us: its one-way thrusters are taken to give no thrust at these. Check neutral_us."
+    )
+    assert wrench(pulsed(1100.0, 1100.0, 1480.0, 1900.0), file, "only").notes == ()
+    assert wrench(pulsed(1100.0, 1300.0, 1480.0, 1900.0), vehicle_file(ONE_WAY), "only").notes == ()
+
+
 def test_a_command_in_newtons_that_is_missing_holds_for_a_moment(tmp_path: Path) -> None:
     rows = "t,a,b\n0,10,0\n0.1,10,nan\n0.2,20,0\n"
     (tmp_path / "dive.csv").write_text(rows)

@@ -241,13 +241,29 @@ def test_motion_is_not_held_against_the_thrust_of_a_vehicle_that_was_never_armed
 
 
 @pytest.mark.parametrize(
-    ("parts", "base", "turned"),
+    ("parts", "base", "turned", "judged", "unjudged"),
     [
-        (("data", "ardusub_dives", "small.BIN"), "bluerov2", (1, 2, 4, 5)),
-        (("data", "ardusub_dives", "small.tlog"), "bluerov2_heavy", (1, 2, 5, 8)),
+        (
+            ("data", "ardusub_dives", "small.BIN"),
+            "bluerov2",
+            (1, 2, 4, 5),
+            False,
+            "too small to turn a propeller",
+        ),
+        (("data", "ardusub_dives", "small.tlog"), "bluerov2_heavy", (1, 2, 5, 8), True, ""),
     ],
 )
-def test_real_vehicles_are_guessed_and_go_with_their_thrust(parts, base, turned):
+def test_real_vehicles_are_guessed_and_go_with_their_thrust_where_they_have_any(
+    parts, base, turned, judged, unjudged
+):
     guessed = guess(shared(*parts))
     assert (guessed.base, guessed.wiring.reversed, guessed.findings) == (base, turned, ())
-    assert "yaw" in guessed.judged
+    assert ("yaw" in guessed.judged) is judged
+    assert unjudged in guessed.unjudged
+
+
+def test_only_what_a_thruster_drove_is_held_against_thrust(tmp_path, monkeypatch):
+    dive = moved(np.ones(6), np.arange(6))
+    dive.pwm.value[:, 4:] = 1500.0
+    monkeypatch.setattr("identify.run.guess.read_dive", lambda _path, **_of: dive)
+    assert guess(tlog(tmp_path / "a.tlog", PLAIN)).judged == ("surge", "sway", "yaw")

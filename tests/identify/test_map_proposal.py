@@ -259,16 +259,21 @@ def test_of_mavros_the_velocity_in_body_axes_and_the_height_above_the_surface_ar
     assert signals["altitude"].columns == ("/ping.range",)
 
 
-def test_commands_from_minus_one_to_one_become_pulses_and_are_to_be_checked() -> None:
+@pytest.mark.parametrize(("full", "scale"), [(1.0, ()), (100.0, (0.01, 0.01))])
+def test_commands_from_minus_one_to_one_or_in_per_cent_stay_shares_and_are_to_be_checked(
+    full: float, scale: tuple[float, ...]
+) -> None:
     columns = {
         "time": READ["t"],
         "r": READ["gyro"][:, 2],
-        "thruster_1": np.sin(READ["t"]),
-        "thruster_2": np.cos(READ["t"]),
+        "thruster_1": full * np.sin(READ["t"]),
+        "thruster_2": full * np.cos(READ["t"]),
     }
     proposal = proposed(columns)
-    pulses = mapped(table(columns), proposal.columns, LOG).pwm.value
-    assert pulses[:, 0] == pytest.approx(1500.0 + 400.0 * np.sin(READ["t"]))
+    commands = proposal.columns.pwm
+    assert (commands.unit, commands.offset, commands.scale) == ("1", (), scale)
+    shares = mapped(table(columns), proposal.columns, LOG).effort.value
+    assert shares[:, 0] == pytest.approx(np.sin(READ["t"]))
     (choice,) = [choice for choice in proposal.choices if choice.signal == "pwm"]
     assert choice.confidence is Confidence.GUESSED
 
@@ -280,7 +285,7 @@ def test_a_force_along_one_axis_is_a_wrench_whose_other_parts_are_nothing() -> N
     assert (wrench.columns, wrench.unit) == (("X_N", "-", "-", "-", "-", "-"), "N")
 
 
-@pytest.mark.parametrize(("largest", "unit"), [(29.0, "N"), (0.9, "us")])
+@pytest.mark.parametrize(("largest", "unit"), [(29.0, "N"), (0.9, "1")])
 def test_commands_that_are_named_forces_are_newtons_where_they_are_no_shares(
     largest: float, unit: str
 ) -> None:
@@ -424,6 +429,26 @@ def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
     proposal = propose(streams, LOG)
     assert proposal.columns.time == TimeColumn("stamp", "s")
     assert proposal.notes[0].endswith("no signal was held against another. Name one clock of all.")
+
+
+def test_topics_without_a_common_time_are_told_where_both_are_used() -> None:
+    rows = len(READ["t"])
+    dvl = Stream(
+        "dvl",
+        {"stamp": READ["t"] + 5000.0, **{axis: READ["velocity"][:, k] for k, axis in enumerate("uvw")}},
+        {},
+    )
+    imu = Stream(
+        "imu", {"stamp": READ["t"], **{axis: READ["gyro"][:, k] for k, axis in enumerate("pqr")}}, {}
+    )
+    other = Stream("log", {"stamp": READ["t"] + 9000.0, "load": np.arange(float(rows))}, {})
+    (said,) = [note for note in propose((dvl, imu, other), LOG).notes if "in common" in note]
+    assert said.startswith("imu runs from 0.0 to ")
+    assert said.endswith(
+        ": they have no time in common, and may be on two clocks. No signal of one was held against one of the other."
+    )
+    together = propose((replace(dvl, columns=dvl.columns | {"stamp": READ["t"]}), imu), LOG)
+    assert "in common" not in str(together.notes)
 
 
 def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:

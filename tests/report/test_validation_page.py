@@ -180,6 +180,10 @@ def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
         "both: As foretold: surge 13 (ff)\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}6.0\N{NO-BREAK SPACE}mm/s, flown 6.1. "
         "'both' errs, mean absolute: surge"
     )
+    judged = replace(run, raising=Raising(Mode.BOTH, Mode.BOTH, ()))
+    assert validation_report(Validation(FILE, (judged,), AT_ORIGIN)).verdict.startswith(
+        "both: GO. As foretold: surge 13"
+    )
 
 
 @pytest.mark.parametrize(

@@ -219,6 +219,14 @@ def test_no_cause_and_nothing_next_is_said():
     assert plain(diagnose.what_next(none, 80)) == ["Nothing is left to split: dive on."]
 
 
+@pytest.mark.parametrize(("after", "then"), [(1.1, "upload what was found, and dive on"), (1.6, "dive on")])
+def test_an_upload_is_advised_only_where_no_check_dive_is_followed_worse_with_the_causes(after, then):
+    told = diagnosis()["told"] | {"next": [], "notes": []}
+    check = {"check": diagnosis()["shrink"]["check"] | {"before": 1.5, "after": after}}
+    explained = diagnosed(verdict="explained", told=told, shrink=diagnosis()["shrink"] | check)
+    assert plain(diagnose.what_next(explained, 80)) == [f"Nothing is left to split: {then}."]
+
+
 @pytest.mark.parametrize("cells", [68, 80, 104])
 def test_no_head_of_the_map_touches_another(cells):
     head, *rows = plain(diagnose.where(diagnosed(), cells))

@@ -105,7 +105,13 @@ def test_a_dive_stands_there_by_name_time_and_length_before_its_recording_is_rea
     stamps = (1_795_236_720_000_000, 1_795_236_832_000_000)
     records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
     (folder.path / "telemetry.tlog").write_bytes(records)
-    unread = (Sees("2026-11-21 04:52 00:01:52 -- … … deck"), Lacks("▶"))
+
+    def goes_on(_):
+        with (folder.path / "telemetry.tlog").open("ab") as recording:
+            recording.write((stamps[1] + 8_000_000).to_bytes(8, "big") + frame)
+
+    longer = (goes_on, "1", "2", Sees("2026-11-21 04:52 00:02:00 -- … … deck"))
+    unread = (Sees("2026-11-21 04:52 00:01:52 -- … … deck"), Lacks("▶"), *longer)
     details = ("down", Sees("is being read: what it could tell comes with that"))
     played(at, "2", *unread, *details, let_go, Sees("▶ 2026-11-21 04:52 00:00:41 1.2 % ······ ······ deck"))
 
@@ -142,6 +148,22 @@ def test_a_dive_that_any_program_writes_is_marked_not_meant_and_read_again_once_
     marks = ("2", Sees("● 2026-11-21 04:52"), marked("hovering"), ends, Lacks("● 2026-11-21 04:52"))
     played(at, *marks, lambda app: len(app.desk.jobs._work.words) == reads[0] + 1)
     assert at.chosen() == folder.path
+
+
+def test_the_mark_moves_to_the_last_of_the_dives_that_ended_while_another_screen_was_looked_at(
+    tmp_path, dives_on_disk
+):
+    newer, _ = dives_on_disk()
+    older = DiveFolder(tmp_path / "2026-11-20T0252Z-hovering")
+    rows = [HOVERING | {"folder": str(older.path)}, dive("deck") | {"folder": str(newer.path)}]
+    written = older.open_telemetry(1)
+
+    def both_end(_):
+        written.close()
+        newer.open_telemetry(1).close()
+
+    marks = ("2", Sees("● 2026-11-21 03:52"), "end", marked("hovering"), "1", both_end, "2", marked("deck"))
+    played(desk(FakeVerbs({"dives": rows}), out=tmp_path), *marks)
 
 
 def test_a_note_is_written_into_the_dive_and_stays_in_its_line_where_it_could_not_be(tmp_path):

@@ -99,7 +99,11 @@ def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
     unnamed = desk(WAITING(), dive=dive.relative_to(Path.cwd()), vehicle="")
     named = []
     unnamed.name_vehicle = lambda vehicle: named.append(load_vehicle(vehicle))
-    which = (Sees("NEXT ^k say which vehicle this is"), "ctrl+k", Sees("bluerov2_heavy, bolt"))
+    which = (
+        Sees("NEXT ^k say which vehicle this is"),
+        "ctrl+k",
+        Sees("ardusub_vectored, bluerov2, bluerov2_heavy, bolt, ruvifist"),
+    )
     notices = played(
         unnamed,
         "3",

@@ -418,7 +418,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._step = None
 
         self.push_screen(
-            AskScreen(f"The vehicle's file, or {', '.join(shipped_vehicles())}", "takes it"), answered
+            AskScreen("The vehicle's file, or one that is here", "takes it", shipped_vehicles()), answered
         )
 
     async def _go(self, choice: Choice, connect: Callable[[Choice], None]) -> None:

@@ -333,7 +333,10 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
 def what_next(answer: Answer, cells: int) -> Lines:
     """The next dive to make, and notes on this dive."""
     lines: list[Line] = []
-    then = "upload what was found, and dive on" if answer.verdict == "explained" else "dive on"
+    # Where the model drifts further with the causes, the notes say to send nothing of them.
+    worse = any(shrink.after > shrink.before for shrink in answer.shrinks.values())
+    sends = answer.verdict == "explained" and not worse
+    then = "upload what was found, and dive on" if sends else "dive on"
     for sentence in answer.words.next or (f"Nothing is left to split: {then}.",):
         lines += wrapped(sentence, "strong", cells)
     for note in answer.words.notes:

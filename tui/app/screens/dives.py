@@ -208,10 +208,11 @@ class DivesScreen(StationScreen):
         self._list = state
         self._trouble = "" if state.done.result is not None else state.done.why
         self._dives = listed(state.done.result)
-        # The mark moves once to a dive that has just ended: it is the dive that the crew has just made.
-        over = next((d.folder for d in self._dives if _same(d.folder, self._over)), None)
-        if over is not None:
-            self._at, self._over = over, None
+        # The mark moves once to a dive that has just ended: it is the dive that the crew has just made. Others may have
+        # begun and ended after it while another screen was looked at.
+        if any(_same(dive.folder, self._over) for dive in self._dives):
+            ended = (dive.folder for dive in self._dives if dive.folder.resolve() not in self._written)
+            self._at, self._over = next(ended, self._at), None
         self.desk.mean(
             usual([dive for dive in self._dives if dive.folder.resolve() not in self._written], None)
         )

@@ -76,14 +76,16 @@ def _dive(data: Mapping[str, Any]) -> DiveRow:
 
 
 def with_unread(dives: Sequence[DiveRow], root: Path) -> tuple[DiveRow, ...]:
-    """Add the dives of `root` that the list lacks, with the facts known without reading them. The newest first."""
+    """Add the dives of `root` that the list lacks, with the facts known without reading them, and renew those facts
+    of dives still unread, which grow while they are recorded. The newest first."""
     try:
         folders = dive_folders(root)
     except LogError:
         return tuple(dives)
-    known = {dive.folder for dive in dives}
-    new = [_unread(folder) for folder in folders if folder not in known]
-    return tuple(sorted((*dives, *new), key=_order, reverse=True)) if new else tuple(dives)
+    read = [dive for dive in dives if not is_unread(dive) or dive.folder not in folders]
+    known = {dive.folder for dive in read}
+    unread = [_unread(folder) for folder in folders if folder not in known]
+    return tuple(sorted((*read, *unread), key=_order, reverse=True))
 
 
 def _order(dive: DiveRow) -> tuple[float, str]:

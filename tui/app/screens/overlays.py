@@ -8,7 +8,7 @@ from textual.app import App, ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen, Screen
-from textual.widgets import Input, Label
+from textual.widgets import Input, Label, Static
 
 from bridge.errors import SeatrialError
 from tui.app.drawing import Line, Lines, Role, width, wrapped
@@ -102,16 +102,17 @@ class OverScreen(Overlay[Answer]):
 
 
 class AskScreen(OverScreen[str | None]):
-    """Asks for a text; None if it was closed. `does` tells the effect of Enter."""
+    """Asks for a text; None if it was closed. `does` tells the effect of Enter, `choices` which texts are known."""
 
     BINDINGS = bindings(ASKING)  # type: ignore[assignment]
 
-    def __init__(self, title: str, does: str) -> None:
+    def __init__(self, title: str, does: str, choices: Sequence[str] = ()) -> None:
         super().__init__()
-        self._asked, self._does = title, does
+        self._asked, self._does, self._choices = title, does, choices
 
     def compose(self) -> ComposeResult:
-        box = Vertical(Input(), id="ask-box", classes="box")
+        known = (Static(", ".join(self._choices), markup=False),) if self._choices else ()
+        box = Vertical(*known, Input(), id="ask-box", classes="box")
         box.border_title = self._asked
         box.border_subtitle = f"enter {self._does}, escape leaves it"
         yield box
