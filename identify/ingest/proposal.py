@@ -105,7 +105,7 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     if not apart:
         notes = (*notes, *_without_common_time(timed, choices, time))
     if not apart and (unreadable := _unreadable(timed, map_of(time, choices), path)):
-        notes = (*notes, f"No signal was held against another, as this map reads no dive: {unreadable}.")
+        notes = (*notes, f"No signal was held against another, as this map reads no dive. {unreadable}.")
     choices = _agreed_angles(choices, timed, time)
     columns = map_of(time, choices)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
@@ -167,11 +167,11 @@ def _turned(
 
 
 def _unreadable(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> str:
-    """Why a map makes no dive of a file; "" where it does."""
+    """Why a map makes no dive of a file, as the error says it; "" where it does."""
     try:
         dive_fields(Streams(tuple(streams)), columns, path)
     except LogError as error:
-        return str(error).removeprefix(f"{path}: ")
+        return str(error)
     return ""
 
 

@@ -508,7 +508,10 @@ def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed() -> None:
     columns = usual(READ)
     words = tuple(f"02/29/2024 11:{k // 60 % 60:02d}:{k % 60:02d} PM" for k in range(len(columns.pop("t"))))
     (note,) = (note for note in propose((Stream("", columns, {"time": words}),), LOG).notes if "held" in note)
-    assert "No signal was held against another, as this map reads no dive: '02/29/2024 11:00:00 PM'" in note
+    assert (
+        f"No signal was held against another, as this map reads no dive. {LOG}: '02/29/2024 11:00:00 PM'"
+        in note
+    )
     twice = {name: np.concatenate([values, values]) for name, values in usual(READ).items()}
     assert "as where several runs stand one below another" in str(proposed(twice).notes)
 
