@@ -3,7 +3,8 @@
 FOLDER holds a table (`NAME.csv` or `NAME.csv.gz`) for each kind of run, with a column `run`. Half of the runs, drawn
 by a hash of kind and number, are there to develop on; of these the sound ones are accepted. The other half is judged in
 groups of ten. `--judge OTHER` accepts all sound runs of FOLDER and judges those of OTHER instead. For comparison, a
-random forest is trained on runs of all kinds, with their labels (`pip install scikit-learn`).
+random forest is trained on runs of all kinds, with their labels (`pip install scikit-learn`). `--splits COUNT` judges
+that half and the other, and both halves by other hashes, to show how much the split matters.
 
 `kinds.yaml` says which kind is sound, and which answers count as right; nothing but the score knows it.
 """
@@ -15,7 +16,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -36,15 +37,16 @@ TREES = 300
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run: kind and number, as the tables have them, and its dive."""
+    """A run: kind and number, as the tables have them, and its dive. `hashed_with`: more text for its hash."""
 
     kind: str
     number: str
     dive: Dive
+    hashed_with: str = ""
 
     @property
     def mark(self) -> bytes:
-        return hashlib.sha256(f"{self.kind}/{self.number}".encode()).digest()
+        return hashlib.sha256(f"{self.kind}/{self.number}{self.hashed_with}".encode()).digest()
 
     @property
     def is_to_develop(self) -> bool:
@@ -132,22 +134,65 @@ def table_of(rows: Mapping[str, Sequence[tuple[bool, str]]]) -> str:
 
 def run(folder: Path, other: Path | None = None, group: int = GROUP, most: int | None = None) -> str:
     """The table of our answers, then that of the forest."""
-    kinds: dict[str, str] = yaml.safe_load((HERE / "kinds.yaml").read_text(encoding="utf-8"))
     file = load_vehicle(str(HERE / "haizhe.yaml"))
-    configuration = file.configuration_of(None)
     every = list(recorded(folder, file, most))
-    known = every if other else [run for run in every if run.is_to_develop]
-    judged = list(recorded(other, file, most)) if other else [run for run in every if not run.is_to_develop]
-    sound = [run.dive for run in known if kinds[run.kind] == "no_gap"]
-    usual = accept(sound, file, configuration)
-    ours: dict[str, list[tuple[bool, str]]] = {}
+    known, judged = (every, list(recorded(other, file, most))) if other else halves(every)
+    kinds = answers_by_kind()
+    count, ours = our_answers(known, judged, file, group)
+    head = f"{count} sound runs accepted; {len(judged)} further runs judged in groups of {group}"
     groups = list(groups_of(judged, group))
-    for kind, runs in groups:
+    return "\n".join([head, "", table_of(ours), "", *forest_lines(known, groups, kinds)])
+
+
+def answers_by_kind() -> dict[str, str]:
+    """The answer that counts as right for runs of each kind."""
+    kinds: dict[str, str] = yaml.safe_load((HERE / "kinds.yaml").read_text(encoding="utf-8"))
+    return kinds
+
+
+def halves(runs: Sequence[Recorded]) -> tuple[list[Recorded], list[Recorded]]:
+    """The runs to develop on, and the others."""
+    return [run for run in runs if run.is_to_develop], [run for run in runs if not run.is_to_develop]
+
+
+def our_answers(
+    known: Sequence[Recorded], judged: Sequence[Recorded], file: VehicleFile, group: int
+) -> tuple[int, dict[str, list[tuple[bool, str]]]]:
+    """How many sound runs of `known` are accepted, and by kind our answers for groups of `judged`, with whether each is
+    right."""
+    kinds, configuration = answers_by_kind(), file.configuration_of(None)
+    usual = accept([run.dive for run in known if kinds[run.kind] == "no_gap"], file, configuration)
+    ours: dict[str, list[tuple[bool, str]]] = {}
+    for kind, runs in groups_of(judged, group):
         answer = judge([run.dive for run in runs], file, configuration, usual)
         right = (answer.finding.name if answer.finding else answer.verdict) == kinds[kind]
         ours.setdefault(kind, []).append((right, words_of(answer)))
-    head = f"{usual.count} sound runs accepted; {len(judged)} further runs judged in groups of {group}"
-    return "\n".join([head, "", table_of(ours), "", *forest_lines(known, groups, kinds)])
+    return usual.count, ours
+
+
+def splits(folder: Path, count: int, group: int = GROUP, most: int | None = None) -> str:
+    """The share of right answers by each of `count` hashes, in both halves, and the wrong answers by kind."""
+    file = load_vehicle(str(HERE / "haizhe.yaml"))
+    every = list(recorded(folder, file, most))
+    shares, lines = list[float](), list[str]()
+    wrong, of_kind = Counter[str](), Counter[str]()
+    for number in range(count):
+        first, second = halves([replace(run, hashed_with=f"/{number}" if number else "") for run in every])
+        for known, judged in ((first, second), (second, first)):
+            _, ours = our_answers(known, judged, file, group)
+            wrong.update({kind: sum(not right for right, _ in answers) for kind, answers in ours.items()})
+            of_kind.update({kind: len(answers) for kind, answers in ours.items()})
+            all_right = [right for answers in ours.values() for right, _ in answers]
+            shares.append(float(np.mean(all_right)))
+            lines.append(f"hash {number}: {sum(all_right)} of {len(all_right)} right, {shares[-1]:.0%}")
+    missed = "; ".join(f"{kind} {wrong[kind]} of {of_kind[kind]}" for kind in of_kind)
+    return "\n".join(
+        [
+            *lines,
+            f"{min(shares):.0%} to {max(shares):.0%}, {np.mean(shares):.0%} on average",
+            f"wrong: {missed}",
+        ]
+    )
 
 
 def forest_lines(
@@ -173,5 +218,11 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path)
     parser.add_argument("--judge", type=Path, metavar="OTHER", help="judge the runs of this folder instead")
     parser.add_argument("--group", type=int, default=GROUP, help="runs that are judged together (default 10)")
+    parser.add_argument(
+        "--splits", type=int, metavar="COUNT", help="judge both halves by so many hashes instead"
+    )
     given = parser.parse_args()
-    sys.stdout.write(run(given.folder, given.judge, given.group) + "\n")
+    if given.splits:
+        sys.stdout.write(splits(given.folder, given.splits, given.group) + "\n")
+    else:
+        sys.stdout.write(run(given.folder, given.judge, given.group) + "\n")

@@ -48,3 +48,23 @@ def test_runs_are_split_by_a_hash_of_their_kind_and_number_and_left_over_runs_ar
     assert [run.mark for _, group in groups for run in group] == sorted(
         run.mark for _, group in groups for run in group
     )
+
+
+def test_each_hash_judges_both_halves_and_the_shares_and_wrong_kinds_are_summed_up(
+    example: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = [example.Recorded("A", str(number), None) for number in range(200)]
+    judged: list[set[str]] = []
+
+    def answers(known, judged_runs, _file, _group):
+        assert not {run.number for run in known} & {run.number for run in judged_runs}
+        judged.append({run.number for run in judged_runs})
+        return 1, {"A": [(True, "no_gap"), (len(judged) > 1, "no_gap")]}
+
+    monkeypatch.setattr(example, "recorded", lambda *_: iter(runs))
+    monkeypatch.setattr(example, "our_answers", answers)
+    lines = example.splits(Path("folder"), 2).splitlines()
+    assert judged[0] | judged[1] == judged[2] | judged[3] == {run.number for run in runs}
+    assert judged[0] not in (judged[2], judged[3])
+    assert lines[0] == "hash 0: 1 of 2 right, 50%"
+    assert lines[-2:] == ["50% to 100%, 88% on average", "wrong: A 1 of 8"]
