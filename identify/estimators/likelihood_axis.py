@@ -176,7 +176,7 @@ class AxisLikelihood:
         """
         axis, step, force, trims = self.axis, self.step, self.mean_force(theta), self.axis.trims
         shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
-        noise = np.exp(2 * points[:, self.noise_index : self.white_index])
+        noise = self._variances(points[:, self.noise_index : self.white_index])
         disturbance, fourth = np.ascontiguousarray(
             np.array([self.hidden_levels(point)[:2] for point in points]).T
         )
@@ -327,7 +327,12 @@ class AxisLikelihood:
     def noise_variance(self, theta: Array) -> Array:
         """Noise variance of every event's reading (n,), in the reading's unit squared."""
         noise = theta[self.noise_index : self.white_index]
-        return np.asarray(np.exp(2 * noise)[self.axis.channel] * self.axis.scale**2)
+        return np.asarray(self._variances(noise)[self.axis.channel] * self.axis.scale**2)
+
+    def _variances(self, log_noise: Array) -> Array:
+        """Noise variances (..., channels) of logarithms of the noise, each at least its channel's least."""
+        least = np.array([channel.noise_least for channel in self.axis.channels])
+        return np.asarray(np.maximum(np.exp(2 * log_noise), least**2))
 
     @property
     def white_index(self) -> int:

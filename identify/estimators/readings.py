@@ -22,6 +22,10 @@ MOST_HZ = 100.0
 TELLING = 3.0
 """A position or angle gives the speed only if it moves in a second by more than this many times its noise."""
 
+LEAST_ANGLE = 1e-4
+"""Noise of an angle of attitude, rad, at least: less than the best devices have. A simulated attitude may have none,
+and all that a model lacks would be wild, or a force beyond all doubt."""
+
 FILTERED_M_S, FILTERED_SPREAD, FILTERED_COLOURED_M_S, FILTERED_HZ = 2e-3, 0.2, 0.015, 10.0
 """Start of the fit for an autopilot's own velocity: a little white noise, with the prior standard deviation of its
 logarithm, and a slow error of its filter, which dominates. The velocity is thinned to FILTERED_HZ, because a reading
@@ -33,8 +37,8 @@ class Channel:
     """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
     A NaN reading only marks the start of a new increment. `noise` is the start value of the fitted noise,
-    `noise_spread` the prior standard deviation of its logarithm. coloured: start value of the velocity's slow error,
-    0 if it has none.
+    `noise_spread` the prior standard deviation of its logarithm, `noise_least` what it is at least. coloured: start
+    value of the velocity's slow error, 0 if it has none.
     """
 
     name: str
@@ -44,6 +48,7 @@ class Channel:
     state_read: int
     noise: float
     noise_spread: float = NOISE_SPREAD
+    noise_least: float = 0.0
     coloured: float = 0.0
 
 
@@ -64,9 +69,9 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, pose: Signal | None)
     else:
         sensors = [_rate(dive, dof)]
         if dof in (ROLL, PITCH) or steers_unheard(dive):
-            sensors.append(_direct("attitude", pose, 0, POSITION))
+            sensors.append(_angle(pose))
     if sensors[0] is None:
-        alone = _direct("depth" if dof < 3 else "attitude", pose, 0, POSITION)
+        alone = _direct("depth", pose, 0, POSITION) if dof < 3 else _angle(pose)
         return [alone] if alone is not None and _tells_of_speed(alone) else []
     return [channel for channel in sensors if channel is not None]
 
@@ -150,6 +155,13 @@ def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> C
     mean, count = averaged(Signal(signal.time_s[known], value[:, None]))
     scale = np.sqrt(np.median(count) / count)
     return Channel(name, mean.time_s, mean.value[:, 0], scale, state_read, noise_std(mean.value[:, 0]))
+
+
+def _angle(pose: Signal | None) -> Channel | None:
+    read = _direct("attitude", pose, 0, POSITION)
+    return (
+        None if read is None else replace(read, noise=max(read.noise, LEAST_ANGLE), noise_least=LEAST_ANGLE)
+    )
 
 
 def averaged(signal: Signal) -> tuple[Signal, Array]:
