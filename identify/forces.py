@@ -56,6 +56,8 @@ class WrenchHistory:
     `integral` (n, 6): integral of the wrench from the first command on. `moment` (n, 6): integral of `integral`.
     `hidden` (6,): white force that the log hides, in N (N m) per square root of 1/s, from rounding commands to whole
     microseconds and from sampling them slowly.
+    `hidden_power` (k, 6): the power of that force from each of k + 1 slow samples to the next, by its mean; empty where
+    it is the same throughout.
     `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
     commands, 0 if the commands are known at all times. `breaks_s` (r - 1,): times between the runs of a dive; before
     the first command of each run the wrench is constant.
@@ -70,6 +72,7 @@ class WrenchHistory:
     source: Literal["pwm", "tau_cmd"]
     notes: tuple[str, ...] = ()
     hidden: Array = field(default_factory=lambda: np.zeros(6))
+    hidden_power: Array = field(default_factory=lambda: np.zeros((0, 6)))
     sampled_s: float = 0.0
     breaks_s: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -94,6 +97,7 @@ class WrenchHistory:
             integral=self.integral[:, axis],
             moment=self.moment[:, axis],
             hidden=self.hidden[axis],
+            hidden_power=self.hidden_power[:, axis],
         )
 
     def at(self, time_s: Array) -> Array:
@@ -122,6 +126,21 @@ class WrenchHistory:
         moment = self._moment_to(end_s) - self._moment_to(start_s) - span_s * self._integral_to(start_s)
         early = np.where(span_s > 0, 4.0 * moment / np.where(span_s > 0, span_s, 1.0) ** 2 - mean, mean)
         return np.stack([early, 2.0 * mean - early], axis=1)
+
+    def hidden_power_between(self, start_s: Array, end_s: Array) -> Array:
+        """Power (m, 6) of the hidden force over each interval, by its mean over the dive."""
+        if not len(self.hidden_power):
+            return np.ones((len(start_s), self.hidden.size))
+        edges_s = self.time_s[::BETWEEN]
+        middle_s, half_s = 0.5 * (start_s + end_s), np.maximum(0.5 * (end_s - start_s), 1e-6)
+        energy = np.cumsum(self.hidden_power * np.diff(edges_s)[:, None], axis=0)
+        sums = [
+            np.interp(middle_s + sign * half_s, edges_s, np.r_[0.0, column])
+            for column in energy.T
+            for sign in (1, -1)
+        ]
+        gained = np.column_stack(sums[::2]) - np.column_stack(sums[1::2])
+        return np.asarray(gained / (2.0 * half_s[:, None]))
 
     def _segment(self, time_s: Array) -> tuple[NDArray[np.intp], Array]:
         index = np.maximum(np.searchsorted(self.time_s, time_s, side="right") - 1, 0)
@@ -263,12 +282,17 @@ def _sampled(
 ) -> WrenchHistory:
     """Return the history for slow samples. A change at an unknown time between two samples is wrong by its size times
     the root of a twelfth of the sample interval, per root of that interval; steady changes, of which each sample lies
-    halfway between its neighbours, hide less (`_reckoned`)."""
+    halfway between its neighbours, hide less (`_reckoned`). So much is hidden where the commands change: a step of the
+    sticks hides more than minutes at rest."""
     step_s = 1.0 / asked.rate_hz
     changes = np.diff(asked.value, axis=0)
-    beyond = 0.5 * np.diff(changes, axis=0)
-    unsteady = np.minimum(np.nanmean(changes**2, axis=0), 2.0 * np.nanmean(beyond**2, axis=0))
-    hidden = np.sqrt(rounded + unsteady * step_s / 12.0)
+    beyond = 0.5 * np.diff(changes, axis=0, prepend=changes[:1], append=changes[-1:])
+    of_steady = beyond[1:] ** 2 + beyond[:-1] ** 2
+    less = np.nanmean(of_steady, axis=0) < np.nanmean(changes**2, axis=0)
+    power = rounded + np.nan_to_num(np.where(less, of_steady, changes**2)) * step_s / 12.0
+    mean = power.mean(axis=0)
+    hidden = np.sqrt(mean)
+    by_mean = np.where(mean > 0, power / np.where(mean > 0, mean, 1.0), 1.0)
     if sampled_seldom(asked):
         note = (
             f"Thruster commands are known every {step_s:.2g} s alone: a delay or a lag of the thrusters can't be "
@@ -276,7 +300,7 @@ def _sampled(
         )
         notes = (*notes, note)
     history = _history(evenly_between(asked), curve, source, notes, breaks_s)
-    return replace(history, hidden=hidden, sampled_s=step_s)
+    return replace(history, hidden=hidden, hidden_power=by_mean, sampled_s=step_s)
 
 
 def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:

@@ -67,6 +67,10 @@ LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
 """The thrusters' state before the first command is unknown; after this many lags it no longer matters."""
 
 LEAST_FIRST_M_S = 1e-3
+LOUDNESS, QUIETEST = 4.0, 0.05
+"""Step between levels of the power that slow samples of the commands hide, and the least, by its mean: a stick moves a
+little even while it seems to rest."""
+
 LATE_SHARE = 0.3
 """Standard deviation of the time at which slowly sampled commands act, as a share of the sample interval."""
 
@@ -108,7 +112,8 @@ class Events:
     """Readings of one degree of freedom, (n,) events in time order, with long steps divided; still without forces.
 
     step_s: time since the event before, equal to entry `step` of `different_s`; 0 at the first event. `step` is NO_STEP
-    there, and less at the first event of each later run (`innovations.NO_STEP`).
+    there, and less at the first event of each later run (`innovations.NO_STEP`). white_times, like different_s: the
+    axis's white force over such a step, by its mean.
     reading: NaN if the event only divides a step. scale: standard deviation of a reading over its channel's noise.
     channel: index of the reading's entry in `channels`.
     initial (r, 4), by run: first speed, first angle or depth, and their variances.
@@ -118,6 +123,7 @@ class Events:
     time_s: Array
     step_s: Array
     different_s: Array
+    white_times: Array
     step: NDArray[np.int64]
     reading: Array
     scale: Array
@@ -310,6 +316,8 @@ def build_axes(
         events = _events(dof, read, spans_s)
         if events is None:
             return f"{DOFS[dof]} was recorded only while no thruster command was"
+        if forces.sampled_s:
+            events = _loud_and_quiet(events, forces.along(dof))
         stiffness = stiffness_of(dive, configuration, dof)
         held = restoring_force(configuration, dof, motion, attitude, pose, stiffness)
         if events.is_coloured:
@@ -446,6 +454,7 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
         time_s=time_s,
         step_s=step_s,
         different_s=np.asarray(different_s[empty:], dtype=np.float64),
+        white_times=np.ones(len(different_s) - empty),
         step=step,
         reading=np.concatenate([run.value for run in runs]),
         scale=np.concatenate([run.scale for run in runs]),
@@ -453,6 +462,24 @@ def _events(dof: int, channels: list[Channel], spans_s: Sequence[tuple[float, fl
         channel=np.concatenate([run.channel for run in runs]),
         channels=tuple(channels),
         initial=np.array([run.initial for run in runs]),
+    )
+
+
+def _loud_and_quiet(events: Events, force: WrenchHistory) -> Events:
+    """Events whose steps are told apart by how much force the log of the commands hides over each, in powers of
+    LOUDNESS."""
+    power = force.hidden_power_between(events.time_s - events.step_s, events.time_s)[:, 0]
+    level = np.round(np.log(np.maximum(power, QUIETEST)) / np.log(LOUDNESS))
+    stepped = events.step >= 0
+    kinds = np.column_stack([events.step[stepped], level[stepped]])
+    different, at = np.unique(kinds, axis=0, return_inverse=True)
+    step = events.step.copy()
+    step[stepped] = at.reshape(-1)
+    return replace(
+        events,
+        different_s=events.different_s[different[:, 0].astype(np.int64)],
+        white_times=np.sqrt(LOUDNESS ** different[:, 1]),
+        step=step,
     )
 
 

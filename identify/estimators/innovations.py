@@ -51,7 +51,7 @@ def transitions(
     sigma_d: float,
     time_constant_s: float,
     rise_s: float,
-    white_force: float,
+    white_forces: Array,
     sigma_c: float,
     coloured_s: float,
     smoothing_s: float,
@@ -63,8 +63,8 @@ def transitions(
     transition 33 and the noise 33, the transitions 03 13 23 32 and the noise 03 13 23.
 
     rise_s: r of the disturbance, 0 for one of first order, whose fourth state is the readings' error: sigma_c its
-    standard deviation, in the reading's unit, coloured_s its time constant. white_force: N per root of 1/s (N m in
-    rotation). smoothing_s: time constant of the filter that nu comes out of, 0 for no filter; x is the vehicle's own
+    standard deviation, in the reading's unit, coloured_s its time constant. white_forces (k,): N per root of 1/s (N m
+    in rotation). smoothing_s: time constant of the filter that nu comes out of, 0 for no filter; x is the vehicle's own
     position or angle.
     """
     brackets = dampings.shape[0]
@@ -84,8 +84,8 @@ def transitions(
         rate[2, 2] = -1.0 / time_constant_s
         rate[3, 3] = -1.0 / coloured_s
         steady, moving = 2.0 * sigma_d * sigma_d / time_constant_s, 2.0 * sigma_c * sigma_c / coloured_s
-    direct = (white_force / mass) ** 2
     for i in range(out.shape[0]):
+        direct = (white_forces[i // brackets] / mass) ** 2
         h = different_s[i // brackets]
         rate[0, 0] = -dampings[i % brackets] / mass
         rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]

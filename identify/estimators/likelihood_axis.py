@@ -274,10 +274,11 @@ class AxisLikelihood:
         mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
         axis, coloured = self.axis, self.coloured(theta)
         quadratic = axis.quadratic + quadratic_times * self.quadratic(theta)
+        white = self.white_force(theta) * axis.white_times
         return np.asarray(
             transitions(
                 axis.different_s, mass, damping + quadratic * self._brackets.slopes, axis.stiffness,
-                disturbance, time_constant, self.rise_s(theta), self.white_force(theta), *coloured, axis.smoothing_s,
+                disturbance, time_constant, self.rise_s(theta), white, *coloured, axis.smoothing_s,
             )
         )  # fmt: skip
 
