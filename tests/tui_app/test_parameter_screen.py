@@ -141,7 +141,7 @@ def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
         app.set_keymap({"parameters.read": "f7"})
 
     again = "Nothing was written by this reading; {} reads the vehicle again."
-    failure = (Sees("no vehicle's HEARTBEAT"), Sees(again.format("^r")))
+    failure = (Sees("no vehicle's HEARTBEAT"), Sees(again.format("Ctrl-R")))
     on_screen(vehicle, *failure, change_key, lambda _: None, Sees(again.format("f7")), "u", Lacks("type"))
 
 
