@@ -12,7 +12,7 @@ from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
 from made_dives import dive
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import WIDE, Lacks, Sees, plain, played, shows
+from screen_text import NARROW, WIDE, Lacks, Sees, plain, played, shows
 
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.foretold import Foretold
@@ -245,3 +245,10 @@ def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():
     )
     assert plain(diagnose.verdict_lines(partly, 80))[0].split()[:2] == ["◑", "PARTLY"]
     assert plain(diagnose.where(partly, 80))[-1] == "In surge it takes 3.1 N."
+
+
+@pytest.mark.parametrize("size", [(48, 30), NARROW, WIDE])
+def test_the_verdict_is_shown_to_its_end_on_every_screen(tmp_path, size):
+    played(
+        desk_with(tmp_path), "4", Sees("Most of it lies in yaw, turning. [d] diagnoses it again"), size=size
+    )
