@@ -18,10 +18,10 @@ from bridge.reports import UNKEPT, Report
 from bridge.vehicle.foretold import Foretold
 from bridge.wire.framing import Encoder
 from gcs_plugin.params.sidecar import sidecar_path
+from tui.app.diagnosis import answer
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import diagnose
-from tui.app.screens.diagnose import answer
 from tui.app.screens.parameters import ParametersScreen
 
 TRYING = Report("diagnosing", 0.4, "trying 41 candidates")
