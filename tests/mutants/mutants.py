@@ -4,6 +4,7 @@ closest to it."""
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from math import inf
 from pathlib import Path
 from random import Random
@@ -91,30 +92,37 @@ def drawn(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list[M
 
 
 def closest_first(root: Path, judges: tuple[str, ...], file: str) -> list[str]:
-    """The test files of `judges`, folders or files, by the number of imports between them and `file`."""
+    """The test files of `judges`, folders or files, by the number of imports between them and `file`, then by the
+    order of `judges`."""
     away = _away(root, file)
-    tests = {
+    tests = [
         str(path.relative_to(root))
         for judge in judges
-        for path in ([root / judge] if judge.endswith(".py") else (root / judge).rglob("test_*.py"))
-    }
-    return sorted(tests, key=lambda test: (away.get(test, inf), test))
+        for path in ([root / judge] if judge.endswith(".py") else sorted((root / judge).rglob("test_*.py")))
+    ]
+    return sorted(tests, key=lambda test: away.get(test, inf))
 
 
 def _away(root: Path, file: str) -> dict[str, int]:
     """The number of imports from each file of the tree to `file`."""
-    importers: dict[str, set[str]] = {}
-    for folder in ("bridge", "gcs_plugin", "identify", "bench", "tui", "tests"):
-        for path in (root / folder).rglob("*.py"):
-            for imported in _imported(root, path):
-                importers.setdefault(imported, set()).add(str(path.relative_to(root)))
-    away, reached = {file: 0}, [file]
+    importers, away, reached = _importers(root), {file: 0}, [file]
     for near in reached:
         for importer in sorted(importers.get(near, ())):
             if importer not in away:
                 away[importer] = away[near] + 1
                 reached.append(importer)
     return away
+
+
+@cache
+def _importers(root: Path) -> dict[str, set[str]]:
+    """The files that import each file of the tree."""
+    importers: dict[str, set[str]] = {}
+    for folder in ("bridge", "gcs_plugin", "identify", "bench", "tui", "tests"):
+        for path in (root / folder).rglob("*.py"):
+            for imported in _imported(root, path):
+                importers.setdefault(imported, set()).add(str(path.relative_to(root)))
+    return importers
 
 
 def _imported(root: Path, path: Path) -> Iterator[str]:
