@@ -183,6 +183,18 @@ def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there() ->
         assert places == pytest.approx([off[last], off[after]], abs=0.05), "xyz"[axis]
 
 
+def test_an_accelerometer_reads_the_weight_by_the_hull_s_tilt_beside_its_motion() -> None:
+    simulated = draw_case(NEAREST_SEED, names=[], seconds=40.0).simulated(0)[1]
+    dive, ticks = simulated.dive, simulated.ticks
+    w, x, y, z = ticks.state[:, 3:7].T
+    weight = 9.80665 * np.column_stack([2 * (w * y - x * z), -2 * (w * x + y * z)])
+    for axis in (0, 1):
+        columns = (weight[:, axis], ticks.nu_dot[:, axis])
+        table = np.column_stack([np.interp(dive.specific_force.time_s, dive.pwm.time_s, c) for c in columns])
+        shares, *_ = np.linalg.lstsq(table, dive.specific_force.value[:, axis])
+        assert shares[0] == pytest.approx(1.0, abs=0.3), "xy"[axis]
+
+
 def test_a_tilted_accelerometer_is_turned_and_not_stretched() -> None:
     case = draw_case(NEAREST_SEED, names=["imu_gravity_leak"], size=1.0, seconds=20.0)
     tilt, angles = case.simulated(0)[0].faults.tilt, parameters_of(case)
