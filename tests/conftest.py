@@ -23,14 +23,25 @@ hypothesis.settings.register_profile("whatever_it_takes", deadline=None)
 hypothesis.settings.load_profile("whatever_it_takes")
 
 
+@pytest.hookimpl
+def pytest_configure(config: pytest.Config) -> None:
+    """A file of YAML is parsed once: each verb, each app and many a test file read the same few vehicle files, at 10 ms
+    each."""
+    parsed, patch = lru_cache(maxsize=64)(plain.from_yaml), pytest.MonkeyPatch()
+    patch.setattr(plain, "from_yaml", lambda text: deepcopy(parsed(text)))
+    config.add_cleanup(patch.undo)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Iterator[None]:
-    """What is collected stays until the end: to look through it for garbage, again and again, takes long."""
+    """What is collected stays until the end, and an app of a test is gone soon: to look through them for garbage, again
+    and again, takes long."""
     gc.disable()
     try:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(20_000, 20, 100)
         gc.enable()
 
 
@@ -69,15 +80,6 @@ def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest
         for file in (state / "seatrial").glob(pattern):
             file.unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _a_file_of_yaml_is_parsed_once() -> Iterator[None]:
-    """Each verb and each app reads the same few vehicle files, at 10 ms each."""
-    parsed = lru_cache(maxsize=64)(plain.from_yaml)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plain, "from_yaml", lambda text: deepcopy(parsed(text)))
-        yield
 
 
 @pytest.fixture

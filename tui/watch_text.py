@@ -174,7 +174,8 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
     """Armed state, alarms, links and recording, a line each; `fault` says why nothing comes."""
     first = [armed_words(picture), mode_words(picture), picture.configuration]
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
-    texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
+    holds = [said for said in picture.said if not said.past]
+    texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in holds[-3:]]
     return [
         "  ".join(filter(None, first)),
         *alarm_words(picture),

@@ -118,6 +118,11 @@ class EffectCoefficient(_Named):
     high: float
     sentence: str
 
+    @property
+    def neutral(self) -> float:
+        """The value that changes nothing, which an absent one stands for: 1 of a gain."""
+        return 1.0 if self.group in ("thruster_gain", "reverse_loss") else 0.0
+
     def fault(self, value: float) -> str:
         """Why a value can't be used, "" if it can."""
         return fault_of(self.name, value, self.low, self.high)

@@ -26,6 +26,8 @@ from gcs_plugin.params.plan import (
     Plan,
     Row,
     Verdict,
+    acting,
+    acting_text,
     coefficient_of,
     make_plan,
     not_raised,
@@ -34,7 +36,6 @@ from gcs_plugin.params.plan import (
     staging_notes,
     taken_back,
     unit_of,
-    value_text,
 )
 from gcs_plugin.params.plausible import half_a_model, implausible, other_half
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
@@ -137,8 +138,8 @@ class Compared:
     """Line of a plan, as `params diff --json` writes it; SI units, None if unknown.
 
     `low95` and `high95` are the target's 95 % interval, `change` is target minus present value in halves of it, None
-    where the vehicle has none; `accepted` is the value last accepted, at `accepted_at`; `doubted` says why the
-    coefficient is doubted, "" if it is not.
+    where the vehicle has none, an absent gain taken for 1; `accepted` is the value last accepted, at `accepted_at`;
+    `doubted` says why the coefficient is doubted, "" if it is not.
     """
 
     name: str
@@ -176,12 +177,17 @@ class Compared:
         """Whether it can be written; an implausible value can be, once it is chosen."""
         return self.changes or self.implausible
 
+    def acts_by(self, value: float | None) -> float | None:
+        """The value by which the vehicle acts with `value`: an absent gain is a gain of 1."""
+        return None if value is None else acting(self.name, value)
+
     @property
     def percent(self) -> str:
         """The change relative to the present value: `+16 %`; "" if there is nothing to relate it to."""
-        if not self.present:
+        present = self.acts_by(self.present)
+        if not present:
             return ""
-        percent = 100 * (self.target - self.present) / abs(self.present)
+        percent = 100 * (acting(self.name, self.target) - present) / abs(present)
         if abs(percent) > MOST_PERCENT:
             return f"{'>' if percent > 0 else '<-'}{MOST_PERCENT:.0f} %"
         return f"{percent:+.{0 if abs(percent) >= 10 else 1}f} %"
@@ -190,11 +196,11 @@ class Compared:
         """Texts of the table's cells, in the order of COLUMNS."""
         return (
             self.name,
-            "-" if self.present is None else value_text(self.present),
-            value_text(self.target),
+            acting_text(self.name, self.present),
+            acting_text(self.name, self.target),
             self.percent or "-",
             self.unit,
-            "-" if self.accepted is None else value_text(self.accepted),
+            acting_text(self.name, self.accepted),
             "-" if self.change is None else f"{self.change:+.1f}",
             f"{self.verdict}: {self.reason}" if self.reason else self.verdict,
         )
@@ -216,6 +222,7 @@ def _compared(
 ) -> Compared:
     coefficient = coefficient_of(row.name)
     half = 0.0 if interval is None else (interval.high95 - interval.low95) / 2
+    present = 0.0 if row.present is None else acting(row.name, row.present)
     return Compared(
         row.name,
         coefficient.name if coefficient else "",
@@ -227,7 +234,7 @@ def _compared(
         None if interval is None else interval.high95,
         None if last is None else last.value,
         None if last is None else last.time,
-        (row.target - row.present) / half if row.present and half > 0.0 else None,
+        (acting(row.name, row.target) - present) / half if present and half > 0.0 else None,
         row.verdict.value,
         row.reason,
         doubted.get(coefficient.name, "") if coefficient else "",

@@ -175,6 +175,17 @@ def unit_of(name: str) -> str:
     return coefficient.unit if coefficient is not None else ""
 
 
+def acting(name: str, value: float) -> float:
+    """The value by which a vehicle with this parameter acts: a gain of 0 is not set, and acts as a gain of 1."""
+    coefficient = coefficient_of(name)
+    return coefficient.neutral if value == 0.0 and isinstance(coefficient, EffectCoefficient) else value
+
+
+def acting_text(name: str, value: float | None) -> str:
+    """Text of the value by which a vehicle acts, `-` without one."""
+    return "-" if value is None else value_text(acting(name, value))
+
+
 def is_staged(name: str) -> bool:
     """Whether a parameter belongs to the vehicle's staged set, which takes effect with a commit."""
     return coefficient_of(name) is not None

@@ -24,7 +24,7 @@ from bridge.plain import from_json, to_json
 from gcs_plugin.locks import try_lock
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
-from gcs_plugin.params.plan import Plan, Verdict, unit_of, value_text
+from gcs_plugin.params.plan import Plan, Verdict, acting_text, unit_of
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Ending
@@ -51,7 +51,7 @@ class Line:
 
     def cells(self) -> tuple[str, ...]:
         """Texts of a table's cells, in the order of RESULT_COLUMNS."""
-        before, after = ("-" if value is None else value_text(value) for value in (self.before, self.after))
+        before, after = (acting_text(self.name, value) for value in (self.before, self.after))
         became = "read back equal" if self.outcome is Outcome.APPLIED else self.sentence
         return self.name, unit_of(self.name), before, after, became
 

@@ -149,7 +149,7 @@ class Alarms:
     def _of_vehicle(self, picture: Picture) -> Iterator[_Sign]:
         if picture.armed is Armed.FAILSAFE and picture.armed_age_s <= (self._limits.link_s or math.inf):
             yield _Sign(Alarm(Kind.VEHICLE, "failsafe", "the vehicle is in failsafe"), 0.0)
-        newest = {said.text: said for said in picture.said if said.severity <= CRITICAL}
+        newest = {said.text: said for said in picture.said if said.severity <= CRITICAL and not said.past}
         for said in newest.values():
             if self._limits.vehicle_s and picture.now_s - said.heard_s <= self._limits.vehicle_s:
                 yield _Sign(Alarm(Kind.VEHICLE, said.text, f"the vehicle says: {said.text}"), 0.0)

@@ -83,6 +83,11 @@ LEFT_ALONE_S: Final = 90.0
 PUSHED: Final = 0.5
 """Share of the commanded force, of at least 2 N or 2 N m, that others than controller and feed-forward ask for in a
 push of an axis whose reference rests."""
+PUSH_S: Final = 1.0
+"""A push lasts at least so long: a tap of the sticks moves a vehicle of tens of kilograms by next to nothing."""
+SAME_FORCE: Final = 0.05
+"""A push holds its force, to this share of it. What varies more is the feedback of somebody else, such as the heading
+that an autopilot holds in STABILIZE."""
 
 MEMORY_S: Final = 4.0
 """Longest time over which the residuals of the PID's force are taken as correlated."""
@@ -337,12 +342,27 @@ def _pushed_s(dive: Dive, mode: Mode) -> float:
     pid, fed = (np.nan_to_num(tau.at(time_s)[:, dofs]) for tau in (dive.tau_pid, dive.tau_ff))
     asked = {Mode.ALONE: fed, Mode.BOTH: pid + fed}.get(mode, pid)
     step_s = float(np.median(np.diff(time_s)))
+    least = max(round(PUSH_S / step_s), 1)
     # A command that only its limits hold back is smaller than what was asked for; an axis without a reference, as under
     # an autopilot that holds its heading, is not the controller's, and one that it leaves alone for long is not then.
-    others = _long_runs((pid == 0.0) & (fed == 0.0), round(LEFT_ALONE_S / step_s))
+    alone = (pid == 0.0) & (fed == 0.0)
+    others = _long_runs(alone, round(LEFT_ALONE_S / step_s)) | (alone & ~_held(commanded, least))
     more = ~moves & ~others & moves.any(axis=0) & (np.abs(commanded) > np.abs(asked))
     pushed = more & (np.abs(commanded - asked) > PUSHED * np.maximum(np.abs(commanded), 2.0))
-    return float(np.count_nonzero(pushed.any(axis=1)) * step_s)
+    return float(np.count_nonzero(_long_runs(pushed, least).any(axis=1)) * step_s)
+
+
+def _held(force: Array, least: int) -> Mask:
+    """Where a force (n, k) lies in a stretch of at least so many samples over which it stays the same."""
+    held = np.zeros(force.shape, bool)
+    if len(force) < least:
+        return held
+    stretches = np.lib.stride_tricks.sliding_window_view(force, least, axis=0)
+    span = stretches.max(axis=2) - stretches.min(axis=2)
+    same = span <= SAME_FORCE * np.abs(stretches).max(axis=2)
+    for later in range(least):
+        held[later : later + len(same)] |= same
+    return held
 
 
 def _long_runs(mask: Mask, least: int) -> Mask:

@@ -165,7 +165,7 @@ def test_the_script_gives_the_pulses_of_the_law_in_python(name, more, mode, flig
     rig.fake.mode = flight_mode
     twin, rng = Twin(rig), np.random.default_rng(7)
     off, added = [], 0
-    for sticks in sticks_of(3, 1500):
+    for sticks in sticks_of(3, 600):
         velocity = tuple(float(v) for v in rng.uniform(-0.5, 0.5, 3))
         turn = float(rng.uniform(-0.5, 0.5))
         rig.fake.scripting.velocity_m_s, rig.fake.scripting.turn_rad_s = velocity, turn
@@ -173,7 +173,7 @@ def test_the_script_gives_the_pulses_of_the_law_in_python(name, more, mode, flig
         off.append(seen[:4] - twin.tick(rig.fake.clock.now_s, sticks, mode, flight_mode, velocity, turn))
         added += any(n in rig.fake.scripting.overrides for n in range(8, 14))
         assert list(seen[4:]) == rig.fake.mixed()[4:6]
-    assert added > 1000
+    assert added > 400
     assert not np.abs(off).max()
 
 

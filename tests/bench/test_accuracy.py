@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fakes.planted import quiet
+from soak import rest_in_soak
 
 from bench import accuracy, accuracy_trials, coverage, trial
 from bench.accuracy_trials import Bound, Stated, Trial
@@ -117,6 +118,14 @@ def test_a_mass_below_zero_is_an_error_like_any_other() -> None:
     assert math.isnan(case.z)
 
 
+@pytest.fixture(params=rest_in_soak((False, True)), ids=lambda computed: "computed" if computed else "given")
+def bound(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mission's bound; to compile what computes it takes longer than all else in this file."""
+    if not request.param:
+        monkeypatch.setattr(trial, "cramer_rao", lambda mission: dict.fromkeys(mission.truth, 0.02))
+
+
+@pytest.mark.usefixtures("bound")
 def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
     kept = Remembered(tmp_path / "accuracy.jsonl")
     data = {

@@ -162,6 +162,39 @@ def test_every_gyro_aboard_reads_its_bias_beyond_the_turning() -> None:
         assert readings.mean() - rate == pytest.approx(parameters_of(case)["z"], rel=0.1)
 
 
+def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there() -> None:
+    """By a controller that takes no reading of it, with the same noise, both dives move alike."""
+    case, off = draw_case(NEAREST_SEED, names=[], seconds=40.0), np.array([3.0, -2.0, 1.0])
+
+    def dived(arm: Array) -> tuple[Dive, Array]:
+        def apply(site: Site, _: np.random.Generator) -> None:
+            site.faults = site.faults._replace(arm=site.faults.arm + arm, unseen=1)
+
+        simulated = replace(case, planted=(Planted("dvl_lever_arm", {}, apply, 1.0),)).simulated(0)[1]
+        return simulated.dive, simulated.ticks.state[:, 10:13]
+
+    (there, turning), (here, same) = dived(off), dived(np.zeros(3))
+    assert np.array_equal(turning, same)
+    added = there.velocity.value - here.velocity.value
+    rates = [np.interp(there.velocity.time_s, there.pwm.time_s, rate) for rate in turning.T]
+    for axis, (after, last) in enumerate(((1, 2), (2, 0), (0, 1))):
+        table, read = np.column_stack([rates[after], -rates[last]]), np.isfinite(added[:, axis])
+        places, *_ = np.linalg.lstsq(table[read], added[read, axis])
+        assert places == pytest.approx([off[last], off[after]], abs=0.05), "xyz"[axis]
+
+
+def test_an_accelerometer_reads_the_weight_by_the_hull_s_tilt_beside_its_motion() -> None:
+    simulated = draw_case(NEAREST_SEED, names=[], seconds=40.0).simulated(0)[1]
+    dive, ticks = simulated.dive, simulated.ticks
+    w, x, y, z = ticks.state[:, 3:7].T
+    weight = 9.80665 * np.column_stack([2 * (w * y - x * z), -2 * (w * x + y * z)])
+    for axis in (0, 1):
+        columns = (weight[:, axis], ticks.nu_dot[:, axis])
+        table = np.column_stack([np.interp(dive.specific_force.time_s, dive.pwm.time_s, c) for c in columns])
+        shares, *_ = np.linalg.lstsq(table, dive.specific_force.value[:, axis])
+        assert shares[0] == pytest.approx(1.0, abs=0.3), "xy"[axis]
+
+
 def test_a_tilted_accelerometer_is_turned_and_not_stretched() -> None:
     case = draw_case(NEAREST_SEED, names=["imu_gravity_leak"], size=1.0, seconds=20.0)
     tilt, angles = case.simulated(0)[0].faults.tilt, parameters_of(case)

@@ -114,7 +114,9 @@ def test_cancelling_ends_the_process_and_leaves_no_file(
 
     async def cancelled() -> None:
         heard = asyncio.Event()
-        job = asyncio.create_task(work((*dive, "--report", str(page)), lambda _: heard.set(), lambda: 0))
+        job = asyncio.create_task(
+            work((*dive, "--method", "likelihood", "--report", str(page)), lambda _: heard.set(), lambda: 0)
+        )
         await heard.wait()
         job.cancel()
         with pytest.raises(asyncio.CancelledError):

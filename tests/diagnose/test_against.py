@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fakes.planted import planted_nominal
 
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
@@ -27,6 +26,7 @@ from identify.diagnose.against import (
 from identify.diagnose.candidates import Cause
 from identify.diagnose.changed import Simulator, simulator_of
 from identify.diagnose.drift import Drift
+from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect
@@ -296,9 +296,14 @@ def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as
     )
 
 
-def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recording_lets_them():
+@pytest.mark.parametrize("damping", ["linear", "both"])
+def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recording_lets_them(damping):
+    """Of the two drags of a hull it may lack the quadratic."""
     case = draw_case(150031, names=[], seconds=60.0)
-    nominal = planted_nominal(case)
+    vehicle, name = case.file.vehicle, case.configuration
+    shape = replace(vehicle.configurations[name], damping=damping)
+    file = replace(case.file, vehicle=replace(vehicle, configurations={name: shape}))
+    nominal = nominal_of(dive_of(case), file, name)
     mass = nominal.course.mass
     values = {"M_u": value(1.3 * mass[0]), "D_u": Value(20.0, "N/(m/s)", 1.0, 1000.0)}
     held = Simulator(values, ()).filters_of(nominal)

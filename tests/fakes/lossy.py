@@ -81,6 +81,8 @@ class _Way:
                 self._queue_one(frame.raw, now_s + faults.delay_s + jitter_s)
 
     def due(self, now_s: float) -> list[bytes]:
+        if not (self._queue or self._overtaken):
+            return []
         overdue = [entry for entry in self._overtaken if entry[0] + OVERTAKEN_S <= now_s]
         self._overtaken = [entry for entry in self._overtaken if entry not in overdue]
         self._queue += overdue

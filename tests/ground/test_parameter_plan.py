@@ -8,7 +8,7 @@ import pytest
 from bridge.errors import ConfigError, ParamRejected, ParamUnknown
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.comparison import Comparison, planned, wanted_by
+from gcs_plugin.params.comparison import Comparison, compared, planned, wanted_by
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
@@ -20,7 +20,9 @@ from gcs_plugin.params.plan import (
     taken_back,
 )
 from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.receipt import Line
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path, write_sidecar
+from gcs_plugin.params.transfer import Outcome
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
 
@@ -427,3 +429,24 @@ def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
     assert read == made
     with pytest.raises(ConfigError, match="it: "):
         Comparison.from_json({"summary": "3 parameters"}, "it")
+
+
+def test_a_gain_that_is_not_set_is_told_as_the_gain_of_1_that_it_is_before_and_after(tmp_path):
+    file = tmp_path / "gap.param"
+    write_parameters(file, {"FF0_T1_GAIN": 0.75, "FF0_T_ASTERN": 0.5, "FF0_X_UU": 12.5}, (), 1, 1)
+    interval = Interval("T1_gain", "1", 0.7, 0.8)
+    write_sidecar(file, dataclasses.replace(SIDECAR, intervals={"FF0_T1_GAIN": interval}))
+    present = {"FF0_T1_GAIN": 0.0, "FF0_T_ASTERN": 0.0, "FF0_X_UU": 0.0}
+    wanted = wanted_by(file, "despite-doubts", despite_doubts=True)
+    gain, astern, drag = planned(file, wanted, present, None, tmp_path, 1).lines
+    assert gain.cells()[1:4] == ("1", "0.75", "-25 %")
+    assert gain.change == pytest.approx(-5.0)
+    assert gain.present == 0.0  # as the vehicle has it, for other programs
+    assert astern.cells()[1:4] == ("1", "0.5", "-50 %")
+    assert drag.cells()[1:4] == ("0", "12.5", "-")
+    back = make_plan({"FF0_T1_GAIN": 0.0}, {"FF0_T1_GAIN": 0.75})
+    (line,) = compared(back, None, {"FF0_T1_GAIN": AcceptedValue(0.0, "2026-11-21T064500Z", None)})
+    assert line.cells()[1:4] == ("0.75", "1", "+33 %")
+    assert line.cells()[5] == "1"
+    assert Line("FF0_T1_GAIN", 0.0, 0.75, 0.75, Outcome.APPLIED, "").cells()[2:4] == ("1", "0.75")
+    assert Line("FF0_T1_GAIN", 0.75, 0.0, 0.0, Outcome.APPLIED, "").cells()[2:4] == ("0.75", "1")

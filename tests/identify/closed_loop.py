@@ -46,19 +46,20 @@ def dive(
     n = int(seconds / step)
     h = step / inner
     u = d = integral = 0.0
-    keep = np.exp(-h / 1.5)
+    keep = float(np.exp(-h / 1.5))
+    kick = float(disturbance * np.sqrt(1 - keep**2))
     time_s = np.arange(n) * step
     speed, force, reference, used = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    for k in range(n):
-        speed[k] = u + noise * rng.normal()
-        reference[k] = 0.4 * np.sign(np.sin(2 * np.pi * time_s[k] / 40.0)) * (time_s[k] > 5)
-        used[k] = u + hidden_noise * rng.normal() if hidden_noise else speed[k]
-        error = reference[k] - used[k]
+    reference[:] = 0.4 * np.sign(np.sin(2 * np.pi * time_s / 40.0)) * (time_s > 5)
+    for k, (at_s, wanted) in enumerate(zip(time_s.tolist(), reference.tolist(), strict=True)):
+        speed[k] = seen = u + noise * rng.normal()
+        used[k] = felt = u + hidden_noise * rng.normal() if hidden_noise else seen
+        error = wanted - felt
         integral += error * step
-        force[k] = 60.0 * error + 25.0 * integral
-        pushed = force[k] + push(float(time_s[k]), float(force[k]))
-        for _ in range(inner):
-            d = keep * d + disturbance * np.sqrt(1 - keep**2) * rng.normal()
+        force[k] = asked = 60.0 * error + 25.0 * integral
+        pushed = asked + push(at_s, asked)
+        for drawn in rng.normal(size=inner).tolist():
+            d = keep * d + kick * drawn
             u += h * (pushed - (DAMPING + quadratic * abs(u)) * u + d) / MASS
     six = np.zeros((n, 6))
     six[:, 0] = force

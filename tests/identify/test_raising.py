@@ -154,6 +154,39 @@ def test_an_axis_that_an_autopilot_holds_later_is_not_pushed_beside_the_controll
     assert judged(replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))).go
 
 
+def left_alone(force, begin_s: float, end_s: float) -> Dive:
+    """In shadow, surge without the controller for a while, and commanded by somebody else: `force` of time, N."""
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_pid is not None
+    time_s, pid = dive.tau_pid.time_s, dive.tau_pid.value.copy()
+    alone = (time_s > begin_s) & (time_s < end_s)
+    pid[alone, 0] = 0.0
+    commanded = pid.copy()
+    commanded[alone, 0] = force(time_s[alone])
+    return replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))
+
+
+def test_a_short_while_in_which_an_autopilot_holds_an_axis_is_no_push_and_a_force_that_is_held_is() -> None:
+    def holds(time_s):
+        return 6.0 * np.sin(time_s / 0.9) + 2.0 * np.sin(time_s / 0.3)
+
+    assert judged(left_alone(holds, 80.0, 110.0)).go
+    pushes = judged(left_alone(lambda time_s: 12.0 * np.sign(np.sin(time_s / 1.5)), 80.0, 110.0))
+    assert failed(pushes) == ["motion"]
+    assert "thrusters were pushed beside the controller" in pushes.criteria[0].words
+
+
+@pytest.mark.parametrize(("seconds", "count", "go"), [(0.5, 40, True), (1.5, 2, False)])
+def test_taps_of_the_sticks_are_no_push_however_many(seconds: float, count: int, go: bool) -> None:
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_cmd is not None
+    time_s, commanded = dive.tau_cmd.time_s, dive.tau_cmd.value.copy()
+    rests_s = 80.0 + 3.0 * np.arange(count) % 30.0
+    for begin_s in rests_s:
+        commanded[(time_s >= begin_s) & (time_s < begin_s + seconds), 0] += 30.0
+    assert judged(replace(dive, tau_cmd=Signal(time_s, commanded))).go is go
+
+
 def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
     dive = flown(Mode.SHADOW)
     zeroed = dive.tau_ff.value.copy()

@@ -1,7 +1,11 @@
-"""Small changes to a module's source: a comparison, a sum, a condition or a number is another."""
+"""Small changes to a module's source: a comparison, a sum, a condition or a number is another; and which tests are
+closest to it."""
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
+from math import inf
 from pathlib import Path
 from random import Random
 
@@ -85,3 +89,54 @@ def drawn(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list[M
         all_of_it = [m for f in files for m in mutants_of(str(f.relative_to(root)), f.read_bytes())]
         picked += rng.sample(all_of_it, each)
     return picked
+
+
+def closest_first(root: Path, judges: tuple[str, ...], file: str) -> list[str]:
+    """The test files of `judges`, folders or files, by the number of imports between them and `file`, then by the
+    order of `judges`."""
+    away = _away(root, file)
+    tests = [
+        str(path.relative_to(root))
+        for judge in judges
+        for path in ([root / judge] if judge.endswith(".py") else sorted((root / judge).rglob("test_*.py")))
+    ]
+    return sorted(tests, key=lambda test: away.get(test, inf))
+
+
+def _away(root: Path, file: str) -> dict[str, int]:
+    """The number of imports from each file of the tree to `file`."""
+    importers, away, reached = _importers(root), {file: 0}, [file]
+    for near in reached:
+        for importer in sorted(importers.get(near, ())):
+            if importer not in away:
+                away[importer] = away[near] + 1
+                reached.append(importer)
+    return away
+
+
+@cache
+def _importers(root: Path) -> dict[str, set[str]]:
+    """The files that import each file of the tree."""
+    importers: dict[str, set[str]] = {}
+    for folder in ("bridge", "gcs_plugin", "identify", "bench", "tui", "tests"):
+        for path in (root / folder).rglob("*.py"):
+            for imported in _imported(root, path):
+                importers.setdefault(imported, set()).add(str(path.relative_to(root)))
+    return importers
+
+
+def _imported(root: Path, path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        match node:
+            case ast.Import(names):
+                dotted = [alias.name for alias in names]
+            case ast.ImportFrom(module=str() as module, names=names):
+                dotted = [module, *(f"{module}.{alias.name}" for alias in names)]
+            case _:
+                continue
+        for name in dotted:
+            # Tests name what lies beside them, and what lies in `tests`, without a folder.
+            for base in (root, path.parent, root / "tests"):
+                module_file = base / f"{name.replace('.', '/')}.py"
+                if module_file.is_file():
+                    yield str(module_file.relative_to(root))

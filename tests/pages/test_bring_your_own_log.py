@@ -1,15 +1,20 @@
 """The how-to for a foreign log is followed, command by command, on a log in axes of ROS."""
 
 import json
+import shlex
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sketches
 from page_runner import Typist
 from soak import rest_in_soak
 
 from identify.challenge.case import dive_of, draw_case
 from identify.ingest.rotation import euler_angles
+from tui import cli
 
 FLU = np.array([1.0, -1.0, -1.0])
 RUNS = 3
@@ -54,10 +59,27 @@ def write_foreign_log(folder: Path, seconds: float, seed: int = 100_011) -> None
 NO_LINK = 0
 
 
-@pytest.fixture(scope="module", params=rest_in_soak((66.0, 150.0)))
+class Here(Typist):
+    """Runs each line in this process, its figures sketched: six processes mostly import, and a page mostly draws."""
+
+    def _run(self, line):
+        command, verb, *options = shlex.split(line)
+        assert command == "seatrial"
+        said = StringIO()
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(said), redirect_stderr(said):
+            patch.chdir(self.folder)
+            patch.setattr("identify.report.picture.inline", sketches.inline)
+            assert cli.main([verb, *options]) == 0, f"{line}\n{said.getvalue()}"
+        self.said = said.getvalue()
+
+
+@pytest.fixture(
+    scope="module", params=rest_in_soak(((Here, 66.0), (Typist, 150.0))), ids=["here", "in a shell"]
+)
 def followed(tmp_path_factory, request):
-    typist = Typist(tmp_path_factory.mktemp("own"), NO_LINK)
-    write_foreign_log(typist.folder, request.param)
+    typed, seconds = request.param
+    typist = typed(tmp_path_factory.mktemp("own"), NO_LINK)
+    write_foreign_log(typist.folder, seconds)
     typist.follow("docs/howto/bring_your_own_log.md", but=("cp ",))
     yield typist
     typist.close()

@@ -179,7 +179,7 @@ def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, a
         "DIVE OVER",
         "nothing is recorded",
         "is over after",
-        "^g records the next",
+        "Ctrl-G records the next",
         without=("no recording runs",),
     )
     says("Key `2`, *Dives*")
@@ -199,7 +199,7 @@ def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, a
     app.keys("u")
     lines = re.search(r"type (\d+) and Enter", app.until("and Enter"))[1]
     app.keys(lines, "Enter")
-    app.until("NEXT  ^u  uploaded: set the feed-forward to shadow")
+    app.until("NEXT  Ctrl-U  uploaded: set the feed-forward to shadow")
     type_next()
     says("End both terminals with Ctrl-C")
     typist.end("terminal 1")

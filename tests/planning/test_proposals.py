@@ -80,7 +80,8 @@ class Tumbling(Tank):
         return replace(trial, nu=50 * trial.nu) if tumbles else trial
 
 
-def test_a_push_at_which_the_hull_tumbles_leaves_one_just_below_it() -> None:
+def test_a_push_at_which_the_hull_tumbles_leaves_one_just_below_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("identify.planning.propose.PERIODS_S", (4.0,))
     (part,) = propose(Tumbling(FILE, "hovering", KNOWN), Limits(), 60.0, [SURGE]).parts
     assert part.manoeuvre.kind == "square wave"
     assert 2.4 < part.manoeuvre.amplitudes[0] <= 3.0

@@ -81,19 +81,19 @@ def test_the_users_own_file_is_taken_where_none_is_named(tmp_path, monkeypatch):
 
 KEYS = (
     LiveKey("i", "i", "Identify", "identify"),
-    LiveKey("ctrl+x", "^x", "FF off", "app.force_off"),
+    LiveKey("ctrl+x", "Ctrl-X", "FF off", "app.force_off"),
     LiveKey("question_mark", "?", "Help", "app.help"),
-    LiveKey("ctrl+q", "^q", "Quit", "app.quit"),
+    LiveKey("ctrl+q", "Ctrl-Q", "Quit", "app.quit"),
 )
 
 
 @pytest.mark.parametrize(
     ("cells", "line"),
     [
-        (40, " i Identify  ^x FF off  ? Help  ^q Quit "),
-        (39, " i Identify  ^x FF off  ? Help, 1 more "),
-        (26, " ^x FF off  ? Help, 2 more "),
-        (0, " ^x FF off  ? Help, 2 more "),
+        (48, " i Identify  Ctrl-X FF off  ? Help  Ctrl-Q Quit "),
+        (47, " i Identify  Ctrl-X FF off  ? Help, 1 more "),
+        (30, " Ctrl-X FF off  ? Help, 2 more "),
+        (0, " Ctrl-X FF off  ? Help, 2 more "),
     ],
 )
 def test_keys_without_room_are_counted_beside_the_help_and_the_off_key_always_stays(cells, line):

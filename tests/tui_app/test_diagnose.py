@@ -12,16 +12,16 @@ from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
 from made_dives import dive
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import WIDE, Lacks, Sees, plain, played, shows
+from screen_text import NARROW, WIDE, Lacks, Sees, plain, played, shows
 
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.foretold import Foretold
 from bridge.wire.framing import Encoder
 from gcs_plugin.params.sidecar import sidecar_path
+from tui.app.diagnosis import answer
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import diagnose
-from tui.app.screens.diagnose import answer
 from tui.app.screens.parameters import ParametersScreen
 
 TRYING = Report("diagnosing", 0.4, "trying 41 candidates")
@@ -245,3 +245,10 @@ def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():
     )
     assert plain(diagnose.verdict_lines(partly, 80))[0].split()[:2] == ["◑", "PARTLY"]
     assert plain(diagnose.where(partly, 80))[-1] == "In surge it takes 3.1 N."
+
+
+@pytest.mark.parametrize("size", [(48, 30), NARROW, WIDE])
+def test_the_verdict_is_shown_to_its_end_on_every_screen(tmp_path, size):
+    played(
+        desk_with(tmp_path), "4", Sees("Most of it lies in yaw, turning. [d] diagnoses it again"), size=size
+    )

@@ -100,7 +100,7 @@ def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
     named = []
     unnamed.name_vehicle = lambda vehicle: named.append(load_vehicle(vehicle))
     which = (
-        Sees("NEXT ^k say which vehicle this is"),
+        Sees("NEXT Ctrl-K say which vehicle this is"),
         "ctrl+k",
         Sees("ardusub_vectored, bluerov2, bluerov2_heavy, bolt, ruvifist"),
     )
@@ -109,7 +109,7 @@ def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
         "3",
         "i",
         Sees("No vehicle file is known"),
-        Sees("^k says which."),
+        Sees("Ctrl-K says which."),
         *(*which, *"rov", "enter", lambda _: not (named or unnamed.vehicle)),
         *("ctrl+k", *"bolt", "enter", Lacks("No vehicle file is known"), lambda _: unnamed.vehicle == "bolt"),
     )

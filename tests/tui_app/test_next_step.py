@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 import pytest
 from fake_verbs import FakeVerbs
 from fake_verbs import desk as made_desk
+from made_diagnosis import diagnosis
 from made_validation import raising, run
 from made_view import FixedViews, picture, view
 from screen_text import WIDE, Lacks, Sees, played
@@ -71,6 +72,9 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read what to dive next"),
         # What mode it is in, nobody knows until it speaks.
         (replace(UPLOADED, heard=False, mode=""), Task.TO_SHADOW, "uploaded: switch the vehicle on; the mode of"),
+        (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),
+        (replace(GO, heard=False, mode="", gate=("first", False), flown="off"), Task.TO_SHADOW,
+         "uploaded: switch the vehicle on"),
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
@@ -252,19 +256,40 @@ def test_the_screen_that_says_go_names_the_key_and_the_key_goes_by_it_whatever_w
     in_shadow.dive(FLOWN, M_u=0.01)
     assert (in_shadow.situation().dive, in_shadow.situation().flown) == (FLOWN, "")
     asked = (lambda app: isinstance(app.screen, AskScreen), Sees("Type BOTH"))
-    keys = ("6", Sees("GO"), Sees("^u raises it to both."), "ctrl+u", *asked)
+    keys = ("6", Sees("GO"), Sees("Ctrl-U raises it to both."), "ctrl+u", *asked)
     played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1, Armed.DISARMED)))
     in_shadow.validate(FLOWN, "both", False)
     why = f"{FLOWN} is a NO-GO; Validate says why"
-    keys = ("6", Sees("GO"), Sees(f"^u does not raise it now: {why}."), "ctrl+u")
+    keys = ("6", Sees("GO"), Sees(f"Ctrl-U does not raise it now: {why}."), "ctrl+u")
     notices = played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
     assert notices == [f"not raised: {why}"]
+
+
+@pytest.mark.parametrize("contradicted", [False, True])
+def test_a_diagnosis_that_its_check_dive_contradicts_is_no_upload(in_shadow, contradicted):
+    data = diagnosis()
+    if contradicted:
+        data["shrink"]["check"]["after"] = 4.0  # it was 3.13 without the causes
+    in_shadow.write(in_shadow.desk.dive / "diagnosis.json", json.dumps(data))
+    write_parameters(in_shadow.desk.dive / "diagnosed.param", {"FF0_M_U": 12.5, "FF0_X_UU": 9.0}, (), 1, 1)
+    in_shadow.stamp(in_shadow.desk.dive / "diagnosed.param")
+    step = next_of(in_shadow.situation(shown(1)))
+    assert step.words.startswith(
+        "GO in shadow" if contradicted else "a cause was diagnosed: compare and upload"
+    )
+
+
+def test_while_a_question_is_open_the_next_step_is_its_answer_and_names_no_key(place):
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    asked, next_step = Sees("NEXT answer what is asked; escape leaves it"), Sees("NEXT 2 i identify")
+    views = FixedViews(shown(0))
+    played(place.desk, next_step, "ctrl+u", asked, "escape", next_step, views=views)
 
 
 def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_shadow):
     in_shadow.write(in_shadow.receipts / "2026-11-21T090000Z-accepted.param")
     assert in_shadow.situation().gate is None
-    keys = ("6", Sees("GO"), Sees("^u does not raise it now: no dive in shadow since the upload"))
+    keys = ("6", Sees("GO"), Sees("Ctrl-U does not raise it now: no dive in shadow since the upload"))
     played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
 
 

@@ -5,13 +5,16 @@ from dataclasses import replace
 
 import pytest
 from fake_verbs import desk as desk_of
-from made_parameters import PARAM, FakeVehicle, desk, has, line_of, on_screen, plan, receipt, views
-from screen_text import NARROW, WIDE, Lacks, Sees, made, played, pressed, settled
+from made_parameters import PARAM, FakeVehicle, desk, has, line_of, on_screen, plan, receipt, row, views
+from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, played, pressed, settled
 from textual.widgets._toast import Toast
 
+from bridge.reports import Written
 from bridge.vehicle.config import CONFIGS
-from tui.app.screens import parameters_lines as lines
+from gcs_plugin.params.comparison import TAKEN_BACK
 from tui.app.screens.frame import Drawn
+from tui.app.screens.parameters_table import LEFT, table
+from tui.app.screens.transfer import comparison
 
 FIRST = plan()["parameters"][0]
 WHY = "its standard deviation, 153, is as large as the value: the dive did not tell it"
@@ -74,10 +77,60 @@ def test_lines_that_have_no_room_are_counted_on_their_side_and_a_question_hides_
     ("verdict", "word"),
     [("not on the vehicle", "absent"), ("implausible", "unlikely"), ("refused", "refused")],
 )
-def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line(verdict, word):
+def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line_and_in_full_on_a_wide_one(verdict, word):
     parameter = {**FIRST, "verdict": verdict, "reason": "why so"}
+    name, vehicle = parameter["name"], FakeVehicle(plan(parameters=[parameter]))
+    on_screen(vehicle, has(name, word), Sees(f"{verdict}: why so."), size=(60, 24))
+    on_screen(vehicle, lambda app: f" {verdict} " in line_of(app, name), size=WIDE)
+
+
+AWKWARD = [
+    row("M_u", -12345.678, 123456.78, 1234.5, -12345.678, "") | {"name": "FF1_T_VSHARES"},
+    row("D_r", 0.0, 0.0012345, 0.0001, None, "why", "not on the vehicle", "it has none"),
+    row("D_v", 1.0, 2.0, 0.5, 1.0, "", "changed", TAKEN_BACK),
+]
+
+
+@pytest.mark.parametrize("cells", [48, 60, 80, 90, 100, 120, 130, 140, 160])
+@pytest.mark.parametrize("rows", [plan()["parameters"], AWKWARD], ids=["usual", "awkward"])
+@pytest.mark.parametrize("written", [False, True])
+def test_no_column_is_cut_and_those_in_intervals_are_left_out_first(rows, cells, written):
+    shown = comparison(plan(parameters=rows))
+    names = [line["name"] for line in rows]
+    became = {name: Written(name, "rolled_back", "why") for name in names if written}
+    head, *lines = plain(table(shown, (), 0, became, cells, 20))
+    assert max(map(len, (head, *lines))) <= cells
+    assert "…" not in "".join(lines)
+    heads = head.split()
+    assert heads[: heads.index("change") + 1] == [
+        *("name", "was" if written else "vehicle", "→"),
+        *("identified" if cells >= 60 else "new", "change"),
+    ]
+    order = [known for known in ("change", "unit", "±95", "Δ/±95%", "accepted", "meaning") if known in heads]
+    assert order == [head for head in heads if head in order]
+    for line, entry in zip(lines, shown.parameters, strict=True):
+        assert entry.name in line
+        assert "meaning" not in heads or line.endswith(entry.sentence)
+    if cells >= 100:
+        assert "accepted" in heads
+
+
+GAIN = FIRST | {"name": "FF1_T1_GAIN", "unit": "1", "present": 0.0, "target": 0.791, "change": None}
+
+
+def test_a_gain_that_is_not_set_is_a_gain_of_1_before_an_upload_and_after_a_roll_back():
     on_screen(
-        FakeVehicle(plan(parameters=[parameter])), has(parameter["name"], word), Sees(f"{verdict}: why so.")
+        FakeVehicle(plan(parameters=[GAIN])),
+        lambda app: "1 →      0.791  -21 %" in line_of(app, "FF1_T1_GAIN"),
+        Sees("on the vehicle 1 (not set) → in the file 0.791 (-21 %)"),
+    )
+    back = GAIN | {"present": 0.791, "target": 0.0, "low95": None, "high95": None}
+    on_screen(
+        FakeVehicle(back=plan(parameters=[back])),
+        "r",
+        "escape",
+        lambda app: "0.791 →      1  +26 %" in line_of(app, "FF1_T1_GAIN"),
+        Sees("in the file 1 (not set)"),
     )
 
 
@@ -88,7 +141,7 @@ def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
         app.set_keymap({"parameters.read": "f7"})
 
     again = "Nothing was written by this reading; {} reads the vehicle again."
-    failure = (Sees("no vehicle's HEARTBEAT"), Sees(again.format("^r")))
+    failure = (Sees("no vehicle's HEARTBEAT"), Sees(again.format("Ctrl-R")))
     on_screen(vehicle, *failure, change_key, lambda _: None, Sees(again.format("f7")), "u", Lacks("type"))
 
 
@@ -191,8 +244,8 @@ def test_what_the_vehicle_held_is_dimmed_and_dated_once_it_may_no_longer_be_so(l
     flying, fresh = Flying(), views().shown.picture
 
     def dimmed(app):
-        line = next(line for line in app.screen._table(80, 20) if ("FF1_M_U     ", "tab") in line)
-        return next(role for text, role in line if text.strip() == "96.5") == "stale"
+        line = next(line for line in app.screen._table(80, 20) if ("FF1_M_U", "tab") in line)
+        return next(role for text, role in line if text.strip() == "96.5 →") == "stale"
 
     def grow_old(_):
         flying.now_s = now_s
@@ -251,7 +304,7 @@ def with_an_implausible_mass():
 
 def test_an_implausible_line_says_why_and_is_left_out_of_an_upload():
     vehicle, name = FakeVehicle(with_an_implausible_mass()), FIRST["name"]
-    on_screen(vehicle, lambda app: lines.LEFT in line_of(app, name), Sees(WHY), "u", "6", "enter")
+    on_screen(vehicle, lambda app: LEFT in line_of(app, name), Sees(WHY), "u", "6", "enter")
     (words,) = vehicle.writes
     assert name not in words
     assert words.count("--only") == 1

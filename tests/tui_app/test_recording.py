@@ -83,8 +83,8 @@ def test_a_recording_is_begun_where_none_runs_also_for_off_which_goes_by_its_lin
     boat = Boat()
     (notice,) = after([key], boat, SILENT)
     assert notice == (
-        "a recording of udpin:127.0.0.1:14550 has begun, and goes on when the app is left; ^d ends it again, and only "
-        "looks"
+        "a recording of udpin:127.0.0.1:14550 has begun, and goes on when the app is left; Ctrl-D ends it again, and "
+        "only looks"
     )
     assert boat.orders == ["begin"]
 
@@ -116,7 +116,7 @@ def test_without_a_link_the_dives_come_first_and_the_key_that_records_asks_for_t
         Way("udpin:127.0.0.1:14550", "a vehicle"),
         Way("serial:/dev/ttyUSB0:115200", "DVL"),
     )
-    on_top = Sees("no vehicle is connected; ^l connects one")
+    on_top = Sees("no vehicle is connected; Ctrl-L connects one")
     steps = [
         shows(DivesScreen),
         on_top,
@@ -165,9 +165,9 @@ def test_what_is_no_link_or_is_recorded_by_another_stays_in_the_box_with_the_rea
 @pytest.mark.parametrize(
     ("now", "killed", "notice"),
     [
-        (None, False, f"{OVER}; ^g records the next"),
+        (None, False, f"{OVER}; Ctrl-G records the next"),
         (replace(view().recording, folder="dives/second"), False, f"{OVER}; the next dive is recorded"),
-        (None, True, "the recording of deck has ended without being told to; ^g begins one"),
+        (None, True, "the recording of deck has ended without being told to; Ctrl-G begins one"),
     ],
 )
 def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
@@ -307,9 +307,9 @@ LOST = replace(SILENT, trouble="no recording runs that could be listened to")
 @pytest.mark.parametrize(
     ("shown", "how", "sentence"),
     [
-        (SILENT, {}, "no recording runs; ^g begins one"),
+        (SILENT, {}, "no recording runs; Ctrl-G begins one"),
         (SILENT, {"keymap": {"recording.begin": "f7"}}, "no recording runs; f7 begins one"),
-        (LOST, {}, "no recording runs that could be listened to; ^g begins one"),
+        (LOST, {}, "no recording runs that could be listened to; Ctrl-G begins one"),
         (LOST, {"view_only": True}, "no recording runs that could be listened to"),
     ],
 )
@@ -339,7 +339,7 @@ def test_a_dive_in_which_nothing_arrived_is_said_not_to_be_kept():
 @pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
 def test_where_nothing_is_recorded_the_key_says_so(key):
     boat = Boat()
-    assert after([key], boat, SILENT) == [f"{NO_RECORDING}; ^g begins one"]
+    assert after([key], boat, SILENT) == [f"{NO_RECORDING}; Ctrl-G begins one"]
     boat.desk.record = None
     assert after([key], boat, SILENT) == [NO_RECORDING]
     assert boat.orders == []

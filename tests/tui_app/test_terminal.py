@@ -200,7 +200,7 @@ def test_long_work_is_told_of_before_the_app_is_left_and_again_where_it_was_begu
         return not app._exit
 
     anew = (cancel, begin, "ctrl+q", stays, "ctrl+q", lambda app: app._exit)
-    warning = "diagnose at work, and lost if you leave now; ^q again leaves"
+    warning = "diagnose at work, and lost if you leave now; Ctrl-Q again leaves"
 
     def warned(app):
         return said(app) == [warning]

@@ -93,7 +93,7 @@ def test_help_says_what_each_mark_means_in_whole_sentences_where_it_is_narrow():
     run(made(FixedViews(), desk=desk()), (80, 48), work)
 
 
-@pytest.mark.parametrize(("keymap", "key"), [({}, "^q"), ({"app.quit": "f10"}, "f10")])
+@pytest.mark.parametrize(("keymap", "key"), [({}, "Ctrl-Q"), ({"app.quit": "f10"}, "f10")])
 def test_ctrl_c_leaves_nothing_and_says_in_plain_words_which_key_does(keymap, key):
     assert played(desk(), "ctrl+c", keymap=keymap) == [f"{key} leaves; the recording goes on"]
 
@@ -108,7 +108,7 @@ def test_a_key_of_the_keymap_works_stands_in_help_and_in_its_place_and_the_defau
 
     def has_key(app):
         line = next(line for line in text(app).splitlines() if "sent until" in line)
-        return "f9" in line and "^x" not in line
+        return "f9" in line and "Ctrl-X" not in line
 
     dead = ("ctrl+x", lambda _: views.forced == 0)
     keymap = {"ff.off": "f9", "app.help": "f5"}

@@ -43,7 +43,7 @@ def vehicle(tmp_path, port):
 
 def test_the_app_lives_in_tmux_from_the_first_frame_to_the_last_key(app, vehicle):
     app.keys(f"{app.line} --unrecorded; echo ended with $?", "Enter")
-    app.until("1 Watch", "? ARMED STATE UNKNOWN", "NO LINK", "NOT REC", "^x FF off")
+    app.until("1 Watch", "? ARMED STATE UNKNOWN", "NO LINK", "NOT REC", "Ctrl-X FF off")
     vehicle.start()
     app.until("■ ARMED", "LINK 0.", "sys 1/1", "FF both", "surge u", "ref   0.300", "DVL")
 

@@ -84,7 +84,9 @@ def test_one_that_is_armed_while_the_number_is_typed_asks_for_the_word():
 @pytest.mark.parametrize("mode", [2, 3])
 def test_while_the_feed_forward_of_an_armed_vehicle_acts_nothing_is_asked(mode):
     vehicle = FakeVehicle()
-    on_screen(vehicle, "u", Sees("force it off first, by ^x"), "7", "enter", shown=views(Armed.ARMED, mode))
+    on_screen(
+        vehicle, "u", Sees("force it off first, by Ctrl-X"), "7", "enter", shown=views(Armed.ARMED, mode)
+    )
     assert vehicle.writes == []
 
 

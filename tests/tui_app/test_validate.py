@@ -112,6 +112,13 @@ def test_a_dive_that_tells_no_mode_has_no_verdict():
     assert validate.criteria_lines(shown, 80) == ()
 
 
+def test_the_pid_alone_is_the_baseline_and_a_recording_in_which_nothing_moved_is_none():
+    flown = run_of("off", OLDER, 1.0, 1.2, None)
+    (baseline,), (idle,) = runs([flown]), runs([flown | {"axes": []}])
+    assert "the baseline" in " ".join(plain(validate.verdict_lines(baseline, 77)))
+    assert " ".join(plain(validate.verdict_lines(idle, 77))) == validate.NO_VERDICT
+
+
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     lines = plain(validate.criteria_lines(runs(validation(go=False))[0], 80))
     assert lines[0] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"

@@ -9,8 +9,9 @@ from vehicle_on_air import LINK, OnAir, dvl, imu
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.readings import TABLE
 from bridge.wire.status_codes import Topic, coded, status_texts
-from gcs_plugin.watch.picture import Armed, Condition, Freshness
+from gcs_plugin.watch.picture import Armed, Condition, Freshness, Kind
 from gcs_plugin.watch.watcher import Watcher
+from tui.watch_text import header
 
 RUVIFIST = load_vehicle("ruvifist")
 
@@ -332,6 +333,21 @@ def test_what_a_vehicle_said_before_it_started_anew_is_past():
             vehicle.says(mav.MAVLink_statustext_message(4, b"FF surge off"), float(at_s))
     texts = [(said.past, said.text.startswith("FF")) for said in watcher.picture(90.0).said]
     assert sorted(texts) == [(False, False), (False, True), (True, True)]
+    assert " ".join(header(watcher.picture(90.0), None)).count("FF surge off") == 1
+
+
+def test_what_a_vehicle_said_before_it_started_anew_is_no_alarm_any_more():
+    watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
+    vehicle, alarms = OnAir(watcher), {}
+    for at_s in (*range(20), *range(28, 34)):
+        vehicle.beats(float(at_s))
+        boot_s = at_s + 100 if at_s < 20 else at_s - 24
+        vehicle.says(mav.MAVLink_system_time_message(0, boot_s * 1000), float(at_s))
+        if at_s == 15:
+            vehicle.says(mav.MAVLink_statustext_message(2, b"Leak Detected"), float(at_s))
+        alarms[at_s] = [alarm.kind for alarm in watcher.picture(at_s + 0.5).alarms]
+    assert Kind.VEHICLE in alarms[19]
+    assert Kind.VEHICLE not in alarms[33]  # it would be, had the vehicle not started anew
 
 
 def test_a_vehicle_that_starts_anew_is_told_of_among_its_words_and_another_is_not():

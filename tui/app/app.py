@@ -203,6 +203,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         else:
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
 
+    def get_key_display(self, binding: Binding) -> str:
+        """A key as pages and sentences write it too: `Ctrl-U`."""
+        modifier, _, key = binding.key.rpartition("+")
+        return (
+            f"Ctrl-{key.upper()}"
+            if modifier == "ctrl" and len(key) == 1
+            else super().get_key_display(binding)
+        )
+
     def delay_update(self, delay: float = SETTLES_S) -> None:
         """Hold drawing back while screens change. Textual's own time is half of that in which a key is answered."""
         super().delay_update(delay)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from bridge.links.addresses import DEFAULT_BAUD, own_addresses
@@ -41,7 +42,7 @@ def ways(
     `recordings`: first the one that other programs use; `ports`: device and name.
     """
     running = [
-        Way(link, f"is recorded into {holding.folder}", recorded=True, others=n > 0)
+        Way(link, f"is recorded into {Path(holding.folder).name}", recorded=True, others=n > 0)
         for n, holding in enumerate(recordings)
         for link in holding.links
     ]

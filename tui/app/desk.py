@@ -12,6 +12,7 @@ from gcs_plugin.dives.recordings import length_s, recordings
 from gcs_plugin.locks import is_being_written
 from gcs_plugin.params.receipt import RECEIPT, kept_in, path_of
 from tui.app.connecting import Choice, Way, ways_now
+from tui.app.diagnosis import is_contradicted
 from tui.app.jobs import Jobs, newer, written_ns
 from tui.app.view import Replay
 from tui.dive_list import kept_glance
@@ -129,10 +130,14 @@ class Desk:
 def values_of(*dives: Path) -> Path | None:
     """The newest file of values of these dives, by its own time; None if they have none.
 
-    Leaves out the model of an earlier diagnosis if a later one found nothing.
+    Leaves out the model of an earlier diagnosis if a later one found nothing, and of one whose check contradicts it.
     """
     files = [dive / IDENTIFIED for dive in dives]
-    files += [dive / ACCEPTABLE for dive in dives if newer(dive / ACCEPTABLE, dive / DIAGNOSED)]
+    files += [
+        dive / ACCEPTABLE
+        for dive in dives
+        if newer(dive / ACCEPTABLE, dive / DIAGNOSED) and not is_contradicted(dive / DIAGNOSED)
+    ]
     return max(filter(written_ns, files), key=written_ns, default=None)
 
 

@@ -156,6 +156,11 @@ TO_HEAR = Next(
     ("screen.watch",),
     "uploaded: switch the vehicle on; the mode of its feed-forward tells what is next",
 )
+TO_HEAR_AND_RAISE = Next(
+    Task.TO_BOTH,
+    ("ff.raise",),
+    "GO in shadow: switch the vehicle on; this key then raises the feed-forward to both",
+)
 FLY_SHADOW = Next(
     Task.FLY_SHADOW, ("recording.next",), "once it has flown a minute in shadow: begin the next dive"
 )
@@ -172,6 +177,8 @@ NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown
 SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
 LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
 READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
+ASKED = Next(Task.WAIT, (), "answer what is asked; escape leaves it")
+"""While a question is open, every key goes to its answer."""
 WRITES = Next(Task.WAIT, (), "the vehicle is being written to: wait for its answer")
 OF_OTHERS: Final = {
     Task.VALIDATE: ("screen.dives", "dives.newest", "dives.validate"),
@@ -275,7 +282,7 @@ def _after_upload(now: Situation) -> Next:
     if now.mode == Mode.SHADOW.word:
         return TO_BOTH if raised_to(now)[0] is Mode.BOTH else _to_vehicle(now, FLY_SHADOW)
     if now.recording and not (now.mode or now.heard or now.contested):
-        return TO_HEAR
+        return TO_HEAR_AND_RAISE if now.gate is not None and now.gate[1] else TO_HEAR
     if now.gate is not None and now.gate[1]:
         return _to_vehicle(now, TO_SHADOW if now.mode == Mode.OFF.word else TO_BOTH)
     return _to_vehicle(now, TO_SHADOW)

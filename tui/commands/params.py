@@ -35,7 +35,7 @@ from gcs_plugin.params.files import (
 )
 from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
-from gcs_plugin.params.plan import Verdict, action_of, unit_of, value_text
+from gcs_plugin.params.plan import Verdict, acting_text, action_of, unit_of, value_text
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
@@ -74,7 +74,7 @@ class Watch:
         if self._tell is not None and reports.asked(os.environ):
             words = result.sentence
             if result.outcome is Outcome.APPLIED and result.seen is not None:
-                words = f"{value_text(result.seen)} read back equal"
+                words = f"{acting_text(name, result.seen)} read back equal"
             self._tell(self._share, name, written=reports.Written(name, result.outcome.name.lower(), words))
 
     @contextmanager

@@ -68,7 +68,7 @@ class ConnectScreen(OverScreen[Choice | None]):
         )
         box.add_class("box")
         box.border_title = "Connect a vehicle: one of these, or type"
-        box.border_subtitle = "enter records, ^r only looks, esc leaves"
+        box.border_subtitle = "enter records, Ctrl-R only looks, escape leaves"
 
     def _lines(self, cells: int, _: int) -> Lines:
         return way_lines(self._ways, self._at, self._trouble, cells)

@@ -1,23 +1,19 @@
 """Diagnose: the gap between model and recording, its causes, how far they shrink it, and the next dive."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final
 
-from bridge.errors import ConfigError
-from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.foretold import Foretold
 from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
-from identify.glance.foretold import rows_words
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
+from tui.app.diagnosis import Answer, Cause, Tried, answer, foretold
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
-from tui.app.jobs import Kept, newer, real
+from tui.app.jobs import Kept, newer
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
 
@@ -44,8 +40,6 @@ MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
 LEAST_NATS: Final = 1.0
 """A candidate with less gain is not worth showing."""
-OF_DRIFT: Final = ("after", "heldout", "by_axis")
-"""Drifts in numbers."""
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
     "explained": ("● EXPLAINED", "strong"),
@@ -53,110 +47,6 @@ MARKS: Final[dict[str, tuple[str, Role]]] = {
     "ambiguous": ("◐ AMBIGUOUS", "warn"),
     "unknown": ("▲ UNKNOWN", "bad"),
 }
-
-
-@dataclass(frozen=True)
-class Cause:
-    """The words of a cause, accepted or possible."""
-
-    name: str
-    gain_nats: float
-    sentence: str
-    alike: str
-    values: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A candidate that was not accepted; `why` explains the rejection of one with enough gain, "" for none."""
-
-    name: str
-    gain_nats: float
-    why: str
-
-
-@dataclass(frozen=True)
-class Words:
-    """A diagnosis in sentences, with the causes in the order of its effects."""
-
-    dive: str
-    check: str
-    configuration: str
-    verdict: str
-    causes: tuple[Cause, ...]
-    tried: tuple[Tried, ...]
-    character: tuple[str, ...]
-    next: tuple[str, ...]
-    notes: tuple[str, ...]
-    disturbance: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A diagnosis as the screen shows it.
-
-    `shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
-    `probabilities` of the causes; `shrinks` of the drift by the data that it was measured on, NaN if unknown.
-    """
-
-    verdict: str
-    shares: Mapping[tuple[str, str], float]
-    force_n: Mapping[str, float]
-    probabilities: tuple[float, ...]
-    shrinks: Mapping[str, Shrink]
-    words: Words
-
-
-def answer(data: Any) -> Answer | None:
-    """Parse a diagnosis from a DIAGNOSED value; None if it is not a diagnosis."""
-    try:
-        return _answer(data)
-    except (KeyError, TypeError, ValueError, AttributeError, ConfigError):
-        return None
-
-
-def foretold(data: Any) -> tuple[str, ...] | None:
-    """The sidecar's prediction for the next dive in words; None if it is no sidecar."""
-    try:
-        return rows_words([build(Foretold, row, "foretold") for row in data.get("foretold", ())])
-    except (TypeError, ValueError, AttributeError, ConfigError):
-        return None
-
-
-def _answer(data: Mapping[str, Any]) -> Answer:
-    gap, worded = data["gap"], data["told"]
-    words = build(Words, {key: worded[key] for key in worded if key not in OF_DRIFT}, "told")
-    of_dive = {"before": gap["before"], "after": worded["after"], "by_axis": worded.get("by_axis", {})}
-    shrinks = {"this dive, which was fitted": _shrink(of_dive)}
-    if data["shrink"]["heldout"] is not None:
-        shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
-    if data["shrink"]["check"] is not None:
-        shrinks[f"check dive {words.check}"] = _shrink(data["shrink"]["check"])
-    probabilities = tuple(float(effect["probability"]) for effect in data["effects"])
-    if len(probabilities) != len(words.causes):
-        raise ValueError("causes without words")
-    return Answer(
-        verdict=str(data["verdict"]),
-        shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},
-        force_n={dof: real(force) for dof, force in gap["force"].items() if dof in DOFS},
-        probabilities=probabilities,
-        shrinks=shrinks,
-        words=words,
-    )
-
-
-def _shrink(data: Mapping[str, Any]) -> Shrink:
-    by_axis = data.get("by_axis", {})
-    return Shrink(
-        **{name: real(data.get(name)) for name in ("before", "after", "value", "low95", "high95")},
-        floor=real(data.get("floor", 1.0)),
-        by_axis=tuple(_axis_shrink(dof, by_axis[dof]) for dof in DOFS if dof in by_axis),
-    )
-
-
-def _axis_shrink(dof: str, data: Mapping[str, Any]) -> AxisShrink:
-    names = (field.name for field in fields(AxisShrink) if field.name != "dof")
-    return AxisShrink(dof, **{name: real(data.get(name)) for name in names})
 
 
 def verdict_lines(answer: Answer, cells: int) -> Lines:
@@ -333,9 +223,7 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
 def what_next(answer: Answer, cells: int) -> Lines:
     """The next dive to make, and notes on this dive."""
     lines: list[Line] = []
-    # Where the model drifts further with the causes, the notes say to send nothing of them.
-    worse = any(shrink.after > shrink.before for shrink in answer.shrinks.values())
-    sends = answer.verdict == "explained" and not worse
+    sends = answer.verdict == "explained" and not answer.contradicted
     then = "upload what was found, and dive on" if sends else "dive on"
     for sentence in answer.words.next or (f"Nothing is left to split: {then}.",):
         lines += wrapped(sentence, "strong", cells)

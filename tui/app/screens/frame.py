@@ -14,12 +14,13 @@ from textual.geometry import Region, Size
 from textual.screen import Screen
 from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import Static
+from textual.widgets import Input, Static
 
 from tui.app.desk import Desk
 from tui.app.drawing import Line, Lines, Role, Span, changed, harmless, width, wrapped
 from tui.app.header import PHONE, Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
+from tui.app.next_step import ASKED
 from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
 
@@ -247,6 +248,7 @@ class StationScreen(Screen[None]):
         step = self.view.next if self.view is not None else None
         if step is None:
             return ((),)
+        step = ASKED if isinstance(self.app.focused, Input) else step
         here = f"screen.{str(self.title).lower()}"
         keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
         named: Line = ((f" {' '.join(keys)} ", "key"),) if keys and not self.view_only else ()

@@ -143,7 +143,8 @@ class SectionScreen(DiveScreen):
         """Called when another dive was chosen."""
 
     def body(self) -> ComposeResult:
-        yield Drawn(self._top, id=f"{self.VERB}-top")
+        with VerticalScroll(classes="top", can_focus=False):
+            yield Drawn(self._top, id=f"{self.VERB}-top")
         with Container(id=self.VERB):
             for name in self._names:
                 with Vertical(id=f"{self.VERB}-{name}", classes="section"):

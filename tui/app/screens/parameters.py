@@ -13,6 +13,7 @@ from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, entry_at, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
+from tui.app.screens import parameters_table
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
 from tui.app.screens.transfer import READ, Transfer
@@ -35,10 +36,13 @@ class ParametersScreen(StationScreen):
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
-        (f"{lines.CHOSEN} {lines.LEFT}", "a line that changes: to be written, or left as it is"),
-        (lines.DOUBT, "the value is doubted; the line below the table says why"),
         (
-            lines.IN_HALVES,
+            f"{parameters_table.CHOSEN} {parameters_table.LEFT}",
+            "a line that changes: to be written, or left as it is",
+        ),
+        (parameters_table.DOUBT, "the value is doubted; the line below the table says why"),
+        (
+            parameters_table.IN_HALVES,
             "the change in halves of the 95 % interval: 1 and less is within it, over 3 is worth a second look",
         ),
         (
@@ -245,7 +249,7 @@ class ParametersScreen(StationScreen):
             return ()
         became = self._became()
         stale, back = transfer.stale_s(self._picture) is not None, transfer.back
-        return lines.table(
+        return parameters_table.table(
             transfer.shown, transfer.chosen, self._at, became, cells, rows, back=back, stale=stale
         )
 

@@ -83,6 +83,11 @@ class Run:
     foretold: str = ""
     mode: str = ""
 
+    @property
+    def is_compared(self) -> bool:
+        """Whether anything of its reference moved."""
+        return any(math.isfinite(errors["overall"]) for errors in self.errors.values())
+
 
 def runs(data: Any) -> tuple[Run, ...] | None:
     """Parse a validation into its dives in the order of their modes; None if it is not a validation."""
@@ -123,7 +128,7 @@ def verdict_lines(run: Run, cells: int, raising: str = "") -> Lines:
     """Go or no-go as a mark and a word, then the sentence; of a GO in shadow also `raising`, the effect of the key."""
     judgement = run.verdict
     if judgement is None:
-        is_baseline = run.mode == Mode.OFF.word
+        is_baseline = run.mode == Mode.OFF.word and run.is_compared
         return wrapped(f"{run.dive} is {BASELINE}" if is_baseline else NO_VERDICT, "plain", cells)
     mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)

@@ -1,0 +1,143 @@
+"""A diagnosis as `seatrial diagnose` left it beside its dive."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from bridge.errors import ConfigError
+from bridge.files import read_small
+from bridge.plain import from_json
+from bridge.schema import build
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.foretold import Foretold
+from identify.diagnose.shrunk import AxisShrink, Shrink
+from identify.glance.foretold import rows_words
+from tui.app.jobs import real, written_ns
+
+OF_DRIFT: Final = ("after", "heldout", "by_axis")
+"""Drifts in numbers."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """The words of a cause, accepted or possible."""
+
+    name: str
+    gain_nats: float
+    sentence: str
+    alike: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate that was not accepted; `why` explains the rejection of one with enough gain, "" for none."""
+
+    name: str
+    gain_nats: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Words:
+    """A diagnosis in sentences, with the causes in the order of its effects."""
+
+    dive: str
+    check: str
+    configuration: str
+    verdict: str
+    causes: tuple[Cause, ...]
+    tried: tuple[Tried, ...]
+    character: tuple[str, ...]
+    next: tuple[str, ...]
+    notes: tuple[str, ...]
+    disturbance: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A diagnosis as the screen shows it.
+
+    `shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
+    `probabilities` of the causes; `shrinks` of the drift by the data that it was measured on, NaN if unknown.
+    """
+
+    verdict: str
+    shares: Mapping[tuple[str, str], float]
+    force_n: Mapping[str, float]
+    probabilities: tuple[float, ...]
+    shrinks: Mapping[str, Shrink]
+    words: Words
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the model drifts further with the causes: its notes then say to send nothing of them."""
+        return any(shrink.after > shrink.before for shrink in self.shrinks.values())
+
+
+def answer(data: Any) -> Answer | None:
+    """Parse a diagnosis from a DIAGNOSED value; None if it is not a diagnosis."""
+    try:
+        return _answer(data)
+    except (KeyError, TypeError, ValueError, AttributeError, ConfigError):
+        return None
+
+
+def foretold(data: Any) -> tuple[str, ...] | None:
+    """The sidecar's prediction for the next dive in words; None if it is no sidecar."""
+    try:
+        return rows_words([build(Foretold, row, "foretold") for row in data.get("foretold", ())])
+    except (TypeError, ValueError, AttributeError, ConfigError):
+        return None
+
+
+def _answer(data: Mapping[str, Any]) -> Answer:
+    gap, worded = data["gap"], data["told"]
+    words = build(Words, {key: worded[key] for key in worded if key not in OF_DRIFT}, "told")
+    of_dive = {"before": gap["before"], "after": worded["after"], "by_axis": worded.get("by_axis", {})}
+    shrinks = {"this dive, which was fitted": _shrink(of_dive)}
+    if data["shrink"]["heldout"] is not None:
+        shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
+    if data["shrink"]["check"] is not None:
+        shrinks[f"check dive {words.check}"] = _shrink(data["shrink"]["check"])
+    probabilities = tuple(float(effect["probability"]) for effect in data["effects"])
+    if len(probabilities) != len(words.causes):
+        raise ValueError("causes without words")
+    return Answer(
+        verdict=str(data["verdict"]),
+        shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},
+        force_n={dof: real(force) for dof, force in gap["force"].items() if dof in DOFS},
+        probabilities=probabilities,
+        shrinks=shrinks,
+        words=words,
+    )
+
+
+def _shrink(data: Mapping[str, Any]) -> Shrink:
+    by_axis = data.get("by_axis", {})
+    return Shrink(
+        **{name: real(data.get(name)) for name in ("before", "after", "value", "low95", "high95")},
+        floor=real(data.get("floor", 1.0)),
+        by_axis=tuple(_axis_shrink(dof, by_axis[dof]) for dof in DOFS if dof in by_axis),
+    )
+
+
+def _axis_shrink(dof: str, data: Mapping[str, Any]) -> AxisShrink:
+    names = (field.name for field in fields(AxisShrink) if field.name != "dof")
+    return AxisShrink(dof, **{name: real(data.get(name)) for name in names})
+
+
+def is_contradicted(file: Path) -> bool:
+    """Whether the diagnosis that a file holds is contradicted by the data that it was checked on; False without one."""
+    read = _kept(file, written_ns(file))
+    return read is not None and read.contradicted
+
+
+@lru_cache(64)
+def _kept(file: Path, _changed_ns: int) -> Answer | None:
+    try:
+        return answer(from_json(read_small(file)))
+    except (OSError, ValueError):
+        return None
