@@ -28,6 +28,7 @@ from identify.ingest.column_map import ColumnMap, RunColumn, column_map
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.effort import with_pulses
+from identify.ingest.heading_resets import without_heading_resets
 from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
@@ -110,7 +111,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
     possible = with_reckoned_pulses(possible, vehicle)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
-    dive = without_frozen(without_repeated(possible), rest_us)
+    dive = without_heading_resets(without_frozen(without_repeated(possible), rest_us))
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
 
 
