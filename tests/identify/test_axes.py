@@ -222,6 +222,38 @@ def test_commands_too_rare_to_know_the_force_between_them_are_refused() -> None:
         aligned(rare, vehicle_file(), "only")
 
 
+def stepping() -> Dive:
+    """At 5 Hz the log shows a stick that rests, steps from 0 to 10 N at 20 s, and rests."""
+    push = sampled(5.0, lambda t: np.where(t < 20.0, 0.0, 10.0), *[0.0] * 5)
+    return dive(velocity=sampled(10.0, surge, 0.0, 0.0), tau_cmd=push)
+
+
+def test_slow_samples_hide_force_where_the_commands_change_and_none_while_they_rest() -> None:
+    forces = wrench(stepping(), vehicle_file(), "only").along(0)
+    assert forces.sampled_s == pytest.approx(0.2)
+    # A step of 10 N at an unknown time within 0.2 s: a twelfth of its square in each of 199 intervals, on average.
+    assert forces.hidden[0] ** 2 == pytest.approx(10.0**2 * 0.2 / 12.0 / 199.0)
+    start_s = np.array([5.0, 19.8, 30.0])
+    assert forces.hidden_power_between(start_s, start_s + 0.2)[:, 0] == pytest.approx([0.0, 199.0, 0.0])
+    assert forces.hidden_power_between(np.array([0.0]), np.array([39.8]))[0, 0] == pytest.approx(1.0)
+
+
+def test_the_steps_of_an_axis_know_where_the_log_hides_most() -> None:
+    axis = build_axes(stepping(), vehicle_file(), "only").axes[0]
+    some = axis.step >= 0
+    np.testing.assert_allclose(axis.different_s[axis.step[some]], axis.step_s[some])
+    times = axis.white_times[axis.step[some]]
+    changes = (axis.time_s[some] > 19.9) & (axis.time_s[some] < 20.0)
+    at_rest = np.abs(axis.time_s[some] - 20.0) > 1.0
+    assert np.ptp(times[at_rest]) == 0.0
+    assert times[changes].min() > 40.0 * times[at_rest].max()
+
+
+def test_quick_commands_hide_the_same_all_the_time() -> None:
+    axis = build_axes(dive(velocity=sampled(10.0, surge, 0.0, 0.0)), vehicle_file(), "only").axes[0]
+    assert (axis.white_times == 1.0).all()
+
+
 LAG_S = 0.2
 QUADRATIC = ThrustCurve(kind="quadratic", max_n=40.0, span_us=400.0, lag_s=LAG_S)
 TWIN = (Thruster((1.0, 0.0, 0.0), (0.0, -0.5, 0.0)), Thruster((1.0, 0.0, 0.0), (0.0, 0.5, 0.0)))

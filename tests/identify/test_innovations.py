@@ -45,7 +45,8 @@ INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
 def braked(model, dampings, share=1.0):
-    changed = {"damping": np.array(dampings), "sigma": share * model["sigma"]}
+    white = np.full(len(STEPS_S), model["white_force"])
+    changed = {"damping": np.array(dampings), "sigma": share * model["sigma"], "white_force": white}
     return transitions(STEPS_S, *(model | changed).values())
 
 
@@ -289,6 +290,22 @@ def test_the_likelihood_alone_is_that_of_all_innovations_and_of_a_mass_told_by_o
     joint = JointLikelihood((replace(axes[0], reading=reading, word=(1.1, 30.0)), *axes[1:]))
     expected = gaussian(*joint.innovations(joint.prior_mean))
     assert joint.log_likelihood(joint.prior_mean) == pytest.approx(expected, rel=1e-10)
+
+
+def test_an_attitude_without_noise_is_believed_to_a_tenth_of_a_milliradian_and_no_further():
+    roll = next(each for each in problems() if each.axis.dof == 3)
+    at = [channel.name for channel in roll.axis.channels].index("attitude")
+    read = roll.axis.channel == at
+    theta = roll.prior_mean.copy()
+    theta[roll.noise_index + at] = np.log(1e-7)
+    np.testing.assert_allclose(roll.noise_variance(theta)[read], 1e-8 * roll.axis.scale[read] ** 2)
+    quieter = theta.copy()
+    quieter[roll.noise_index + at] = np.log(1e-9)
+    assert roll.log_likelihood(quieter) == roll.log_likelihood(theta)
+    gradient, _ = roll.score(theta)
+    assert gradient[roll.noise_index + at] == 0.0
+    theta[roll.noise_index + at] = np.log(2e-3)
+    np.testing.assert_allclose(roll.noise_variance(theta)[read], 4e-6 * roll.axis.scale[read] ** 2)
 
 
 def test_a_state_that_has_run_away_has_no_likelihood():
