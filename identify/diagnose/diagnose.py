@@ -76,6 +76,7 @@ from identify.diagnose.simulation import (
 from identify.diagnose.unexplained import LEAST_FORCE, Unexplained, unexplained_of
 from identify.diagnose.verdict import (
     above_noise,
+    beside_accepted,
     next_for_disturbance,
     next_for_unexplained,
     next_of,
@@ -85,6 +86,7 @@ from identify.diagnose.verdict import (
     unexplained_nats,
     verdict_of,
 )
+from identify.diagnose.wording import shown_note
 from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library
@@ -205,6 +207,8 @@ def diagnose(
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     causes = causes if slow is None else slow.without_step(causes)
+    causes, shown = beside_accepted(causes, heldout) if holds else (causes, ())
+    left = replace(left, instead=0.0) if shown else left
     gap, (trials, known) = both(
         lambda: _gap(explanation, missing, left, drift_before, drift_after, causes),
         lambda: (trials_of(explanation, causes), known_with_causes(explanation.causes, explanation.now)),
@@ -243,6 +247,7 @@ def diagnose(
         notes=(
             *mass_hints(explanation.now, [std[MASS] for std in known.stds()], configuration),
             *accepted_effects.sentences(holds),
+            *shown_note(shown),
             *ran_away(drift_before, drift_after),
             *overstated_note(heldout),
             *short_dive_note(dive),

@@ -84,13 +84,14 @@ def above_noise(
     model is less exact: behind an autopilot's filter, which `filtered` has the degrees of freedom of, beside accepted
     effects, which make up forces to `known_to` (6,), N and N m, and in roll and pitch, whose angles are an autopilot's
     estimate and whose motion is mostly its levelling. Slow or rare forces are kept where they are larger than that,
-    because a disturbance absorbs them without a drift, and so are reading errors.
+    because a disturbance absorbs them without a drift, and so are reading errors; beside accepted effects none in roll
+    and pitch, where an estimate wanders by more than such effects do.
     """
     no_gap = math.isnan(held.value)
     if not (held.value >= LEAST_CLOSED or no_gap):
         return left
     judged = range(6) if filtered or known_to is not None or not no_gap else LEVELLED
-    least = np.zeros(6) if known_to is None else known_to
+    least = np.zeros(6) if known_to is None else np.where(np.isin(range(6), LEVELLED), np.inf, known_to)
     quiet = {
         axis.dof
         for axis in held.by_axis
@@ -109,6 +110,14 @@ def above_noise(
         gains=tuple(left.gains[k] for k in kept),
         forces=tuple(left.forces[k] for k in kept),
     )
+
+
+def beside_accepted(
+    findings: Sequence[Finding], held: Shrink
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Causes found beside accepted effects, and those of them that only show: without any drift beyond noise on
+    held-out pieces, they make up for what the accepted values, of another dive, are not known to."""
+    return ((), tuple(findings)) if math.isnan(held.value) else (tuple(findings), ())
 
 
 def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:

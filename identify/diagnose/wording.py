@@ -428,10 +428,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
     if not likely:
         causes = _may_explain(possible, "what shows" if no_gap else "the gap")
     else:
-        many = len(likely) > 1
-        shows = "show, but open no gap" if many else "shows, but opens no gap"
         causes = (
-            f"{_all(likely)} {shows}"
+            f"{_all(likely)} {_shows(likely)}"
             if no_gap
             else _explain(likely, "part of the gap" if partly else "the gap")
         )
@@ -443,6 +441,20 @@ def _verdict(diagnosis: Diagnosis) -> str:
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
     said = f"{drift}. {capital(where)}" if drift else where
     return f"{capital(causes)}: {said}.{_remainder(diagnosis) if partly else ''}"
+
+
+def shown_note(shown: Sequence[Finding]) -> tuple[str, ...]:
+    """A sentence on causes that show beside accepted effects and open no gap; empty without any."""
+    if not shown:
+        return ()
+    causes = [f"{effect_words(cause.cause.effect)} ({percent_bounded(cause.probability)})" for cause in shown]
+    return (
+        f"Beside what was accepted {listed(causes)} {_shows(shown)}: as much as its values are unsure by.",
+    )
+
+
+def _shows(causes: Sequence[Finding]) -> str:
+    return "show, but open no gap" if len(causes) > 1 else "shows, but opens no gap"
 
 
 def _remainder(diagnosis: Diagnosis) -> str:

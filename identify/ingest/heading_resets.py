@@ -20,6 +20,9 @@ LEAST_RAD = 0.007
 FAR = 12.0
 """Standard deviations of the difference between heading and gyro, over one step between attitudes."""
 
+MOST = 0.01
+"""Share of the steps that may be resets: if more are, attitude and gyro tell of different motions."""
+
 LONGEST_S, SLOWEST_HZ = 0.5, 8.0
 """A gyro at this rate tells how far the vehicle turned between two attitudes, if they are no further apart."""
 
@@ -32,10 +35,13 @@ def without_heading_resets(dive: Dive) -> Dive:
         return dive
     attitude = dive.attitude
     unturned = _unturned(attitude, dive.gyro)
-    step_s = np.diff(attitude.time_s)
-    usual = 1.4826 * float(np.nanmedian(np.abs(unturned - np.nanmedian(unturned))))
-    reset = (np.abs(unturned) > max(LEAST_RAD, FAR * usual)) & (step_s < LONGEST_S)
-    if not reset.any():
+    if not np.isfinite(unturned).any():
+        return dive
+    # A gyro's bias is no reset.
+    beyond = np.abs(unturned - np.nanmedian(unturned))
+    usual = 1.4826 * float(np.nanmedian(beyond))
+    reset = (beyond > max(LEAST_RAD, FAR * usual)) & (np.diff(attitude.time_s) < LONGEST_S)
+    if not 0 < np.count_nonzero(reset) <= MOST * len(reset):
         return dive
     later = np.append(np.cumsum(np.where(reset, unturned, 0.0)[::-1])[::-1], 0.0)
     value = _turned(attitude.value, later)

@@ -31,12 +31,14 @@ from identify.diagnose.result import (
 from identify.diagnose.unexplained import GenericForce, Unexplained
 from identify.diagnose.verdict import (
     above_noise,
+    beside_accepted,
     next_for_disturbance,
     next_of,
     share_left,
     unexplained_nats,
     verdict_of,
 )
+from identify.diagnose.wording import shown_note
 from identify.effects.library import library
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
@@ -244,6 +246,22 @@ def test_what_makes_no_drift_beyond_noise_where_the_causes_close_a_gap_is_not_le
 def test_beside_accepted_effects_a_force_that_makes_no_drift_beyond_noise_is_no_unknown(left, after, stays):
     unexplained = above_noise(left, closing(after, NAN), (), np.full(6, 2.0))
     assert unexplained == left if stays else unexplained.shapes == ()
+
+
+def test_beside_accepted_effects_a_slow_wander_of_roll_or_pitch_is_no_unknown_however_large():
+    wandering = replace(SLOW, shapes=(GenericForce(3, "time", None, np.zeros(3), "drifting"),), forces=(9.0,))
+    assert above_noise(wandering, closing(1.0, NAN, "roll"), ()) == wandering
+    assert above_noise(wandering, closing(1.0, NAN, "roll"), (), np.full(6, 2.0)).shapes == ()
+    assert above_noise(wandering, closing(1.3, NAN, "roll"), (), np.full(6, 2.0)) == wandering
+
+
+def test_causes_beside_accepted_effects_only_show_where_they_open_no_gap():
+    causes = (finding_of("dead_zone"), finding_of("weak_thruster"))
+    assert beside_accepted(causes, closing(1.0, NAN)) == ((), causes)
+    assert beside_accepted(causes, closing(1.0, 0.8)) == (causes, ())
+    (sentence,) = shown_note(causes)
+    assert "dead zone (90 %) and weak thruster" in sentence
+    assert shown_note(()) == ()
 
 
 def test_only_forces_beyond_chance_count_as_left():

@@ -57,6 +57,7 @@ def read_by(state_read, time_s, value, scale=None, dof=2):
         time_s=np.asarray(time_s),
         step_s=np.zeros(n),
         different_s=np.zeros(0),
+        white_times=np.zeros(0),
         step=np.zeros(n, dtype=np.int64),
         reading=np.asarray(value),
         scale=scale,
