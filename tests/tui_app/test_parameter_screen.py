@@ -134,6 +134,26 @@ def test_a_gain_that_is_not_set_is_a_gain_of_1_before_an_upload_and_after_a_roll
     )
 
 
+@pytest.mark.parametrize("size", [NARROW, WIDE, (48, 24)])
+def test_a_mass_that_is_not_set_reads_so_and_is_no_mass_of_0_kg(size):
+    first = FIRST | {"present": 0.0, "accepted": 0.0, "change": None}
+    on_screen(
+        FakeVehicle(plan(parameters=[first])),
+        lambda app: f"not set → {first['target']:.5g}" in " ".join(line_of(app, first["name"]).split()),
+        Sees(f"on the vehicle not set → in the file {first['target']:.5g} kg"),
+        size=size,
+    )
+    back = first | {"present": first["target"], "target": 0.0, "low95": None, "high95": None}
+    on_screen(
+        FakeVehicle(back=plan(parameters=[back])),
+        "r",
+        "escape",
+        lambda app: "→ not set" in " ".join(line_of(app, first["name"]).split()),
+        Lacks("not set kg"),
+        size=size,
+    )
+
+
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
     vehicle = FakeVehicle({}, errors=["no vehicle's HEARTBEAT within 5 s"])
 
