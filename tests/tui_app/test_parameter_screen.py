@@ -41,6 +41,28 @@ def test_upload_says_so_where_nothing_was_identified(tmp_path):
     assert notice.startswith("2026-11-21T0352Z-hovering: nothing was identified from it yet")
 
 
+def test_values_that_come_while_nothing_is_shown_are_compared_by_themselves(tmp_path):
+    dive = tmp_path / "2026-11-21T0352Z-hovering"
+    dive.mkdir()
+    (dive / "telemetry.tlog").touch()
+    vehicle = FakeVehicle()
+    played(
+        desk_of(vehicle, out=tmp_path),
+        "5",
+        Sees("nothing was identified from it yet"),
+        lambda _: (dive / PARAM.name).touch() is None,
+        Sees("7 of 7 chosen"),
+        views=views(),
+    )
+    assert [words[:3] for words in vehicle.words if words[0] == "params"] == [
+        ("params", "diff", str(dive / PARAM.name))
+    ]
+
+
+def test_the_key_that_uploads_stays_on_a_narrow_screen():
+    on_screen(FakeVehicle(), Sees(" u Upload "), size=(48, 24))
+
+
 def test_notices_cover_nothing():
     async def work():
         app = made(views(), desk=desk(FakeVehicle()))
