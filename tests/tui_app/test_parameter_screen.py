@@ -361,6 +361,22 @@ def test_an_implausible_line_that_is_chosen_is_written_for_a_harder_word():
     assert "--only" not in words
 
 
+def test_an_effect_that_is_accepted_a_second_time_is_written_by_name_alone():
+    why = (
+        "thruster 1 is made up for already: with this it would be asked as if it gave 64 %, and it gives 80 %"
+    )
+    gain = GAIN | {"present": 0.8, "target": 0.8, "verdict": "implausible", "reason": why}
+    again = plan(parameters=[*plan()["parameters"][1:3], gain])
+    vehicle = FakeVehicle(again)
+    on_screen(vehicle, lambda app: LEFT in line_of(app, gain["name"]), "end", Sees(why), "u", "2", "enter")
+    (words,) = vehicle.writes
+    assert gain["name"] not in words
+    vehicle = FakeVehicle(again)
+    on_screen(vehicle, "end", "space", "u", Sees("type DOUBTED 3 and Enter"), *"DOUBTED3", "enter")
+    (words,) = vehicle.writes
+    assert words[-2:] == ("--accept-implausible", gain["name"])
+
+
 def test_half_of_a_model_asks_nothing_until_both_halves_are_chosen_or_neither():
     rows = [
         parameter | {"present": 0.0} if parameter["coefficient"] in ("I_r", "D_r") else parameter
