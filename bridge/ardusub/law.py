@@ -39,6 +39,7 @@ from bridge.vehicle.navigation import Navigation, known_at
 from bridge.vehicle.references import ZERO6, Reference, Six
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 from bridge.vehicle.thrusters import Allocator, thrust_curve
+from bridge.wire.status_codes import without_set_faults
 
 REFERENCE_RAD_S: Final = 3.0
 """Pace of the reference: half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""
@@ -161,6 +162,8 @@ class StickLaw:
             self._shadow.begin_anew()
             self._coefficients = dict(coefficients)
             self._effects = known_effects(coefficients, self._shape)
+            # Those that the new set has as well are told again.
+            self._faults = without_set_faults(self._faults)
 
     def _reference(self, pilot: Array, flown: tuple[int, ...], known: Navigation, dt_s: float) -> Reference:
         """Follow the velocities that the sticks ask for, critically damped."""

@@ -254,6 +254,9 @@ class Bridge:
         now_s = self._clock.boot_s()
         for number, frame in self._sides.heard(now_s):
             self._hear(number, frame)
+        # Before the companion's law says what a new set lacks: a set told of later would take that back.
+        for text in self._parameters.take_news():
+            self.say(text, dialect.MAV_SEVERITY_NOTICE)
         if self._companion is not None:
             self._accompany(self._companion, now_s)
         for message in self._parameters.step(MOST_VALUES_A_STEP):
@@ -272,7 +275,7 @@ class Bridge:
         ring_texts = self._ring.take_texts() if self._ring else ()
         for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *ring_texts):
             self.say(text)
-        for text in (*self._parameters.take_news(), *(self.flights.take_texts() if self.flights else ())):
+        for text in self.flights.take_texts() if self.flights else ():
             self.say(text, dialect.MAV_SEVERITY_NOTICE)
         self._flush()
 

@@ -19,6 +19,7 @@ from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.references import ZERO6, Push, Reference, Six, Trail
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Pulses, thrust_curve
+from bridge.wire.status_codes import Topic, coded, without_set_faults
 
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # long enough for a DVL to regain bottom lock
@@ -233,7 +234,11 @@ class Autopilot:
             self._shadow.begin_anew()
             self._coefficients = dict(coefficients)
             self._effects = known_effects(coefficients, self._shape)
-            self._without = tuple(f"FF without {fault}" for fault in self._effects.faults)
+            self._without = tuple(
+                coded(Topic.SET_FAULT, f"FF without {fault}") for fault in self._effects.faults
+            )
+            # Those that the new set has as well are told again.
+            self._faults = without_set_faults(self._faults)
         if abs(time_s - reference.time_s) > REFERENCE_STALE_S:
             return silent("the reference is stale")
         return feedforward(coefficients, reference, self._reach, self._effects.hull)

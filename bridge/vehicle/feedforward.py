@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, fault_of
 from bridge.vehicle.references import ZERO6, Reference, Six
+from bridge.wire.status_codes import Topic, coded
 
 AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
 FEEDFORWARD_DOFS = tuple(dof for dof, _, _ in AXES)
@@ -26,7 +27,8 @@ NO_EFFECTS: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class FeedForward:
-    """The wrench, N and N m; a sentence on the reason for each axis that has to stay at zero; and these axes."""
+    """The wrench, N and N m; a text for the crew on the reason for each axis that has to stay at zero; and these
+    axes."""
 
     tau: Six
     faults: tuple[str, ...]
@@ -52,17 +54,20 @@ def feedforward(
         # A hull may have quadratic damping alone.
         damped = damping_name in coefficients or QUADRATICS[dof].name not in hull
         fault = _fault(coefficients, mass_name) or (damped and _fault(coefficients, damping_name)) or ""
-        if not fault:
+        if fault:
+            faults.append(coded(Topic.SET_FAULT, f"FF {DOFS[dof]} off: {fault}"))
+            off.append(dof)
+        else:
             force = coefficients[mass_name] * reference.nu_dot[dof]
             if damped:
                 force += coefficients[damping_name] * reference.nu[dof]
             if hull:
                 force += more[dof]
-            tau[dof] = min(max(force, -reach[dof]), reach[dof]) if math.isfinite(force) else 0.0
-            fault = "" if math.isfinite(force) else "its reference is not finite"
-        if fault:
-            faults.append(f"FF {DOFS[dof]} off: {fault}")
-            off.append(dof)
+            if math.isfinite(force):
+                tau[dof] = min(max(force, -reach[dof]), reach[dof])
+            else:
+                faults.append(f"FF {DOFS[dof]} off: its reference is not finite")
+                off.append(dof)
     return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults), tuple(off))
 
 

@@ -3,6 +3,7 @@
 The words behind a code are for people, and may be worded anew at any time; the ground decides by the code alone.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -23,6 +24,8 @@ class Topic(Enum):
     """Orders from the system of that number are refused."""
     SET_ACTIVE = "F5"
     """The set of that number is active."""
+    SET_FAULT = "F6"
+    """What the set in force lacks, or holds that can't be used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +44,11 @@ _MOST_DIGITS = 10
 def coded(topic: Topic, words: str, number: int | None = None) -> str:
     """The text with its code, which `decoded` reads."""
     return f"{topic.value}{'' if number is None else f':{number}'} {words}"
+
+
+def without_set_faults(texts: Iterable[str]) -> tuple[str, ...]:
+    """The texts but for those about the set in force, which another set may mend."""
+    return tuple(text for text in texts if decoded(text).topic is not Topic.SET_FAULT)
 
 
 def decoded(text: str) -> CrewText:

@@ -29,6 +29,7 @@ from gcs_plugin.params.plan import (
     acting,
     acting_text,
     coefficient_of,
+    is_unset,
     make_plan,
     not_raised,
     obstacle,
@@ -180,6 +181,10 @@ class Compared:
     def acts_by(self, value: float | None) -> float | None:
         """The value by which the vehicle acts with `value`: an absent gain is a gain of 1."""
         return None if value is None else acting(self.name, value)
+
+    def is_unset(self, value: float | None) -> bool:
+        """Whether `value` is the 0 of a mass or damping, which says that there is none; see `plan.is_unset`."""
+        return value is not None and is_unset(self.name, value)
 
     @property
     def percent(self) -> str:

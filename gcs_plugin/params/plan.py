@@ -30,6 +30,7 @@ READ_ONLY: Final = {
     VERSION: "the vehicle alone says which version it speaks",
 }
 
+NOT_SET: Final = "not set"
 ACCEPT_IMPLAUSIBLE: Final = "--accept-implausible"
 
 _STAGED = re.compile(r"FF(\d+)_(.+)")
@@ -183,7 +184,14 @@ def acting(name: str, value: float) -> float:
 
 def acting_text(name: str, value: float | None) -> str:
     """Text of the value by which a vehicle acts, `-` without one."""
-    return "-" if value is None else value_text(acting(name, value))
+    if value is None:
+        return "-"
+    return NOT_SET if is_unset(name, value) else value_text(acting(name, value))
+
+
+def is_unset(name: str, value: float) -> bool:
+    """Whether a parameter is one of the hull that 0 leaves without a value: no mass, no damping is that of nothing."""
+    return value == 0.0 and isinstance(coefficient_of(name), Coefficient)
 
 
 def is_staged(name: str) -> bool:

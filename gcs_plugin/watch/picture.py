@@ -95,14 +95,15 @@ class ThrusterRow:
 @dataclass(frozen=True)
 class Said:
     """A STATUSTEXT, or a restart of the vehicle. `utc_s` is Unix time, NaN if neither side knows the date; severity
-    as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms. `past`: the vehicle started anew
-    since, so that it may hold no longer."""
+    as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms. `of_set`: about the parameter set in
+    force. `past`: the vehicle started anew since, or has another set in force, so that it may hold no longer."""
 
     utc_s: float
     severity: int
     text: str
     heard_s: float = -math.inf
     past: bool = False
+    of_set: bool = False
 
 
 class Kind(Enum):

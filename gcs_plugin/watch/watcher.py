@@ -229,8 +229,16 @@ class Watcher:
     def _tell(self, source: Source, severity: int, text: CrewText) -> None:
         del source
         self._active_set.read(text, self._said_at_s)
+        if text.topic is Topic.SET_ACTIVE:
+            # What the new set lacks as well, the vehicle says again.
+            self._let_pass(lambda said: said.of_set)
         unix_s = self._said_at_s + self._unix_at_zero_s
-        self._said.append(Said(unix_s, severity, text.words, self._said_at_s))
+        of_set = text.topic is Topic.SET_FAULT
+        self._said.append(Said(unix_s, severity, text.words, self._said_at_s, of_set=of_set))
+
+    def _let_pass(self, is_past: Callable[[Said], bool]) -> None:
+        for place, said in enumerate(self._said):
+            self._said[place] = replace(said, past=said.past or is_past(said))
 
     def _tell_restart(self, peer: Peer | None, arrived_s: float) -> None:
         if peer is not None and peer.restart is not None:
@@ -240,8 +248,7 @@ class Watcher:
             severity = dialect.MAV_SEVERITY_INFO if rested else dialect.MAV_SEVERITY_WARNING
             # When it booted is known to about a second, and it is silent for longer before.
             booted_s = peer.restart.booted_s - SILENT_S
-            for place, said in enumerate(self._said):
-                self._said[place] = replace(said, past=said.past or said.heard_s < booted_s)
+            self._let_pass(lambda said: said.heard_s < booted_s)
             self._said.append(Said(arrived_s + unix_s, severity, words, arrived_s))
 
     @property

@@ -41,6 +41,28 @@ def test_upload_says_so_where_nothing_was_identified(tmp_path):
     assert notice.startswith("2026-11-21T0352Z-hovering: nothing was identified from it yet")
 
 
+def test_values_that_come_while_nothing_is_shown_are_compared_by_themselves(tmp_path):
+    dive = tmp_path / "2026-11-21T0352Z-hovering"
+    dive.mkdir()
+    (dive / "telemetry.tlog").touch()
+    vehicle = FakeVehicle()
+    played(
+        desk_of(vehicle, out=tmp_path),
+        "5",
+        Sees("nothing was identified from it yet"),
+        lambda _: (dive / PARAM.name).touch() is None,
+        Sees("7 of 7 chosen"),
+        views=views(),
+    )
+    assert [words[:3] for words in vehicle.words if words[0] == "params"] == [
+        ("params", "diff", str(dive / PARAM.name))
+    ]
+
+
+def test_the_key_that_uploads_stays_on_a_narrow_screen():
+    on_screen(FakeVehicle(), Sees(" u Upload "), size=(48, 24))
+
+
 def test_notices_cover_nothing():
     async def work():
         app = made(views(), desk=desk(FakeVehicle()))
@@ -131,6 +153,26 @@ def test_a_gain_that_is_not_set_is_a_gain_of_1_before_an_upload_and_after_a_roll
         "escape",
         lambda app: "0.791 →      1  +26 %" in line_of(app, "FF1_T1_GAIN"),
         Sees("in the file 1 (not set)"),
+    )
+
+
+@pytest.mark.parametrize("size", [NARROW, WIDE, (48, 24)])
+def test_a_mass_that_is_not_set_reads_so_and_is_no_mass_of_0_kg(size):
+    first = FIRST | {"present": 0.0, "accepted": 0.0, "change": None}
+    on_screen(
+        FakeVehicle(plan(parameters=[first])),
+        lambda app: f"not set → {first['target']:.5g}" in " ".join(line_of(app, first["name"]).split()),
+        Sees(f"on the vehicle not set → in the file {first['target']:.5g} kg"),
+        size=size,
+    )
+    back = first | {"present": first["target"], "target": 0.0, "low95": None, "high95": None}
+    on_screen(
+        FakeVehicle(back=plan(parameters=[back])),
+        "r",
+        "escape",
+        lambda app: "→ not set" in " ".join(line_of(app, first["name"]).split()),
+        Lacks("not set kg"),
+        size=size,
     )
 
 
@@ -317,6 +359,22 @@ def test_an_implausible_line_that_is_chosen_is_written_for_a_harder_word():
     (words,) = vehicle.writes
     assert words[-2:] == ("--accept-implausible", FIRST["name"])
     assert "--only" not in words
+
+
+def test_an_effect_that_is_accepted_a_second_time_is_written_by_name_alone():
+    why = (
+        "thruster 1 is made up for already: with this it would be asked as if it gave 64 %, and it gives 80 %"
+    )
+    gain = GAIN | {"present": 0.8, "target": 0.8, "verdict": "implausible", "reason": why}
+    again = plan(parameters=[*plan()["parameters"][1:3], gain])
+    vehicle = FakeVehicle(again)
+    on_screen(vehicle, lambda app: LEFT in line_of(app, gain["name"]), "end", Sees(why), "u", "2", "enter")
+    (words,) = vehicle.writes
+    assert gain["name"] not in words
+    vehicle = FakeVehicle(again)
+    on_screen(vehicle, "end", "space", "u", Sees("type DOUBTED 3 and Enter"), *"DOUBTED3", "enter")
+    (words,) = vehicle.writes
+    assert words[-2:] == ("--accept-implausible", gain["name"])
 
 
 def test_half_of_a_model_asks_nothing_until_both_halves_are_chosen_or_neither():

@@ -12,6 +12,7 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+from bridge.wire.status_codes import CrewText, Topic, decoded
 
 FILE = load_vehicle("ruvifist")
 MODEL = {"M_u": 111.6, "D_u": 56.24, "M_v": 112.41, "D_v": 53.05, "I_r": 16.0, "D_r": 26.07}
@@ -91,6 +92,20 @@ def test_a_parameter_that_is_not_a_number_gives_zero_and_one_text_until_it_chang
     model["M_u"] = math.inf
     pilot.step(0.2, HERE, ASK)
     assert len(pilot.take_texts()) == 1
+
+
+def test_what_another_set_lacks_as_well_is_told_again_and_what_no_set_can_mend_is_not():
+    model = dict(MODEL, M_u=math.nan, D_v=math.nan)
+    pilot = autopilot(Mode.BOTH, model)
+    blind = replace(HERE, depth_m=math.nan)
+    pilot.step(0.0, blind, ASK)
+    first = {decoded(text).words for text in pilot.take_texts()}
+    assert {"FF surge off: M_u is nan", "FF sway off: D_v is nan"} < first
+    model["M_u"] = 111.6
+    pilot.step(0.05, blind, ASK)
+    assert [decoded(text) for text in pilot.take_texts()] == [
+        CrewText("FF sway off: D_v is nan", Topic.SET_FAULT)
+    ]
 
 
 def test_an_impossible_demand_stays_within_the_thrusters_and_is_told_as_it_was_limited():

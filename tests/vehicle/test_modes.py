@@ -370,7 +370,7 @@ class Modes(RuleBasedStateMachine):
             elif not (scaled or self.scaled):
                 assert abs(self.applied[axis]) <= REACH[dof] + 1e-6
                 assert abs(self.applied[axis] - before[axis]) <= SLOPE_PER_S * TICK_S * REACH[dof] + 1e-6
-        said = [text for text in self.pilot.take_texts() if text.startswith("FF ")]
+        said = [text for text in self.pilot.take_texts() if decoded(text).words.startswith("FF ")]
         assert all(any(word in text for text in said) for word in off - self.off)
         assert all(len(text) <= 50 for text in said)
         self.off = off

@@ -336,6 +336,27 @@ def test_what_a_vehicle_said_before_it_started_anew_is_past():
     assert " ".join(header(watcher.picture(90.0), None)).count("FF surge off") == 1
 
 
+def test_what_a_set_lacked_is_past_once_another_is_in_force():
+    watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
+    vehicle = OnAir(watcher)
+    vehicle.beats(1.0)
+
+    def said(words: str, at_s: float) -> None:
+        vehicle.says(status_texts(words, 4, 1)[0], at_s)
+
+    lacks = (coded(Topic.SET_FAULT, f"FF {axis} off") for axis in ("surge", "sway"))
+    said(next(lacks), 2.0)
+    said("DVL silent: check cable", 3.0)
+    said(coded(Topic.SET_ACTIVE, "FF set 13247 active", 13247), 4.0)
+    said(next(lacks), 5.0)
+    assert [(said.text, said.past) for said in watcher.picture(6.0).said] == [
+        ("FF surge off", True),
+        ("DVL silent: check cable", False),
+        ("FF set 13247 active", False),
+        ("FF sway off", False),
+    ]
+
+
 def test_what_a_vehicle_said_before_it_started_anew_is_no_alarm_any_more():
     watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
     vehicle, alarms = OnAir(watcher), {}

@@ -327,7 +327,7 @@ def test_a_mass_inertia_or_damping_of_zero_is_not_set_and_turns_the_feed_forward
     term = feedforward(target.active(0), moving, (100.0,) * 6)
     (axis,) = term.off
     assert term.tau[axis] == 0.0
-    assert term.faults == (f"FF {DOFS[axis]} off: {unset} is missing",)
+    assert term.faults == (coded(Topic.SET_FAULT, f"FF {DOFS[axis]} off: {unset} is missing"),)
 
 
 def test_the_model_of_the_vehicle_file_is_active_from_the_start():

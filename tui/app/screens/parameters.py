@@ -24,10 +24,11 @@ class ParametersScreen(StationScreen):
     """The table above, the details of the marked line and the confirmation below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action("parameters.choose", "space", "Choose", "write this line, or leave it as it is", LOOKS),
-        Action("parameters.all", "a", "All", "choose all lines that change, or none", LOOKS),
+        # The main key first: where there is little room, the last ones go.
         Action("parameters.upload", "u", "Upload", "write the chosen lines; asks for their number"),
         Action("parameters.back", "r", "Roll back", "the values before the last upload; asks likewise"),
+        Action("parameters.choose", "space", "Choose", "write this line, or leave it as it is", LOOKS),
+        Action("parameters.all", "a", "All", "choose all lines that change, or none", LOOKS),
         Action("parameters.read", "ctrl+r", "Read", "read the vehicle again", HIDDEN),
         Action("parameters.up", "up,k", "Up", "the line above", HIDDEN | LOOKS, "go(-1)"),
         Action("parameters.down", "down,j", "Down", "the line below", HIDDEN | LOOKS, "go(1)"),
@@ -94,6 +95,8 @@ class ParametersScreen(StationScreen):
                 transfer.trouble = self._obstacle()
         if transfer.overtaken(self._picture):
             transfer.read(back=transfer.back)
+        elif not self._ask.is_open and transfer.has_newer():
+            transfer.read(back=False)
         offered = (self._ask.is_open, transfer.reads, transfer.writes, transfer.shown)
         if offered != self._offered:
             self._offered = offered

@@ -7,31 +7,29 @@ from typing import Any, Final
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.comparison import Compared, Comparison
+from gcs_plugin.params.plan import NOT_SET
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import Lines, ago, lines_of, titled, wrapped
 from tui.app.jobs import JobState, progress
-from tui.app.screens.parameters_table import DOUBT, EQUAL, half, number
+from tui.app.screens.parameters_table import DOUBT, EQUAL, acting_number, half, number
 
 READ_FIRST: Final = "The vehicle is read before anything is written."
 
 
 def details(entry: Compared, became: Written | None, stale_s: float | None, cells: int) -> Lines:
     """All that is known about one line, in sentences; `stale_s` is the age of the vehicle's value, None if fresh."""
-    unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
     interval = ""
     if half(entry):
         interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)} given the thrust"
     when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
-    last = f"last accepted {_value(entry, entry.accepted)}{unit}{when}" if entry.accepted is not None else ""
+    last = f"last accepted {_in_unit(entry, entry.accepted)}{when}" if entry.accepted is not None else ""
     size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
     held = "staged on the vehicle" if entry.staged else "on the vehicle"
     label = "before" if became else held if stale_s is None else f"{held} {ago(stale_s)}"
     is_now = "the vehicle has none" if entry.present is None else f"{label} {_value(entry, entry.present)}"
     by = f" ({entry.percent})" if entry.percent else ""
     sentence = "; ".join(
-        filter(
-            None, (f"{is_now} → in the file {_value(entry, entry.target)}{unit}{by}{interval}", last, size)
-        )
+        filter(None, (f"{is_now} → in the file {_in_unit(entry, entry.target)}{by}{interval}", last, size))
     )
     lines = wrapped(f"{entry.name}: {entry.sentence}" if entry.sentence else entry.name, "strong", cells)
     lines += wrapped(f"{sentence}.", "plain", cells)
@@ -45,9 +43,14 @@ def details(entry: Compared, became: Written | None, stale_s: float | None, cell
 
 
 def _value(entry: Compared, value: float) -> str:
-    """The value by which the vehicle acts; of an absent one that is not 0, that it is absent."""
+    """The value by which the vehicle acts; of one that is not set, that it is not."""
     acts_by = entry.acts_by(value)
-    return number(acts_by) if acts_by == value else f"{number(acts_by)} (not set)"
+    return acting_number(entry, value) if acts_by == value else f"{number(acts_by)} ({NOT_SET})"
+
+
+def _in_unit(entry: Compared, value: float) -> str:
+    has_unit = entry.unit not in ("", "1") and not entry.is_unset(value)
+    return f"{_value(entry, value)} {entry.unit}" if has_unit else _value(entry, value)
 
 
 def _when(time: str) -> str:

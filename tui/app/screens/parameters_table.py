@@ -6,7 +6,7 @@ from typing import Final
 
 from bridge.reports import Written
 from gcs_plugin.params.comparison import TAKEN_BACK, Compared, Comparison
-from gcs_plugin.params.plan import Verdict
+from gcs_plugin.params.plan import NOT_SET, Verdict
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, around
 from tui.app.header import PHONE
 
@@ -171,9 +171,9 @@ def _values(
 ) -> _Columns:
     """Name, old and new value with so many digits, and their difference in per cent."""
     roles = [_role(entry, chosen) for entry in entries]
-    olds = (f"{number(entry.acts_by(entry.present), digits)}{ARROW}" for entry in entries)
+    olds = (f"{acting_number(entry, entry.present, digits)}{ARROW}" for entry in entries)
     of_olds: list[Role] = ["stale" if stale else "plain" if entry.changes else "quiet" for entry in entries]
-    targets = (number(entry.acts_by(entry.target), digits) for entry in entries)
+    targets = (acting_number(entry, entry.target, digits) for entry in entries)
     percents = (entry.percent or NOTHING for entry in entries)
     return (
         _column("name", _spans((entry.name for entry in entries), roles)),
@@ -191,7 +191,7 @@ def _in_intervals(entries: Sequence[Compared]) -> _Columns:
     """Half the interval, the change in halves of it, and the value last accepted."""
     halves = (number(half(entry)) for entry in entries)
     changes = (_change(entry.change) for entry in entries)
-    accepted = (number(entry.acts_by(entry.accepted)) for entry in entries)
+    accepted = (acting_number(entry, entry.accepted) for entry in entries)
     quiet: list[Role] = ["quiet"] * len(entries)
     return (
         _Column("±95 %", _spans(halves, quiet)),
@@ -213,6 +213,11 @@ def _spans(texts: Iterable[str], roles: Iterable[Role]) -> tuple[Span, ...]:
 def number(value: float | None, digits: int = DIGITS) -> str:
     """Format a value to so many digits."""
     return NOTHING if value is None else f"{value + 0.0:.{digits}g}"
+
+
+def acting_number(entry: Compared, value: float | None, digits: int = DIGITS) -> str:
+    """The value by which the vehicle acts, to so many digits; in words if a mass or damping is not set."""
+    return NOT_SET if entry.is_unset(value) else number(entry.acts_by(value), digits)
 
 
 def _change(change: float | None) -> str:

@@ -23,6 +23,7 @@ DOUBTED: Final = "DOUBTED"
 _WORD = re.compile(r"[A-Z]+|\d+")
 
 ACTING: Final = (2, 3)
+IDENTIFY: Final = "identify"
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""
 UNCHANGED: Final = ("+0.0 %", "-0.0 %")
@@ -220,6 +221,17 @@ class Transfer:
             return False
         reported_s = self._desk.jobs.now_s() - picture.active_set_age_s
         return reported_s > since_s and any(link.system == shown.vehicle.system for link in picture.links[:1])
+
+    def has_newer(self) -> bool:
+        """Whether values came that were not compared yet, as of an identification that has ended since; not while a
+        write, its outcome, or a roll back is shown."""
+        identified = self._desk.jobs.state(IDENTIFY)
+        if self.reads or self.writes or self.back or self.written is not None:
+            return False
+        if identified is not None and not identified.answered:
+            return False  # the file may be there, and what belongs to it may not
+        file = self._file()
+        return file is not None and (file, written_ns(file)) != self._read_of
 
     def armed(self, picture: Picture | None) -> bool:
         """Whether the vehicle is armed, by its newest HEARTBEAT, else by the comparison."""
