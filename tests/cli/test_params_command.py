@@ -102,7 +102,7 @@ def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     assert lines[0] == reports.Written("FF1_M_U", "applied", "111.5 read back equal")
     assert lines[1].name == "FF1_D_U"
     assert not lines[1].equal
-    assert lines[2] == reports.Written("FF1_M_U", "applied", "0 read back equal")
+    assert lines[2] == reports.Written("FF1_M_U", "applied", "not set read back equal")
     assert {"STAGE", "UNDO"} <= {report.stage for report in writing}
 
 

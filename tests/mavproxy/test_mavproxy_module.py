@@ -76,11 +76,11 @@ def test_an_upload_asks_for_its_code_and_is_read_back_and_rolled_back_in_one_ste
     code = mavproxy.ask(chosen, r"to write 2 parameters on vehicle 1:\n\s+seatrial params (yes \S+)\n")[1]
     mavproxy.ask("seatrial params yes 2-000000", "is not the code of the plan shown.*nothing was sent")
     done = mavproxy.ask(f"seatrial params {code}", r"(?s)what became of it.*values before: (\S+)\n")
-    assert re.search(r"FF1_M_U +kg +0 +120.5 +read back equal", done[0])
+    assert re.search(r"FF1_M_U +kg +not set +120.5 +read back equal", done[0])
     assert "2 parameters written and read back" in done[0]
     assert read_parameters(folder / done[1])["FF1_M_U"] == 0.0
     mavproxy.ask(chosen, "holds all of it already; nothing was written")
-    mavproxy.ask("seatrial params rollback", r"(?s)FF1_M_U +kg +120.5 +0 +read back equal.*values before")
+    mavproxy.ask("seatrial params rollback", r"(?s)FF1_M_U +kg +120.5 +not set +read back equal.*values before")
     mavproxy.ask("seatrial params rollback", "no upload to vehicle 1 that stands is kept there")
 
 

@@ -16,14 +16,14 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
         assert second.server._staged == before
         mavproxy.ask("seatrial vehicle 7", "no vehicle beats as system 7; these do: 1, 2")
         mavproxy.until("seatrial vehicle 2", "vehicle: 2")
-        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +kg +- +- +changed")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +not set +111 +- +kg +- +- +changed")
         mavproxy.ask("seatrial ff both", "vehicle 2 has no parameters in force to feed forward")
         mavproxy.ask("seatrial ff shadow", "vehicle 2 has no parameters in force: shadow computes zero")
         upload(mavproxy, f"seatrial params upload {name}")
         assert second.server.value("FF0_M_U") == 111.0
         mavproxy.ask("seatrial ff both", "disarmed, vehicle 2 takes both whatever its shadow showed")
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
-        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +kg +- +- +changed")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +not set +111 +- +kg +- +- +changed")
     finally:
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
 
@@ -49,7 +49,7 @@ def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_
             f"seatrial params upload {coefficients}", r"which is ARMED:\n\s+seatrial params (yes armed-\S+)"
         )[1]
         mavproxy.ask(
-            f"seatrial params {code}", r"(?s)FF0_D_V +N/\(m/s\) +0 +33 +read back equal.*values before"
+            f"seatrial params {code}", r"(?s)FF0_D_V +N/\(m/s\) +not set +33 +read back equal.*values before"
         )
         assert second.server.active(0)["D_v"] == 33.0
         second.server.write("FF_MODE", 3.0, False)
