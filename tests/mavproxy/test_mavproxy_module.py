@@ -80,7 +80,9 @@ def test_an_upload_asks_for_its_code_and_is_read_back_and_rolled_back_in_one_ste
     assert "2 parameters written and read back" in done[0]
     assert read_parameters(folder / done[1])["FF1_M_U"] == 0.0
     mavproxy.ask(chosen, "holds all of it already; nothing was written")
-    mavproxy.ask("seatrial params rollback", r"(?s)FF1_M_U +kg +120.5 +not set +read back equal.*values before")
+    mavproxy.ask(
+        "seatrial params rollback", r"(?s)FF1_M_U +kg +120.5 +not set +read back equal.*values before"
+    )
     mavproxy.ask("seatrial params rollback", "no upload to vehicle 1 that stands is kept there")
 
 
