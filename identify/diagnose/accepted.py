@@ -13,7 +13,6 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import (
-    ASTERN,
     DAMPINGS,
     DOFS,
     MASSES,
@@ -162,12 +161,12 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
             sentences.append(_uncompensated_note(finding))
         of_effects |= coefficients
         sentences += _remarks(finding)
-    fit = {finding.name: finding for finding in effect_coefficients(configuration)}
+    fit = {coefficient.name: coefficient for coefficient in effect_coefficients(configuration)}
     for name, value in of_effects.items():
         fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
         if fault:
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
-        elif not _includes(value, _absent(name)):
+        elif not _includes(value, fit[name].neutral):
             values[name] = value
     effects = tuple(_effect(finding) for finding in findings)
     doubts = tuple(finding for finding in misfit.doubts if not values.keys().isdisjoint(finding.about))
@@ -183,11 +182,6 @@ def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
     names = {name for cause in findings for name in cause.parameters}
     return tuple(dof for dof, name in enumerate(QUADRATIC_NAMES) if name in names)
-
-
-def _absent(name: str) -> float:
-    """The value at which a coefficient does nothing."""
-    return 1.0 if name == ASTERN or name.endswith("_gain") else 0.0
 
 
 def _includes(value: Value | None, absent: float) -> bool:
