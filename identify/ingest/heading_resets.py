@@ -27,6 +27,7 @@ LONGEST_S, SLOWEST_HZ = 0.5, 8.0
 """A gyro at this rate tells how far the vehicle turned between two attitudes, if they are no further apart."""
 
 STEEP_RAD = 1.2
+"""Pitch beyond which a heading says little."""
 
 
 def without_heading_resets(dive: Dive) -> Dive:
@@ -49,9 +50,7 @@ def without_heading_resets(dive: Dive) -> Dive:
         f"{np.degrees(unturned[k]):+.1f} deg at {attitude.time_s[k + 1] - dive.span_s[0]:.0f} s"
         for k in np.flatnonzero(reset)
     ]
-    note = (
-        f"The autopilot set its heading anew, by {listed(steps)}: the headings before are turned by as much."
-    )
+    note = f"The heading was set anew, by {listed(steps)}: the headings before are turned by as much."
     return replace(dive, attitude=Signal(attitude.time_s, value), notes=(*dive.notes, note))
 
 
@@ -62,7 +61,7 @@ def _unturned(attitude: Signal, gyro: Signal) -> Array:
     middle_s, step_s = 0.5 * (attitude.time_s[1:] + attitude.time_s[:-1]), np.diff(attitude.time_s)
     rates = gyro.at(middle_s)
     roll, pitch, _ = euler_angles(attitude_at(attitude, middle_s))
-    # Rate of the heading (Fossen 2011, eq. 2.27), which knows none where the nose points straight up or down.
+    # Rate of the heading (Fossen 2011, eq. 2.27), which has none where the nose points straight up or down.
     turned = (np.sin(roll) * rates[:, 1] + np.cos(roll) * rates[:, 2]) / np.cos(pitch) * step_s
     turned[np.abs(pitch) > STEEP_RAD] = np.nan
     change = euler_angles(after)[2] - euler_angles(before)[2] - turned
