@@ -230,14 +230,16 @@ local function follow(pilot, flown, dt)
   end
 end
 
--- The velocity hold of BOTH in surge and sway, by gains that go with the speed of the reference.
+-- The velocity hold of BOTH in surge and sway, by gains that go with the speed of the reference. It holds to the
+-- reference as it will be, for so does the vehicle: its lead makes up for what the sticks' way takes.
 local function hold(measured, off, dt)
   local force = {0.0, 0.0}
   if mode ~= BOTH or not measured or dt <= 0 then
     integral = {0.0, 0.0}
     return force
   end
-  local speed, speeds = math.sqrt(nu[1] ^ 2 + nu[2] ^ 2), K.speeds
+  local ahead = {nu[1] + K.ahead_s * nu_dot[1], nu[2] + K.ahead_s * nu_dot[2]}
+  local speed, speeds = math.sqrt(ahead[1] ^ 2 + ahead[2] ^ 2), K.speeds
   local right = 1
   while right < #speeds and speeds[right] <= speed do right = right + 1 end
   local left = math.max(right - 1, 1)
@@ -248,7 +250,7 @@ local function hold(measured, off, dt)
     else
       local kp = K.mass_kg * ((1 - weight) * K.kp[axis][left] + weight * K.kp[axis][right])
       local ki = K.mass_kg * ((1 - weight) * K.ki[axis][left] + weight * K.ki[axis][right])
-      local wrong, reach = nu[axis] - measured[axis], K.reach[axis]
+      local wrong, reach = ahead[axis] - measured[axis], K.reach[axis]
       local bound, was = K.integral_share * reach, integral[axis]
       local now = clip(was + ki * wrong * dt, -bound, bound)
       if math.abs(now) > math.abs(was) and math.abs(kp * wrong + now) > reach then now = was end

@@ -21,6 +21,7 @@ from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
     FULL_STICK,
+    HELD_S,
     MANUAL,
     MOST_ADDED,
     REFERENCE_RAD_S,
@@ -45,6 +46,9 @@ FIRST_OUTPUT: Final = 9
 KEY: Final = 113
 """Of the autopilot's tables of parameters, which scripts share: this and the next."""
 TICK_S: Final = 0.01
+AHEAD_S: Final = HELD_S + TICK_S
+"""How far the reference is looked ahead. A stick that comes 25 times a second is older by half its hold, on average;
+ArduSub reads its inputs, and the script these, 100 times a second, each half a tick late."""
 _SCRIPTS: Final = range(94, 110)
 _CHANNELS: Final = (5, 6, 4)
 """ArduSub's inputs of forward, lateral and yaw."""
@@ -114,7 +118,8 @@ def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -
         "fastest": FASTEST,
         "slope_per_s": feedforward.SLOPE_PER_S,
         "lead_share": feedforward.LEAD_SHARE,
-        "lead_s": vehicle.thrust_curve.lag_s + 0.5 * TICK_S,
+        "ahead_s": AHEAD_S,
+        "lead_s": vehicle.thrust_curve.lag_s + 0.5 * TICK_S + AHEAD_S,
         "most_added": MOST_ADDED / FULL_STICK,
         "reach": reach,
         "limit_n": min(shape.thruster_limit_n, curve.max_n, -curve.min_n),

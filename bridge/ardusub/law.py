@@ -9,7 +9,9 @@ Whatever is in doubt ends with nothing added, which leaves the pilot's sticks as
 """
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -35,7 +37,7 @@ from bridge.vehicle.feedforward import (
     silent,
 )
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.navigation import Navigation, known_at
+from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.references import ZERO6, Reference, Six
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 from bridge.vehicle.thrusters import Allocator, thrust_curve
@@ -77,6 +79,7 @@ class StickLaw:
         self._coefficients: Mapping[str, float] = {}
         self._effects = known_effects({}, shape)
         self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
+        self._track = deque[tuple[float, Six]]()
         self._time_s = math.nan
         self._onset, self._sum = Onset(), np.zeros(3)
         self._faults: tuple[str, ...] = ()
@@ -110,6 +113,7 @@ class StickLaw:
             else feedforward(self._coefficients, reference, self._reach, self._effects.hull)
         )
         off = {*range(6)} - {*flown} | {*term.off}
+        self._remember(now_s)
         pid = self._hold(known, reference, dt_s, mode, off)
         self._report(term.faults if mode is not Mode.OFF else ())
         acts = mode.applies_feedforward and not doubt
@@ -150,6 +154,7 @@ class StickLaw:
 
     def _restart(self) -> None:
         self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
+        self._track.clear()
         self._slope.reset()
         self._lead.reset()
         self._controller.reset(range(6))
@@ -180,14 +185,30 @@ class StickLaw:
             self._nu[dof] += within_s * self._nu_dot[dof]
         return Reference(_six(self._nu), _six(self._nu_dot), known.heading_rad, known.depth_m)
 
+    def _remember(self, now_s: float) -> None:
+        self._track.append((now_s, _six(self._nu)))
+        while self._track[0][0] < now_s - OLDEST_S:
+            self._track.popleft()
+
+    def _nu_at(self, time_s: float) -> Six:
+        """The reference's velocity at a time of the last `OLDEST_S`; the newest for NaN."""
+        times, nus = zip(*self._track, strict=True)
+        at_s = time_s if math.isfinite(time_s) else times[-1]
+        return _six([float(np.interp(at_s, times, column)) for column in zip(*nus, strict=True)])
+
     def _hold(
         self, known: Navigation, reference: Reference, dt_s: float, mode: Mode, off: set[int]
     ) -> list[float]:
-        """Force of the velocity hold in surge and sway; zero where the DVL is silent or it is not asked for."""
+        """Force of the velocity hold in surge and sway; zero where the DVL is silent or it is not asked for.
+
+        A velocity is held against the reference of its own time: that of now would pass for an error of the
+        acceleration times the reading's age, 20 mm/s and more.
+        """
         if mode is not Mode.BOTH or not dt_s > 0:
             self._controller.reset(range(6))
             return [0.0] * 6
-        held = self._controller.step(known, reference, dt_s, False)
+        of_reading = replace(reference, nu=self._nu_at(known.velocity_time_s))
+        held = self._controller.step(known, of_reading, dt_s, False)
         self._controller.reset(tuple(off | {2, 3, 4, YAW}))
         return [held[dof] if dof in (0, 1) and dof not in off else 0.0 for dof in range(6)]
 

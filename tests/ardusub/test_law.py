@@ -145,3 +145,18 @@ def test_after_a_pause_of_the_sticks_the_reference_starts_from_rest():
     made = law()
     fly(made, STEP[:20])
     assert not fly(made, [(600, 0, 0)], start_s=9.0).any()
+
+
+def test_a_velocity_is_held_against_the_reference_of_its_own_time():
+    made, flown, forces = law(), [], []
+    for number in range(60):
+        now_s = 1.0 + PERIOD_S * number
+        aged = [(t, nu) for t, nu in flown if t <= now_s - 0.1]
+        read_s, nu = aged[-1] if aged else (now_s, (0.0,) * 6)
+        navigation = Navigation(nu[:3], read_s, (0.0, 0.0, 0.0), now_s)
+        sticks = np.array([600.0 if number >= 10 else 0.0, 0.0, 0.0])
+        _, out = made.step(now_s, sticks, 0.5, Mode.BOTH, "", MANUAL, navigation, ())
+        flown.append((now_s, out.reference.nu))
+        forces.append(out.tau_pid[:2])
+    assert flown[-1][1][0] > 0.2
+    assert np.abs(forces).max() < 1e-9
