@@ -33,7 +33,7 @@ class Case:
 
 PLAIN: Final = "plain"
 CASES: Final = {
-    PLAIN: Case("nothing planted"),
+    PLAIN: Case("nothing planted", "with_legs.yaml"),
     "half": Case("thruster 2 at half its thrust", planted={"T2_gain": 0.5}),
     "delay": Case("thrust 0.15 s late", planted={DELAY: 0.15}),
     "current": Case("a current of 0.3 m/s towards east", "turned.yaml", {EAST: 0.3}),
