@@ -27,6 +27,7 @@ from bridge.vehicle.parameters import bounds
 from identify.checks.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.candidates import Cause
+from identify.diagnose.cause_words import effect_words, name_of, percent_bounded, words
 from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal, hull_indices
@@ -34,7 +35,6 @@ from identify.diagnose.regression import mean_indices, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.wording import effect_words, name_of, percent_bounded, words
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.likelihood_axis import MASS

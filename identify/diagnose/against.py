@@ -12,7 +12,7 @@ from typing import Any
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile
-from identify.diagnose import wording
+from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose.changed import priors_of, simulator_of
 from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.result import Diagnosis, Finding, Value, Verdict
@@ -291,9 +291,9 @@ def _verdict(comparison: Against) -> str:
     numbers = listed([*_thrust_words(comparison.thrust), *_number_words(comparison.off)])
     lacks, possible = wording.sorted_by_likelihood(comparison.lacks)
     may_lack = listed([_with_probability(item) for item in possible])
-    where = wording.gap_sentence(gap, "the gap")
+    where = gap_words.gap_sentence(gap, "the gap")
     if lacks:
-        causes = listed([wording.name_of(lack) for lack in lacks])
+        causes = listed([cause_words.name_of(lack) for lack in lacks])
         sentence = f"Your simulator must gain {causes}: {where}{_drift_clause(comparison)}."
         sentence += f" {capital(numbers)}." if numbers else ""
         sentence += f" It may lack {may_lack}, too." if possible else ""
@@ -304,17 +304,17 @@ def _verdict(comparison: Against) -> str:
     elif possible:
         sentence = f"Your simulator may lack {may_lack}: {where}{_drift_clause(comparison)}."
     elif comparison.vehicle.verdict in ("partly", "unknown"):
-        location = wording.where_sentence(gap, "the gap")
+        location = gap_words.where_sentence(gap, "the gap")
         return f"Your simulator lacks something that no candidate explains: {location}."
     elif comparison.verdict == "no_gap":
         sentence = (
-            f"Your simulator lacks nothing that this dive shows: its {wording.DRIFT_S:g} s drift is "
+            f"Your simulator lacks nothing that this dive shows: its {drift_words.DRIFT_S:g} s drift is "
             f"{_level(comparison)}, {wording.NO_MORE}."
         )
     else:
         sentence = (
             "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
-            f"{wording.DRIFT_S:g} s drift is {_level(comparison)}"
+            f"{drift_words.DRIFT_S:g} s drift is {_level(comparison)}"
             f"{_drift_clause(comparison)}: give longer recordings of both, with the same manoeuvres."
         )
     if comparison.vehicle.verdict in ("partly", "unknown"):
@@ -369,7 +369,7 @@ def _thrust_words(thrust: ThrustRatio) -> list[str]:
     if not thrust.differs or thrust.whole is None:
         return []
     off = 1.0 / thrust.whole.value - 1.0
-    return [f"its thrust is {wording.percent(abs(off))} too {'strong' if off > 0 else 'weak'}"]
+    return [f"its thrust is {cause_words.percent(abs(off))} too {'strong' if off > 0 else 'weak'}"]
 
 
 def cause_lines(comparison: Against) -> tuple[str, ...]:
@@ -413,7 +413,7 @@ def _already(probability: float | None) -> str:
     if probability is None:
         return ""
     if probability < LIKELY:
-        return f"Your simulator may have it already ({wording.percent_bounded(probability)} probable): "
+        return f"Your simulator may have it already ({cause_words.percent_bounded(probability)} probable): "
     return "Your simulator has it already: "
 
 
@@ -438,19 +438,19 @@ def further_lines(comparison: Against) -> tuple[str, ...]:
 
 def _story_sentence(finding: Finding) -> str:
     clause = (
-        f"{wording.name_of(finding)} would make"
+        f"{cause_words.name_of(finding)} would make"
         if finding.probability >= LIKELY
         else f"{_with_probability(finding)} may make"
     )
     values = ", ".join(
-        wording.value_words(name, value) for name, value in wording.shown_parameters(finding).items()
+        cause_words.value_words(name, value) for name, value in cause_words.shown_parameters(finding).items()
     )
     return f"{capital(clause)} masses and dampings differ so: {finding.cause.effect.sentence} ({values})."
 
 
 def _spare_sentence(finding: Finding) -> str:
     shows = (
-        f"shows {wording.name_of(finding)}"
+        f"shows {cause_words.name_of(finding)}"
         if finding.probability >= LIKELY
         else f"may show {_with_probability(finding)}"
     )
@@ -458,7 +458,7 @@ def _spare_sentence(finding: Finding) -> str:
 
 
 def _with_probability(finding: Finding) -> str:
-    return f"{wording.name_of(finding)} ({wording.percent_bounded(finding.probability)} probable)"
+    return f"{cause_words.name_of(finding)} ({cause_words.percent_bounded(finding.probability)} probable)"
 
 
 def difference_sentence(difference: Difference) -> str:
@@ -473,14 +473,14 @@ def difference_sentence(difference: Difference) -> str:
 
 def _error_words(difference: Difference) -> str:
     whose = (
-        f"its {wording.words(difference.of)}'s {wording.parameter(difference.name)}"
+        f"its {cause_words.words(difference.of)}'s {cause_words.parameter(difference.name)}"
         if difference.of
         else f"its {difference.name}"
     )
-    off = f"{wording.percent(abs(difference.share))} too {'large' if difference.share > 0 else 'small'}"
+    off = f"{cause_words.percent(abs(difference.share))} too {'large' if difference.share > 0 else 'small'}"
     if difference.probability >= LIKELY:
         return f"{whose} is {off}"
-    probable = f"{wording.words(difference.of)} is {wording.percent_bounded(difference.probability)} probable"
+    probable = f"{cause_words.words(difference.of)} is {cause_words.percent_bounded(difference.probability)} probable"
     return f"{whose} may be {off} ({probable})"
 
 
@@ -492,9 +492,9 @@ def _number_words(differences: Sequence[Difference]) -> list[str]:
 
 
 def _drift_clause(comparison: Against) -> str:
-    moved = wording.changes(wording.of_dive(comparison.vehicle.gap))
-    return f"; with the vehicle's numbers its {wording.DRIFT_S:g} s drift {moved}" if moved else ""
+    moved = drift_words.changes(drift_words.of_dive(comparison.vehicle.gap))
+    return f"; with the vehicle's numbers its {drift_words.DRIFT_S:g} s drift {moved}" if moved else ""
 
 
 def _level(comparison: Against) -> str:
-    return wording.level(wording.of_dive(comparison.vehicle.gap))
+    return drift_words.level(drift_words.of_dive(comparison.vehicle.gap))

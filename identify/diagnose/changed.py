@@ -15,6 +15,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
 from identify.diagnose.candidates import Cause
+from identify.diagnose.cause_words import SINCE, effect_words, value_words
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
@@ -26,7 +27,6 @@ from identify.diagnose.result import Diagnosis, Finding, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.weighing import Fitted, Weighing
-from identify.diagnose.wording import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
 from identify.estimators.likelihood_axis import AxisLikelihood

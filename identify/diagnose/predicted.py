@@ -19,10 +19,12 @@ from identify.estimators.lateness import FilteredForce
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
-from identify.forces import asked_thrusts, evenly_between, tells_thrusters, unrounded_thrusts
+from identify.forces import asked_thrusts, tells_thrusters
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
+from identify.rounding import unrounded_thrusts
 from identify.side_by_side import side_by_side
+from identify.wrench_history import evenly_between
 
 LEVELLED_S = 0.5
 """Time over which the noise of roll and pitch is averaged: long against an attitude's interval, and too short for a

@@ -17,9 +17,10 @@ from bridge.vehicle.coefficients import (
 )
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.forces import WrenchHistory, wrench
+from identify.forces import wrench
 from identify.identification import Identification
 from identify.words import axes_named
+from identify.wrench_history import WrenchHistory
 
 SHORTEST_DIVE_S = 20.0
 

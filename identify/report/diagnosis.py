@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import wording
+from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose.against import (
     Against,
     Difference,
@@ -104,8 +104,8 @@ def _where(d: Diagnosis) -> Section:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     if d.verdict == "no_gap":
         return Section("1. Where it lies", NOTHING_RETURNS if d.gap.before > 1.0 + CHANCE else NOWHERE)
-    largest = wording.where_line(d)
-    elsewhere = wording.drifts_elsewhere(d.gap)
+    largest = gap_words.where_line(d)
+    elsewhere = gap_words.drifts_elsewhere(d.gap)
     parts = (
         f"Where most force is missing, the largest part first: {largest}." if largest else "",
         f"Most of the drift is in {elsewhere}." if elsewhere else "",
@@ -123,7 +123,7 @@ def _depends(d: Diagnosis) -> Section | None:
             wording.variable(dependence.variable),
             dependence.dof,
             dependence.parity or MISSING,
-            wording.strength(dependence.strength),
+            gap_words.strength(dependence.strength),
         )
         for dependence in d.gap.depends_on
     )
@@ -137,7 +137,7 @@ def _depends(d: Diagnosis) -> Section | None:
 
 
 def _by_dof(d: Diagnosis) -> Section:
-    shares = wording.shares_by_dof(d.gap.where)
+    shares = gap_words.shares_by_dof(d.gap.where)
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(entry.floor[i]) for entry in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {entry.horizon_s:g} s" for entry in d.gap.drifts)
@@ -172,7 +172,7 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
         return ()
     matches = [entry for entry in gap.disturbance if entry.dof == DOFS[dof]]
     return (
-        (f"{wording.force_words(matches[0])}, {wording.percent_bounded(matches[0].share)}",)
+        (f"{gap_words.force_words(matches[0])}, {cause_words.percent_bounded(matches[0].share)}",)
         if matches
         else (MISSING,)
     )
@@ -182,15 +182,15 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
     drifts = (d.gap.drifts[k], *(d.gap.after[k : k + 1] if d.verdict != "no_gap" else ()))
     if not np.isfinite(drifts[0].floor[dof]):
         return MISSING
-    return " → ".join(wording.rate(float(drift.rms[dof]), DOFS[dof]) for drift in drifts)
+    return " → ".join(drift_words.rate(float(drift.rms[dof]), DOFS[dof]) for drift in drifts)
 
 
 def _what(d: Diagnosis) -> Section:
     lines = []
     for finding in d.findings:
         lines += [
-            wording.cause_sentence(finding),
-            *([wording.alike_sentence(finding)] if finding.also else []),
+            cause_words.cause_sentence(finding),
+            *([cause_words.alike_sentence(finding)] if finding.also else []),
         ]
     lines += [LIKENESS] if any(cause.also for cause in d.findings) else []
     lines += wording.character_lines(d)
@@ -204,9 +204,9 @@ def _what(d: Diagnosis) -> Section:
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows: list[tuple[str, ...]] = []
     for finding in d.findings:
-        cause = wording.effect_words(finding.cause.effect)
-        values = wording.shown_parameters(finding)
-        rows += [(cause, wording.parameter(name), *_cells(value)) for name, value in values.items()] or [
+        cause = cause_words.effect_words(finding.cause.effect)
+        values = cause_words.shown_parameters(finding)
+        rows += [(cause, cause_words.parameter(name), *_cells(value)) for name, value in values.items()] or [
             (cause, MISSING, MISSING, MISSING, MISSING)
         ]
     return tuple(rows)
@@ -228,7 +228,7 @@ def _candidates(d: Diagnosis) -> Section | None:
 def _by_other_tests(d: Diagnosis) -> str:
     """Evidence for causes that the nats don't cover."""
     return "".join(
-        f" Not so the {wording.effect_words(cause.cause.effect)}: {cause.cause.effect.evidence}."
+        f" Not so the {cause_words.effect_words(cause.cause.effect)}: {cause.cause.effect.evidence}."
         for cause in d.findings
         if cause.cause.effect.evidence
     )
@@ -246,7 +246,7 @@ def _how_far(d: Diagnosis) -> Section:
         for where, shrink in shrinks
         if shrink is not None and math.isfinite(shrink.value)
     )
-    caption = f"All together: how much of the {wording.DRIFT_S:g} s drift beyond noise the causes close."
+    caption = f"All together: how much of the {drift_words.DRIFT_S:g} s drift beyond noise the causes close."
     tables = [*by_axis, *([Table(("Where", "Closes", "95 % interval"), rows, caption)] if rows else [])]
     gains = tuple(_gained(shrink) for shrink in d.findings)
     if gains:
@@ -274,8 +274,8 @@ def _axis_rows(shrink: Shrink) -> tuple[tuple[str, ...], ...]:
     return tuple(
         (
             axis.dof,
-            *(wording.rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
-            wording.percent(axis.value) if math.isfinite(axis.value) else MISSING,
+            *(drift_words.rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
+            cause_words.percent(axis.value) if math.isfinite(axis.value) else MISSING,
             f"{fixed(axis.nrmse_before, 2)} → {fixed(axis.nrmse_after, 2)}",
             fixed(axis.nrmse_baseline, 2),
         )
@@ -294,20 +294,20 @@ def _over_time(d: Diagnosis) -> Section | None:
 
 
 def _shrunk(shrink: Shrink) -> tuple[str, ...]:
-    interval = wording.percents(shrink.low95, shrink.high95) or MISSING
-    value = wording.percent(shrink.value) if math.isfinite(shrink.value) else MISSING
+    interval = cause_words.percents(shrink.low95, shrink.high95) or MISSING
+    value = cause_words.percent(shrink.value) if math.isfinite(shrink.value) else MISSING
     return value, interval
 
 
 def _gained(finding: Finding) -> tuple[str, ...]:
-    cause, by = wording.effect_words(finding.cause.effect), finding.cause.effect.feedforward
+    cause, by = cause_words.effect_words(finding.cause.effect), finding.cause.effect.feedforward
     made_up = COMPENSATED_BY[by] if by else "nothing: the feed-forward can't"
     if finding.feedforward is None:
         return cause, MISSING, MISSING, made_up
     return (
         cause,
-        wording.mm_s(finding.feedforward.before_m_s),
-        wording.mm_s(finding.feedforward.after_m_s),
+        cause_words.mm_s(finding.feedforward.before_m_s),
+        cause_words.mm_s(finding.feedforward.after_m_s),
         made_up,
     )
 
@@ -369,10 +369,10 @@ def _thrust_rows(thrust: ThrustRatio) -> list[tuple[str, ...]]:
 def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
-        cause = wording.effect_words(lacking.cause.effect)
-        values = wording.shown_parameters(lacking)
+        cause = cause_words.effect_words(lacking.cause.effect)
+        values = cause_words.shown_parameters(lacking)
         rows += [
-            (f"{cause}, {wording.parameter(name)}", "none", *_cells(value), MISSING)
+            (f"{cause}, {cause_words.parameter(name)}", "none", *_cells(value), MISSING)
             for name, value in values.items()
         ] or [(cause, "none", MISSING, MISSING, MISSING, MISSING)]
     return rows
@@ -381,7 +381,7 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
 def _row(difference: Difference) -> tuple[str, ...]:
     name = difference.name
     if difference.of:
-        name = f"{wording.words(difference.of)}, {wording.parameter(name)}"
+        name = f"{cause_words.words(difference.of)}, {cause_words.parameter(name)}"
     if difference.thrust != 1.0:
         name = f"{name}, at the simulator's thrust"
     share = _signed_percent(difference.share)
@@ -389,7 +389,7 @@ def _row(difference: Difference) -> tuple[str, ...]:
 
 
 def _signed_percent(share: float) -> str:
-    return f"{'+' if share > 0 else '−'}{wording.percent(abs(share))}"
+    return f"{'+' if share > 0 else '−'}{cause_words.percent(abs(share))}"
 
 
 def _of_simulator(comparison: Against) -> Section:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import wording
+from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
 from identify.report.page import Figure, Table
@@ -48,21 +48,21 @@ STYLE_OF = {NOISE: 0, BEFORE: 1, AFTER: 2}
 def where_map(gap: Gap) -> Figure:
     """Where force is missing, by phase and degree of freedom."""
     dofs = [dof for dof in DOFS if any(place.dof == dof for place in gap.where)]
-    shares = np.zeros((len(wording.PHASES), len(dofs)))
-    phases = list(wording.PHASES)
+    shares = np.zeros((len(gap_words.PHASES), len(dofs)))
+    phases = list(gap_words.PHASES)
     for place in gap.where:
         shares[phases.index(place.phase), dofs.index(place.dof)] += place.share
     return Figure(
         "where the gap lies",
         "Where force is missing, by what the vehicle was doing and by degree of freedom: the stronger the colour, the "
         "more of it.",
-        stack([heatmap([wording.PHASES[phase] for phase in phases], dofs, shares)]),
+        stack([heatmap([gap_words.PHASES[phase] for phase in phases], dofs, shares)]),
     )
 
 
 def slices(gap: Gap) -> tuple[Figure, ...]:
     """A figure for each degree of freedom with a large share of the gap: bars by speed, heading and so on."""
-    by_dof = wording.shares_by_dof(gap.where)
+    by_dof = gap_words.shares_by_dof(gap.where)
     held = [dof for dof in sorted(by_dof, key=lambda name: -by_dof[name]) if by_dof[dof] >= SLICED]
     return tuple(drawn for dof in held if (drawn := _slices_of(gap, dof)) is not None)
 
@@ -132,11 +132,12 @@ def candidates(
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
     _, unlikely = wording.sorted_by_likelihood(findings)
     possible = {
-        candidate.cause.effect.label: wording.percent_bounded(candidate.probability) for candidate in unlikely
+        candidate.cause.effect.label: cause_words.percent_bounded(candidate.probability)
+        for candidate in unlikely
     }
     rows = [
         Bar(
-            wording.candidate_words(candidate.effect) + _aside(candidate, possible),
+            cause_words.candidate_words(candidate.effect) + _aside(candidate, possible),
             math.log1p(max(candidate.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
             f"{fixed(candidate.gain_nats, 0 if abs(candidate.gain_nats) >= 10 else 1)} nats",
             "accepted" if candidate.accepted and candidate.label not in possible else "",
@@ -241,8 +242,8 @@ def velocities(prediction: Prediction) -> Traces:
     return Traces(
         "measured and simulated velocities",
         "Velocities in body axes: measured (smoothed), and simulated from thrust and attitude alone, started anew from "
-        f"the measured one every {wording.DRIFT_S:g} s: by the plain model (before) and with the causes in (after). "
-        "The buttons stretch the time axis; then it can be moved sideways.",
+        f"the measured one every {drift_words.DRIFT_S:g} s: by the plain model (before) and with the causes in (after)."
+        " The buttons stretch the time axis; then it can be moved sideways.",
         FLOWN,
         prediction.time_s - prediction.time_s[0],
         prediction.window,
@@ -251,7 +252,7 @@ def velocities(prediction: Prediction) -> Traces:
 
 
 def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
-    return next((drift for drift in drifts if drift.horizon_s == wording.DRIFT_S), None)
+    return next((drift for drift in drifts if drift.horizon_s == drift_words.DRIFT_S), None)
 
 
 def _binned(drift: Drift, dof: int, scale: float, label: str, start_s: float) -> Line:

@@ -10,8 +10,8 @@ from typing import Any, Final
 from bridge.errors import ConfigError, FitError, LogError
 from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Configuration, Damping, Prior, VehicleFile
+from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose import diagnose as search
-from identify.diagnose import wording
 from identify.diagnose.result import Diagnosis, Finding, Value, by_axis, plain
 from identify.dive import Dive
 from identify.effects.effect import Effect
@@ -176,17 +176,17 @@ def effects_without(names: Collection[str], configuration_name: str, file: Vehic
 
 def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
     """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
-    after = [item.total for item in diagnosis.gap.after if item.horizon_s == wording.DRIFT_S]
+    after = [item.total for item in diagnosis.gap.after if item.horizon_s == drift_words.DRIFT_S]
     more = {
         "dive": diagnosis.dive,
         "check": check,
         "configuration": diagnosis.configuration,
         "verdict": wording.verdict_sentence(diagnosis),
         "after": after[0] if after else None,
-        "by_axis": by_axis(wording.of_dive(diagnosis.gap)),
+        "by_axis": by_axis(drift_words.of_dive(diagnosis.gap)),
         "causes": [_cause(item) for item in diagnosis.findings],
         "tried": [
-            {"name": wording.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
+            {"name": cause_words.candidate_words(item.effect), "gain_nats": item.gain_nats, "why": item.why}
             for item in diagnosis.tried
             if not item.accepted and item.gain_nats > 0
         ],
@@ -197,7 +197,7 @@ def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
             "after": diagnosis.heldout.after,
             "by_axis": by_axis(diagnosis.heldout.by_axis),
         },
-        "disturbance": wording.disturbance_line(diagnosis.gap.disturbance),
+        "disturbance": gap_words.disturbance_line(diagnosis.gap.disturbance),
         "character": wording.character_lines(diagnosis),
         "next": wording.next_lines(diagnosis),
         "notes": diagnosis.notes,
@@ -207,11 +207,12 @@ def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
 
 def _cause(finding: Finding) -> dict[str, Any]:
     return {
-        "name": wording.name_of(finding),
+        "name": cause_words.name_of(finding),
         "gain_nats": finding.gain_nats,
-        "sentence": wording.cause_sentence(finding),
-        "alike": wording.alike_sentence(finding) if finding.also else "",
+        "sentence": cause_words.cause_sentence(finding),
+        "alike": cause_words.alike_sentence(finding) if finding.also else "",
         "values": [
-            wording.value_words(name, value) for name, value in wording.shown_parameters(finding).items()
+            cause_words.value_words(name, value)
+            for name, value in cause_words.shown_parameters(finding).items()
         ],
     }

@@ -12,6 +12,7 @@ from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import known_with_causes
 from identify.diagnose.candidates import Cause
+from identify.diagnose.cause_words import effect_words
 from identify.diagnose.changed import (
     Shift,
     accepted_causes,
@@ -26,7 +27,6 @@ from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.simulation import EACH, simulation_of, slope_of
-from identify.diagnose.wording import effect_words
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
 from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak
 from identify.effects.environment import STEADY_CURRENT

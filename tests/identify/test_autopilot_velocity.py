@@ -12,9 +12,10 @@ from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.lateness import FilteredForce, behind_filter, means_behind_filter, timing_of
 from identify.estimators.timing import SURGE, SWAY, _fitted, _is_past, _rough_lag, dated, dated_back
-from identify.forces import unrounded, unrounded_thrusts, wrench
+from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body
+from identify.rounding import unrounded, unrounded_thrusts
 
 STEP_S = 0.01
 TIME_S = STEP_S * np.arange(2000)

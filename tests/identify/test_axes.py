@@ -27,13 +27,14 @@ from bridge.vehicle.config import (
 from bridge.vehicle.dynamics import coriolis
 from identify.align import aligned, low_pass
 from identify.dive import Dive, Signal
-from identify.estimators import axes
+from identify.estimators import events
 from identify.estimators.axes import build_axes
 from identify.estimators.motion import Motion
 from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, poses_of
-from identify.forces import WrenchHistory, wrench
+from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
+from identify.wrench_history import WrenchHistory
 
 TIME_S = np.arange(0.0, 40.0, 0.02)
 LEVER_M = (0.1, 0.3, -0.2)
@@ -418,5 +419,5 @@ def test_times_are_coarse_only_where_many_steps_differ():
     alone, both = (
         [SimpleNamespace(time_s=time_s) for time_s in clocks] for clocks in ([even_s], [even_s, drifting_s])
     )
-    assert axes._in_ticks(even_s, axes._tick_s(alone)) == pytest.approx(even_s, abs=1e-9)
-    assert axes._tick_s(both) > 1e-4
+    assert events._in_ticks(even_s, events._tick_s(alone)) == pytest.approx(even_s, abs=1e-9)
+    assert events._tick_s(both) > 1e-4

@@ -21,7 +21,7 @@ from made_diagnoses import (
 )
 
 from identify.checks.mounting import mounted_otherwise
-from identify.diagnose import wording
+from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import (
     AxisShrink,
@@ -70,8 +70,8 @@ def test_a_page_without_a_gap_shows_no_bars_and_no_share_of_a_drift_that_is_not_
 
 
 def test_an_interval_of_nothing_but_one_number_is_left_out():
-    assert wording.percents(0.84, 0.94) == "84 % to 94 %"
-    assert wording.percents(-0.001, 0.004) == wording.percents(NAN, 0.4) == ""
+    assert cause_words.percents(0.84, 0.94) == "84 % to 94 %"
+    assert cause_words.percents(-0.001, 0.004) == cause_words.percents(NAN, 0.4) == ""
     none = shrink(1.5, 1.5, 0.0, 0.0, 0.0)
     assert wording.shrink_lines(diagnosis(check=None, heldout=none))[-1] == (
         "On pieces held out, all together: the model with the causes closes 0 % of the 5 s drift beyond noise."
@@ -302,10 +302,10 @@ def test_a_disturbance_that_takes_a_third_is_told_in_newtons_in_per_cent_and_wit
     assert "in surge it takes 3.1 N, 62 % of the variance of the thrusters' force." in said
     assert "a tether, or thrust that the vehicle file or the recording has wrong" in said
     assert "sway" not in said
-    (line,) = wording.disturbance_line(taken)
+    (line,) = gap_words.disturbance_line(taken)
     assert "in surge 3.1 N (62 %) and in sway 0.20 N (over 99 %, only held)" in line
     assert "More than a third is much" in line
-    assert wording.disturbance_line(()) == ()
+    assert gap_words.disturbance_line(()) == ()
 
 
 SURGE = AxisShrink("surge", 0.034, 0.016, 0.009, 0.72, 0.61, 0.28, 0.33)
@@ -333,32 +333,32 @@ def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of
         replace(SURGE, dof="heave", before=0.01, after=0.001, floor=0.001),
     )
     turned = replace(YAW, after=0.009)
-    assert wording.changes((sway, SURGE)).endswith("from 34 mm/s to 20 mm/s in sway")
-    assert wording.changes((sway, SURGE, heave, turned)).endswith(
+    assert drift_words.changes((sway, SURGE)).endswith("from 34 mm/s to 20 mm/s in sway")
+    assert drift_words.changes((sway, SURGE, heave, turned)).endswith(
         "in surge and from 34 mm/s to 20 mm/s in sway"
     )
-    assert wording.changes((sway, SURGE, replace(YAW, after=0.003))).endswith(
+    assert drift_words.changes((sway, SURGE, replace(YAW, after=0.003))).endswith(
         "from 1.1 deg/s to 0.17 deg/s in yaw"
     )
     worse, same = replace(YAW, after=0.03), replace(YAW, value=NAN)
-    assert wording.changes((worse, SURGE)).startswith("goes ")
-    assert wording.changes((same,)) == ""
+    assert drift_words.changes((worse, SURGE)).startswith("goes ")
+    assert drift_words.changes((same,)) == ""
 
 
 def test_parameters_have_units_and_intervals_that_a_crew_reads_and_no_cause_is_certain():
     assert (
-        wording.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
+        cause_words.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
         == "X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)"
     )
-    assert wording.value_words("yaw", Value(0.0349, "rad", NAN, NAN)) == "yaw 0.03490 rad, 2.0°"
-    assert wording.value_words("rate", Value(2e-4, "1/s", NAN, NAN)).endswith("1/s, 1.2 % a minute")
+    assert cause_words.value_words("yaw", Value(0.0349, "rad", NAN, NAN)) == "yaw 0.03490 rad, 2.0°"
+    assert cause_words.value_words("rate", Value(2e-4, "1/s", NAN, NAN)).endswith("1/s, 1.2 % a minute")
     assert (
-        wording.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
+        cause_words.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
         == "low end loss 0.20 (95 %: 0.10 to 0.30)"
     )
-    assert [wording.percent_bounded(p) for p in (1.0, 0.0, 0.87)] == ["over 99 %", "under 1 %", "87 %"]
-    assert wording.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
-    assert wording.candidate_words(effect("thruster_misalignment", 2)).startswith(
+    assert [cause_words.percent_bounded(p) for p in (1.0, 0.0, 0.87)] == ["over 99 %", "under 1 %", "87 %"]
+    assert cause_words.candidate_words(effect("weak_thruster", 8)) == "weak thruster 8"
+    assert cause_words.candidate_words(effect("thruster_misalignment", 2)).startswith(
         "thruster misalignment (thruster 2)"
     )
 
@@ -411,12 +411,12 @@ def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there
 def test_a_speed_is_named_only_above_that_of_rest_and_where_the_gap_goes_with_it():
     def above(low: float) -> str:
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
-        return wording.where_sentence(replace(gap(), slices=slices))
+        return gap_words.where_sentence(replace(gap(), slices=slices))
 
     assert above(0.057).endswith("in surge, steady, mostly above 0.06 m/s")
     assert above(0.0041).endswith("in surge, steady")
     even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
-    assert wording.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
+    assert gap_words.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
 
 
 @pytest.mark.parametrize(
@@ -442,15 +442,15 @@ def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom(
     shares: dict[tuple[str, str], float], said: str
 ):
     spread = tuple(Share(*place, share) for place, share in shares.items())
-    assert wording.where_sentence(replace(gap(), where=spread, slices=())) == said
+    assert gap_words.where_sentence(replace(gap(), where=spread, slices=())) == said
 
 
 def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
-    assert wording.drifts_elsewhere(gap()) == ""
+    assert gap_words.drifts_elsewhere(gap()) == ""
     sway = replace(gap(), where=(Share("sway", "steady", 0.8), Share("surge", "steady", 0.2)))
     drifted = (Share("surge", "turning", 0.6), Share("sway", "steady", 0.3), Share("surge", "rest", 0.1))
     sway = replace(sway, drifted=drifted)
-    assert wording.drifts_elsewhere(sway) == "surge"
+    assert gap_words.drifts_elsewhere(sway) == "surge"
     elsewhere = ", while most of the drift is in surge"
     assert wording.verdict_sentence(diagnosis(gap=sway)).endswith(
         f" Most of it lies in sway, steady{elsewhere}."
@@ -458,7 +458,7 @@ def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
     assert elsewhere not in wording.verdict_sentence(diagnosis(gap=replace(sway, drifted=sway.where)))
     assert "This is where force is missing, over what disturbs" in read(diagnosis())
     assert "Most of the drift is in surge." in read(diagnosis(gap=sway))
-    assert wording.drifts_elsewhere(replace(sway, before=1.1)) == ""
+    assert gap_words.drifts_elsewhere(replace(sway, before=1.1)) == ""
 
 
 def test_what_stays_the_same_is_not_sliced_and_a_slice_that_is_the_whole_is_not_shown():

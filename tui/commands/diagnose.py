@@ -13,7 +13,7 @@ from bridge import exit_codes
 from bridge.errors import FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.diagnose import against, wording
+from identify.diagnose import against, gap_words, wording
 from identify.diagnose.against import Against
 from identify.diagnose.result import Diagnosis
 from identify.diagnose.shrink import csv_of
@@ -228,7 +228,7 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
         *wording.cause_lines(diagnosis),
         *wording.character_lines(diagnosis),
         *_where(diagnosis),
-        *wording.disturbance_line(diagnosis.gap.disturbance),
+        *gap_words.disturbance_line(diagnosis.gap.disturbance),
         *wording.shrink_lines(diagnosis),
         *wording.next_lines(diagnosis),
         *diagnosis.notes,
@@ -238,5 +238,5 @@ def tell_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
 
 def _where(diagnosis: Diagnosis) -> tuple[str, ...]:
     """A line on the largest parts of the gap; none when the verdict is "no_gap"."""
-    line = "" if diagnosis.verdict == "no_gap" else wording.where_line(diagnosis)
+    line = "" if diagnosis.verdict == "no_gap" else gap_words.where_line(diagnosis)
     return (f"Where the missing force lies, most of it first: {line}.",) if line else ()
