@@ -44,6 +44,13 @@ class Stretch:
 
 
 @njit(cache=True, error_model="numpy")
+def _assign(out: Array, values: Array) -> None:
+    """Copy values (n,) to `out` (n,): a slice's assignment, with its check of shapes, takes 2 s longer to compile."""
+    for i in range(len(values)):
+        out[i] = values[i]
+
+
+@njit(cache=True, error_model="numpy")
 def derivative(
     state: Array,
     tau: Array,
@@ -120,29 +127,30 @@ def advance(
     k1, k2, k3, k4 = np.empty(13), np.empty(13), np.empty(13), np.empty(13)
     trial = np.empty(13)
     half = np.exp(-0.5 * dt_s / lag_s) if lag_s > 0.0 else 0.0
-    states[0] = state
+    _assign(states[0], state)
     for i in range(noise.shape[0]):
         if lag_s <= 0.0:
-            thrust[:] = target
+            _assign(thrust, target)
         middle = target + (thrust - target) * half
         end = target + (middle - target) * half
         tau_start = matrix @ thrust + disturbance + push
         tau_middle = matrix @ middle + disturbance + push
         tau_end = matrix @ end + disturbance + push
         derivative(state, tau_start, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k1)
-        rates[i] = k1[7:]
-        trial[:] = state + 0.5 * dt_s * k1
+        _assign(rates[i], k1[7:])
+        _assign(trial, state + 0.5 * dt_s * k1)
         derivative(trial, tau_middle, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k2)
-        trial[:] = state + 0.5 * dt_s * k2
+        _assign(trial, state + 0.5 * dt_s * k2)
         derivative(trial, tau_middle, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k3)
-        trial[:] = state + dt_s * k3
+        _assign(trial, state + dt_s * k3)
         derivative(trial, tau_end, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k4)
         state += dt_s / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         norm = np.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
-        state[3:7] /= norm
-        thrust[:] = end
-        disturbance[:] = keep * disturbance + noise[i]
-        states[i + 1] = state
+        for j in range(3, 7):
+            state[j] /= norm
+        _assign(thrust, end)
+        _assign(disturbance, keep * disturbance + noise[i])
+        _assign(states[i + 1], state)
     derivative(
         state,
         matrix @ thrust + disturbance + push,
@@ -154,7 +162,7 @@ def advance(
         surface_stiffness,
         k1,
     )
-    rates[noise.shape[0]] = k1[7:]
+    _assign(rates[noise.shape[0]], k1[7:])
 
 
 class Plant:
