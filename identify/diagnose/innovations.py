@@ -163,7 +163,7 @@ class AxisInnovations:
             responses(
                 self.table,
                 self.problem.step,
-                force,
+                np.ascontiguousarray(force),
                 off,
                 self.read,
                 axis.state_read,
