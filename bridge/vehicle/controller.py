@@ -91,7 +91,7 @@ class Controller:
 
     def __init__(self, table: GainTable, configuration: Configuration, reach: Sequence[float]) -> None:
         self._table = table
-        self._gains = tuple(getattr(table, dof) for dof in DOFS)
+        self._gains: tuple[Gains, ...] = tuple(getattr(table, dof) for dof in DOFS)
         self._scale = (configuration.dry_mass_kg,) * 3 + configuration.inertia_kgm2
         self._reach = tuple(float(limit) for limit in reach)
         self._integral = [0.0] * 6
