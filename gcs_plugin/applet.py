@@ -26,8 +26,9 @@ from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire import ftp
 from gcs_plugin.asking import ANSWER_S, Asking
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.comparison import Wanted, planned
+from gcs_plugin.params.planned import planned
 from gcs_plugin.params.receipt import Receipt, newest
+from gcs_plugin.params.wanted import Wanted
 from gcs_plugin.peers import Source, ground_heartbeat
 
 FOLDERS: Final = ("APM/scripts", "scripts")

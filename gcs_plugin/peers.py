@@ -1,12 +1,8 @@
 """The senders on the links of the ground: a single table of MAVLink components for all of the program.
 
 It answers, each by one rule: is it a vehicle, when was it heard and on which link, how many of its frames were lost,
-has it rebooted, do two vehicles share its address, and must it be sent an OFF. Pure: frames and times go in.
-
-A boot clock that runs back by more than `BACK_S` is a new boot: frames may arrive late, never early, so that delay
-alone never moves it that far. Two vehicles under one address are recognised by turns that a single vehicle can't take,
-even if it reboots: of UDP peers (the link sees those), of boot clocks, and of runs of sequence numbers on a link. A
-reboot changes the clock once, and the old clock is not heard again.
+has it rebooted, do two vehicles share its address, and must it be sent an OFF. Pure: frames and times go in. Two
+vehicles under one address show in the turns of UDP peers (the link sees those) and in those of `runs`.
 """
 
 import math
@@ -22,7 +18,7 @@ from bridge.errors import LinkError
 from bridge.links.link import Link
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame
-from bridge.wire.silences import BACK_S
+from gcs_plugin.runs import BootClock, BootReading, OnLink
 
 Source = tuple[int, int]
 """System and component."""
@@ -34,20 +30,6 @@ MOST_PEERS: Final = 256  # far more components than any fleet has
 GONE_S: Final = 60.0
 """In a full table, a component that was silent for longer gives its place to a new one; one that speaks never does."""
 
-SEQUENCES: Final = 256
-LATE: Final = 128  # a gap that wide is a frame that arrived late, not half a cycle of lost frames
-RESTART_S: Final = 5.0  # after such a silence the sequence numbers may have started again
-
-CLOCK_LATE_S: Final = 5.0  # a boot clock delayed by no more than this still counts as the same
-CLOCK_TURNS: Final = 3
-SEQUENCE_TURNS: Final = 6
-SEQUENCE_NEAR: Final = 32
-HELD_S: Final = 20.0  # after the last turn, until the alternation counts as ended
-
-GOES_ON_S: Final = 3.0
-GOES_ON_TIMES: Final = 3
-SAME_BOOT_S: Final = 0.02
-"""Boots whose Unix times differ by less are the same boot, heard again from a recording: a real reboot is later."""
 
 COMPANIONS: Final = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
 COMPANIONS_MAY_FOLLOW_S: Final = 1.5
@@ -187,147 +169,6 @@ def newest(vehicles: Iterable[KnownVehicle]) -> tuple[KnownVehicle, ...]:
 
 
 @dataclass(slots=True)
-class _Alternation:
-    """Counts successive changes between two runs; `seen_s` is when they were last `enough` to mean two senders."""
-
-    enough: int
-    turns: int = 0
-    changed_s: float = 0.0
-    seen_s: float = -math.inf
-
-    def change(self, goes_on: bool, now_s: float) -> None:
-        """A change to the other run; `goes_on`: it continues from its last reading."""
-        self.turns = self.turns + 1 if goes_on and now_s - self.changed_s <= HELD_S else 0
-        self.changed_s = now_s
-        if self.turns >= self.enough:
-            self.seen_s = now_s
-
-    def is_seen(self, now_s: float) -> bool:
-        return now_s - self.seen_s <= HELD_S
-
-
-@dataclass(slots=True)
-class _OnLink:
-    """A component on one link: its sequence numbers, the losses by them, its last HEARTBEAT and boot time."""
-
-    sequence: int
-    last_s: float
-    received: int = 1
-    lost: int = 0
-    boot_s: float = -math.inf
-    lost_by_then: int = 0
-    beat_s: float = -math.inf
-    run: int = -1
-    run_left: int = -1
-    runs: _Alternation = field(default_factory=lambda: _Alternation(SEQUENCE_TURNS))
-
-    def hear(self, sequence: int, time_s: float) -> None:
-        if (sequence - self.run + SEQUENCE_NEAR) % SEQUENCES > 2 * SEQUENCE_NEAR:
-            goes_on = self.run_left >= 0 and (sequence - self.run_left) % SEQUENCES <= SEQUENCE_NEAR
-            self.runs.change(goes_on, time_s)
-            self.run_left = self.run
-        self.run = sequence
-        gap = (sequence - self.sequence - 1) % SEQUENCES
-        silent_s, self.last_s = time_s - self.last_s, time_s
-        if silent_s > RESTART_S:
-            gap = 0
-        if gap == SEQUENCES - 1:  # a duplicate
-            return
-        self.received += 1
-        if gap >= LATE:
-            self.lost = max(0, self.lost - 1)
-            return
-        self.lost += gap
-        self.sequence = sequence
-
-    def hear_clock(self, boot_s: float, sequence: int) -> bool:
-        """Return whether the boot clock ran back, and undo the loss counted since its last reading if so.
-
-        A component that rebooted starts its sequence numbers again, so the frames that seemed lost since were not.
-        """
-        ran_back = boot_s < self.boot_s - BACK_S
-        if ran_back:
-            self.lost, self.sequence = self.lost_by_then, sequence
-        self.boot_s, self.lost_by_then = boot_s, self.lost
-        return ran_back
-
-
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """A boot time that arrived on `link`; `booted_s`: arrival minus boot time, which only delay makes larger.
-
-    `unix_s` is the Unix time of the boot by the sender's own clock, NaN if it knows no date.
-    """
-
-    boot_s: float
-    booted_s: float
-    unix_s: float
-    link: str
-
-    @property
-    def arrived_s(self) -> float:
-        return self.boot_s + self.booted_s
-
-
-@dataclass(slots=True)
-class _NewRun:
-    """A run of the boot clock that may have begun; `is_real`: it can't come from a recording that is played."""
-
-    first: _Reading
-    last: _Reading
-    is_real: bool
-    times: int = 1
-
-
-@dataclass(slots=True)
-class _BootClock:
-    """The boot clock of a component over all links: `first` and `last` reading of its run.
-
-    A late frame carries an old boot time once, between newer boot times; a growing queue delays all frames and turns
-    nothing back. So a reboot is confirmed when the new run goes on for `GOES_ON_S` without a boot time of the old.
-    After a real reboot the clock shows no more than the silence before it; that of a recording that is played again,
-    or of a second link that lags, shows more.
-    """
-
-    first: _Reading
-    last: _Reading
-    new: _NewRun | None = None
-    current: _Reading | None = None
-    left: _Reading | None = None
-    turns: _Alternation = field(default_factory=lambda: _Alternation(CLOCK_TURNS))
-
-    def hear(self, now: _Reading, time_s: float) -> _Reading | None:
-        """A boot time arrived; return the first boot time of the new run once a reboot is confirmed, otherwise None."""
-        current, self.current = self.current, now
-        if current is not None and abs(now.booted_s - current.booted_s) > CLOCK_LATE_S:
-            left, self.left = self.left, current
-            goes_on = left is not None and abs(now.booted_s - left.booted_s) <= CLOCK_LATE_S
-            self.turns.change(goes_on, time_s)
-        new = self.new
-        # Delay moves both clocks the same way: a boot instant nearer to the new clock's, or later, is the new clock's.
-        is_of_new = new is not None and 2 * now.booted_s > self.last.booted_s + new.last.booted_s
-        if not is_of_new and now.boot_s >= self.last.boot_s - BACK_S:
-            self.new = None
-            if now.boot_s > self.last.boot_s:
-                self.last = now
-        elif new is None or now.boot_s < new.last.boot_s - BACK_S:
-            self.new = _NewRun(now, now, self._is_real(now))
-        elif is_of_new and now.boot_s > new.last.boot_s:
-            new.last = now
-            new.times += 1
-            if new.times >= GOES_ON_TIMES and now.arrived_s - new.first.arrived_s >= GOES_ON_S:
-                self.first, self.last, self.new = new.first, new.last, None
-                return new.first if new.is_real else None
-        return None
-
-    def _is_real(self, now: _Reading) -> bool:
-        """Whether a vehicle last heard in this run can have rebooted within its silence, and has not the same boot."""
-        silent_s = now.arrived_s - self.last.arrived_s
-        same = any(abs(now.unix_s - run.unix_s) <= SAME_BOOT_S for run in (self.first, self.last))
-        return now.boot_s <= silent_s + CLOCK_LATE_S and not same
-
-
-@dataclass(slots=True)
 class Peer:
     """A component that speaks: when and on which link it was last heard, and its last HEARTBEAT.
 
@@ -343,8 +184,8 @@ class Peer:
     restart: Restart | None = None
     vehicle_s: float = math.inf
     mode_s: float = -math.inf
-    links: dict[str, _OnLink] = field(default_factory=dict)
-    clock: _BootClock | None = None
+    links: dict[str, OnLink] = field(default_factory=dict)
+    clock: BootClock | None = None
 
     @property
     def is_vehicle(self) -> bool:
@@ -362,7 +203,7 @@ class Peer:
         self.link, self.heard_s, self.rebooted, self.restart = link, time_s, False, None
         here = self.links.get(link)
         if here is None:
-            here = self.links[link] = _OnLink(frame.sequence, time_s, run=frame.sequence)
+            here = self.links[link] = OnLink(frame.sequence, time_s, run=frame.sequence)
         else:
             here.hear(frame.sequence, time_s)
         number = frame.message_id
@@ -377,13 +218,13 @@ class Peer:
             if name.rstrip(b"\0") == _MODE:
                 self.mode_s = time_s
 
-    def _hear_clock(self, frame: Frame, here: _OnLink, time_s: float) -> None:
+    def _hear_clock(self, frame: Frame, here: OnLink, time_s: float) -> None:
         unix_us, boot_ms = _CLOCK.unpack_from(frame.payload.ljust(_CLOCK.size, b"\0"))
         boot_s = boot_ms / 1e3
         self.rebooted = here.hear_clock(boot_s, frame.sequence)
-        now = _Reading(boot_s, time_s - boot_s, unix_us / 1e6 - boot_s if unix_us else math.nan, self.link)
+        now = BootReading(boot_s, time_s - boot_s, unix_us / 1e6 - boot_s if unix_us else math.nan, self.link)
         if self.clock is None:
-            self.clock = _BootClock(now, now, current=now)
+            self.clock = BootClock(now, now, current=now)
             return
         first = self.clock.hear(now, time_s)
         if first is not None and self.is_vehicle:

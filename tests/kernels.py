@@ -16,26 +16,26 @@ SEED, SECONDS = 100_010, 80.0
 LEGS = "name: short\nlegs:\n  - {name: surge, duration_s: 2, push_surge_n: 24, alternate: 2}\n"
 
 
-def identified() -> None:
-    """A planted dive, what is identified of it, and its diagnosis."""
-    from identify.challenge.case import dive_of, draw_case
+def told() -> None:
+    """A drawn mission, what is identified of it, and its diagnosis."""
+    from bench.missions.mission import draw_one
     from identify.diagnose.diagnose import diagnose
     from identify.estimators.table import estimator
 
-    case = draw_case(391_001, names=["quadratic_drag"], size=0.9, seconds=SECONDS)
-    dive = dive_of(case)
-    estimator("likelihood")(dive, case.file, case.configuration, _quiet)
-    diagnose(dive, case.file, case.configuration, progress=_quiet)
+    mission = draw_one(SEED, seconds=SECONDS)
+    estimator("likelihood")(mission.dive, mission.file, mission.configuration, _quiet)
+    diagnose(mission.dive, mission.file, mission.configuration, progress=_quiet)
 
 
-def compared() -> None:
-    """A drawn mission; a dive of the simulated vehicle, read; a field dive, whose hull is that of a planted one."""
+def dived() -> None:
+    """A planted dive; a field dive, whose hull is that of a planted one; a dive of the simulated vehicle, read."""
     from bench.field.draw import draw
-    from bench.missions.mission import draw_one
+    from identify.challenge.case import dive_of, draw_case
     from identify.ingest.open import read_dive
     from tui import cli
 
-    draw_one(SEED, seconds=SECONDS)
+    dive_of(draw_case(391_001, names=["quadratic_drag"], size=0.9, seconds=SECONDS))
+    draw(5, 2, "tether", 1.0, 8.0).files()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["XDG_STATE_HOME"] = folder
         legs = Path(folder) / "legs.yaml"
@@ -44,7 +44,6 @@ def compared() -> None:
         assert cli.main(words.split()) == 0
         (dive,) = (Path(folder) / "dives").iterdir()
         read_dive(dive)
-    draw(5, 2, "tether", 1.0, 8.0).files()
 
 
 def collected() -> None:
@@ -69,4 +68,4 @@ def _alone(work: Callable[[], None]) -> None:
 if __name__ == "__main__":
     sys.stdout.write("compiling what the tests run through ...\n")
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        list(pool.map(_alone, (identified, compared, collected)))
+        list(pool.map(_alone, (told, dived, collected)))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from bench.field.autopilot import NEUTRAL, Autopilot, Memory, pulses, wrench
 from bridge.arrays import Array
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
-from identify.challenge.world import STATES, WORK, Body, rates
+from identify.challenge.world import STATES, WORK, Body, assign, rates
 
 STEP_S = 0.005
 EACH = 10
@@ -82,15 +82,15 @@ def dive(
     for step in range(count):
         time_s = step * h
         grown = water.grown * time_s
-        hull.drag[:] = (1.0 + grown) * clean
+        assign(hull.drag, (1.0 + grown) * clean)
         if step % EACH == 0:
             look(state, noise[tick], seen)
-            now_asked[:] = asked[tick]
+            assign(now_asked, asked[tick])
             if tick == 0 or leg[tick] != leg[tick - 1]:
                 way = homewards(state, seen[2], asked, tick, leash_m)
             now_asked[0] *= way
             now_asked[1] *= way
-            ticks.asked[tick] = now_asked
+            assign(ticks.asked[tick], now_asked)
             wrench(now_asked, seen, pilot, memory, want)
             pulses(want, pilot, places)
             for i in range(k):
@@ -111,38 +111,40 @@ def dive(
             wanted[i] *= left
         here = water.moved[min(step, len(water.moved) - 1)]
         ahead = water.moved[min(step + 1, len(water.moved) - 1)]
-        tau[:] = water.push[step]
+        assign(tau, water.push[step])
         add_wrench(second, state[7:13], prop, tau)
         rates(state, tau, here, grown, body, hull, 0.0, 0.0, k1, work)
-        ticks.moving[step] = k1[0:3]
+        assign(ticks.moving[step], k1[0:3])
         if step % EACH == 0:
-            ticks.state[tick - 1] = state
-            ticks.nu_dot[tick - 1] = k1[7:13]
-            ticks.push[tick - 1] = water.push[step]
-            ticks.nominal[tick - 1] = plain
+            assign(ticks.state[tick - 1], state)
+            assign(ticks.nu_dot[tick - 1], k1[7:13])
+            assign(ticks.push[tick - 1], water.push[step])
+            assign(ticks.nominal[tick - 1], plain)
             volts = supply.volts * np.sqrt(1.0 - supply.fall * time_s) - supply.ohm * amps
             ticks.supply[tick - 1, 0] = max(volts, 0.3 * supply.volts)
             ticks.supply[tick - 1, 1] = amps
         turn(wanted, first, second, keep, keep_second)
-        middle[:] = second
+        assign(middle, second)
         turn(wanted, first, second, keep, keep_second)
         for i in range(k):
             plain[i] = given[tick - 1, i] + keep_plain * (plain[i] - given[tick - 1, i])
-        trial[:] = state + 0.5 * h * k1
-        tau[:] = 0.5 * (water.push[step] + water.push[step + 1])
+        assign(trial, state + 0.5 * h * k1)
+        assign(tau, 0.5 * (water.push[step] + water.push[step + 1]))
         add_wrench(middle, trial[7:13], prop, tau)
         rates(trial, tau, here, grown, body, hull, 0.0, 0.0, k2, work)
-        trial[:] = state + 0.5 * h * k2
-        tau[:] = 0.5 * (water.push[step] + water.push[step + 1])
+        assign(trial, state + 0.5 * h * k2)
+        assign(tau, 0.5 * (water.push[step] + water.push[step + 1]))
         add_wrench(middle, trial[7:13], prop, tau)
         rates(trial, tau, here, grown, body, hull, 0.0, 0.0, k3, work)
-        trial[:] = state + h * k3
-        tau[:] = water.push[step + 1]
+        assign(trial, state + h * k3)
+        assign(tau, water.push[step + 1])
         add_wrench(second, trial[7:13], prop, tau)
         rates(trial, tau, ahead, grown, body, hull, 0.0, 0.0, k4, work)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        state[3:7] /= np.sqrt(np.sum(state[3:7] ** 2))
-    hull.drag[:] = clean
+        norm = np.sqrt(np.sum(state[3:7] ** 2))
+        for i in range(3, 7):
+            state[i] /= norm
+    assign(hull.drag, clean)
 
 
 @njit(cache=True, error_model="numpy")
@@ -152,7 +154,7 @@ def look(state: Array, noise: Array, out: Array) -> None:
     out[0] = np.arctan2(2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
     out[1] = np.arcsin(min(max(2 * (qw * qy - qx * qz), -1.0), 1.0))
     out[2] = np.arctan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
-    out[3:6] = state[10:13]
+    assign(out[3:6], state[10:13])
     out[6] = state[2]
     u, v, w = state[7], state[8], state[9]
     down = 2 * (qx * qz - qw * qy) * u + 2 * (qy * qz + qw * qx) * v

@@ -121,6 +121,13 @@ def rates(state: Array, tau: Array, body: Body, out: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
+def _assign(out: Array, values: Array) -> None:
+    """Copy values (n,) to `out` (n,): a slice's assignment, with its check of shapes, takes 2 s longer to compile."""
+    for i in range(len(values)):
+        out[i] = values[i]
+
+
+@njit(cache=True, error_model="numpy")
 def _pulse(thrust_n: float, thrust_at: Array) -> int:
     """The place of the pulse whose thrust is nearest; that of 1500 us if the nearest thrust is zero."""
     above = int(np.searchsorted(thrust_at, thrust_n))
@@ -206,11 +213,11 @@ def dive(
                 velocity[2] = row[2] - nu[3] * arm[1] + nu[4] * arm[0]
             said += 1
         if step % clock.tick == 0:
-            nu[:3] = velocity
+            _assign(nu[:3], velocity)
             want = reference[tick]
-            ticks.state[tick] = state
-            ticks.disturbance[tick] = disturbance
-            ticks.nu_fb[tick] = nu
+            _assign(ticks.state[tick], state)
+            _assign(ticks.disturbance[tick], disturbance)
+            _assign(ticks.nu_fb[tick], nu)
             for i in range(6):
                 slope = want[i] - nu[i]
                 if i < 2:
@@ -233,7 +240,7 @@ def dive(
             worst = max(1.0, thrust.max() / body.high_n, thrust.min() / body.low_n)
             saturated = worst > 1.0
             thrust /= worst
-            ticks.tau_cmd[tick] = body.matrix @ thrust
+            _assign(ticks.tau_cmd[tick], body.matrix @ thrust)
             for i in range(len(thrust)):
                 place = _pulse(thrust[i], body.thrust_at)
                 ticks.pwm[tick, i] = LOWEST_US + place
@@ -243,13 +250,15 @@ def dive(
         middle, end = asked + (wrench - asked) * half, asked + (wrench - asked) * full
         between = share * disturbance + kicks[step + 1, 1] + body.trim
         rates(state, wrench + between, body, k1)
-        trial[:] = state + 0.5 * h * k1
+        _assign(trial, state + 0.5 * h * k1)
         rates(trial, middle + between, body, k2)
-        trial[:] = state + 0.5 * h * k2
+        _assign(trial, state + 0.5 * h * k2)
         rates(trial, middle + between, body, k3)
-        trial[:] = state + h * k3
+        _assign(trial, state + h * k3)
         rates(trial, end + between, body, k4)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        state[3:7] /= np.sqrt(np.sum(state[3:7] ** 2))
-        wrench[:] = end
-        disturbance[:] = keep * disturbance + kicks[step + 1, 0]
+        norm = np.sqrt(np.sum(state[3:7] ** 2))
+        for i in range(3, 7):
+            state[i] /= norm
+        _assign(wrench, end)
+        _assign(disturbance, keep * disturbance + kicks[step + 1, 0])

@@ -44,6 +44,13 @@ class Stretch:
 
 
 @njit(cache=True, error_model="numpy")
+def _assign(out: Array, values: Array) -> None:
+    """Copy values (n,) to `out` (n,): a slice's assignment, with its check of shapes, takes 2 s longer to compile."""
+    for i in range(len(values)):
+        out[i] = values[i]
+
+
+@njit(cache=True, error_model="numpy")
 def derivative(
     state: Array,
     tau: Array,
@@ -120,29 +127,30 @@ def advance(
     k1, k2, k3, k4 = np.empty(13), np.empty(13), np.empty(13), np.empty(13)
     trial = np.empty(13)
     half = np.exp(-0.5 * dt_s / lag_s) if lag_s > 0.0 else 0.0
-    states[0] = state
+    _assign(states[0], state)
     for i in range(noise.shape[0]):
         if lag_s <= 0.0:
-            thrust[:] = target
+            _assign(thrust, target)
         middle = target + (thrust - target) * half
         end = target + (middle - target) * half
         tau_start = matrix @ thrust + disturbance + push
         tau_middle = matrix @ middle + disturbance + push
         tau_end = matrix @ end + disturbance + push
         derivative(state, tau_start, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k1)
-        rates[i] = k1[7:]
-        trial[:] = state + 0.5 * dt_s * k1
+        _assign(rates[i], k1[7:])
+        _assign(trial, state + 0.5 * dt_s * k1)
         derivative(trial, tau_middle, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k2)
-        trial[:] = state + 0.5 * dt_s * k2
+        _assign(trial, state + 0.5 * dt_s * k2)
         derivative(trial, tau_middle, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k3)
-        trial[:] = state + dt_s * k3
+        _assign(trial, state + dt_s * k3)
         derivative(trial, tau_end, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k4)
         state += dt_s / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         norm = np.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
-        state[3:7] /= norm
-        thrust[:] = end
-        disturbance[:] = keep * disturbance + noise[i]
-        states[i + 1] = state
+        for j in range(3, 7):
+            state[j] /= norm
+        _assign(thrust, end)
+        _assign(disturbance, keep * disturbance + noise[i])
+        _assign(states[i + 1], state)
     derivative(
         state,
         matrix @ thrust + disturbance + push,
@@ -154,7 +162,7 @@ def advance(
         surface_stiffness,
         k1,
     )
-    rates[noise.shape[0]] = k1[7:]
+    _assign(rates[noise.shape[0]], k1[7:])
 
 
 class Plant:
@@ -319,13 +327,15 @@ class Motion:
 
     def _down(self) -> Array:
         """The downward vertical in body axes, shape (k, 3)."""
-        return np.stack(down_in_body(self.attitude.T), axis=1)
+        down = np.empty((len(self.attitude), 3))
+        down[:, 0], down[:, 1], down[:, 2] = down_in_body(self.attitude.T)
+        return down
 
 
 def motion_at(stretch: Stretch, time_s: Array) -> Motion:
     """The body's motion at moments within the stretch, interpolated linearly between physics steps."""
     step = stretch.time_s[1] - stretch.time_s[0]
-    place = np.clip((time_s - stretch.time_s[0]) / step, 0, len(stretch.time_s) - 1)
+    place = np.minimum(np.maximum((time_s - stretch.time_s[0]) / step, 0), len(stretch.time_s) - 1)
     left = np.minimum(place.astype(int), len(stretch.time_s) - 2)
     share = (place - left)[:, None]
     state = (1 - share) * stretch.state[left] + share * stretch.state[left + 1]
@@ -343,7 +353,9 @@ def moments(stretch: Stretch, rate_hz: float) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Vector products along the last axis; `np.cross` takes four times as long for a handful of rows."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    """Products of the vectors a (k, 3) with b, (k, 3) or (3,); `np.cross` takes five times as long for few rows."""
+    out = np.empty_like(a)
+    ax, ay, az = a.T
+    bx, by, bz = b.T
+    out[:, 0], out[:, 1], out[:, 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return out

@@ -91,7 +91,7 @@ class Controller:
 
     def __init__(self, table: GainTable, configuration: Configuration, reach: Sequence[float]) -> None:
         self._table = table
-        self._gains = tuple(getattr(table, dof) for dof in DOFS)
+        self._gains: tuple[Gains, ...] = tuple(getattr(table, dof) for dof in DOFS)
         self._scale = (configuration.dry_mass_kg,) * 3 + configuration.inertia_kgm2
         self._reach = tuple(float(limit) for limit in reach)
         self._integral = [0.0] * 6
@@ -150,7 +150,10 @@ class Controller:
         if not (math.isfinite(error) and math.isfinite(slope)):
             return 0.0
         gains, scale, reach = self._gains[dof], times * self._scale[dof], self._reach[dof]
-        kp, ki, kd = (scale * _between(row, place) for row in (gains.kp, gains.ki, gains.kd))
+        left, right, share = place
+        kp = scale * ((1 - share) * gains.kp[left] + share * gains.kp[right])
+        ki = scale * ((1 - share) * gains.ki[left] + share * gains.ki[right])
+        kd = scale * ((1 - share) * gains.kd[left] + share * gains.kd[right])
         before = self._integral[dof]
         bound = self._table.integral_share * reach
         after = min(max(before + ki * error * dt_s, -bound), bound)
@@ -159,11 +162,6 @@ class Controller:
             after = before
         self._integral[dof] = after
         return min(max(kp * error + after + kd * slope, -reach), reach)
-
-
-def _between(row: Sequence[float], place: tuple[int, int, float]) -> float:
-    left, right, share = place
-    return (1 - share) * row[left] + share * row[right]
 
 
 def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, float], ...]:

@@ -9,12 +9,14 @@ from typing import Any, Final
 from bridge.clock import Clock
 from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet
-from gcs_plugin.params.comparison import COLUMNS, Planned, Wanted, planned, planned_back, wanted_by
+from gcs_plugin.params.comparison import COLUMNS
 from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
+from gcs_plugin.params.planned import Planned, planned, planned_back
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import News, Session, Step
+from gcs_plugin.params.wanted import Wanted, wanted_by
 
 SHOW_EVERY_S: Final = 2.0
 AGREE_WITHIN_S: Final = 120.0

@@ -13,14 +13,7 @@ from typing import Final
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_ANY_VEHICLE, Coefficient, EffectCoefficient
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.parameters import (
-    ACTIVE,
-    COMMIT,
-    LEAST_DAMPING_PER_S,
-    MODE,
-    VERSION,
-    set_crc,
-)
+from bridge.vehicle.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
 from gcs_plugin.params import float32
 
 MODE_WORDS: Final = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)

@@ -12,7 +12,7 @@ from bridge.arrays import Array
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
 from identify.challenge.site import DrawnForce, remembered, shape_of
 from identify.challenge.vehicles import STEP_S, Clock, Faults, Readings
-from identify.challenge.world import STATES, WORK, Body, rates
+from identify.challenge.world import STATES, WORK, Body, assign, rates
 
 
 class Control(NamedTuple):
@@ -153,7 +153,7 @@ def dive(
     for step in range(count):
         time_s = step * h
         breath = 1.0 + faults.wander * np.sin(0.011 * time_s)
-        seen_nu[step] = state[7:13]
+        assign(seen_nu[step], state[7:13])
         if step % clock.dvl == 0:
             row, was = readings.dvl[step // clock.dvl], seen_nu[max(step - faults.late, 0)]
             x = was[0] + was[4] * faults.arm[2] - was[5] * faults.arm[1]
@@ -207,7 +207,7 @@ def dive(
             worst = max(1.0, thrust.max() / control.high_n, thrust.min() / control.low_n)
             full = worst > 1.0
             thrust /= worst
-            ticks.tau_cmd[tick] = scene.matrix @ thrust
+            assign(ticks.tau_cmd[tick], scene.matrix @ thrust)
             for i in range(k):
                 place = pulse(thrust[i], scene.thrust_at, NEUTRAL)
                 ticks.pwm[tick, i] = LOWEST_US + place
@@ -236,12 +236,11 @@ def dive(
         add_wrench(second, state[7:13], prop, tau)
         rates(state, tau, water, grown, body, hull, phase, wake, k1, work)
         if step % clock.tick == 0:
-            row = ticks.state[tick - 1]
-            row[:] = state
-            ticks.nu_dot[tick - 1] = k1[7:13]
-            ticks.push[tick - 1] = scene.push[step]
-            ticks.nominal[tick - 1] = plain
-            ticks.shaft[tick - 1] = second
+            assign(ticks.state[tick - 1], state)
+            assign(ticks.nu_dot[tick - 1], k1[7:13])
+            assign(ticks.push[tick - 1], scene.push[step])
+            assign(ticks.nominal[tick - 1], plain)
+            assign(ticks.shaft[tick - 1], second)
             ticks.load[tick - 1, 0] = loaded
         if step % clock.imu == 0:
             row, nu = readings.force[step // clock.imu], state[7:13]
@@ -252,26 +251,28 @@ def dive(
             for i in range(3):
                 row[i] += faults.tilt[i, 0] * fx + faults.tilt[i, 1] * fy + faults.tilt[i, 2] * fz
         turn(wanted, first, second, keep, keep_second)
-        middle[:] = second
+        assign(middle, second)
         turn(wanted, first, second, keep, keep_second)
         for i in range(k):
             plain[i] = asked[tick - 1, i] + keep_plain * (plain[i] - asked[tick - 1, i])
-        trial[:] = state + 0.5 * h * k1
+        assign(trial, state + 0.5 * h * k1)
         for i in range(6):
             tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i]) + strange[i]
         add_wrench(middle, trial[7:13], prop, tau)
         rates(trial, tau, water, grown, body, hull, phase, wake, k2, work)
-        trial[:] = state + 0.5 * h * k2
+        assign(trial, state + 0.5 * h * k2)
         for i in range(6):
             tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i]) + strange[i]
         add_wrench(middle, trial[7:13], prop, tau)
         rates(trial, tau, water, grown, body, hull, phase, wake, k3, work)
-        trial[:] = state + h * k3
+        assign(trial, state + h * k3)
         for i in range(6):
             tau[i] = scene.push[step + 1, i] + strange[i]
         add_wrench(second, trial[7:13], prop, tau)
         rates(trial, tau, ahead, grown, body, hull, phase, wake, k4, work)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        state[3:7] /= np.sqrt(np.sum(state[3:7] ** 2))
+        norm = np.sqrt(np.sum(state[3:7] ** 2))
+        for i in range(3, 7):
+            state[i] /= norm
         phase += h * hull.shed_k * np.abs(state[7])
         wake += h / WAKE_S * (state[7] - wake)

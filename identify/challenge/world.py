@@ -53,6 +53,13 @@ def body(
 
 
 @njit(cache=True, error_model="numpy")
+def assign(out: Array, values: Array) -> None:
+    """Copy values (n,) to `out` (n,): a slice's assignment, with its check of shapes, takes 2 s longer to compile."""
+    for i in range(len(values)):
+        out[i] = values[i]
+
+
+@njit(cache=True, error_model="numpy")
 def add_coriolis(mass: Array, nu: Array, out: Array) -> None:
     """Subtract C(nu) nu of a 6 x 6 mass matrix from `out` (6,).
 

@@ -202,8 +202,9 @@ def _kept(read: Array, keep: Array) -> Array:
     out = np.empty((len(read), len(keep)))
     held = np.full(len(keep), read[0])
     for i in range(len(read)):
-        held = keep * held + (1.0 - keep) * read[i]
-        out[i] = held
+        for k in range(len(keep)):
+            held[k] = keep[k] * held[k] + (1.0 - keep[k]) * read[i]
+            out[i, k] = held[k]
     return out
 
 

@@ -64,7 +64,8 @@ def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
             for c in range(width):
                 lagged[k * width + c] = values[rows[first + k], c]
         offset, size = (start - first) * width, (end - start) * width
-        left[:size] = lagged[offset : offset + size]
+        for at in range(size):
+            left[at] = lagged[offset + at]
         for lag in range(1, order + 1):
             without = min(max(lag - start, 0) * width, size)
             share, later, earlier = (
@@ -162,7 +163,7 @@ class AxisInnovations:
             responses(
                 self.table,
                 self.problem.step,
-                force,
+                np.ascontiguousarray(force),
                 off,
                 self.read,
                 axis.state_read,

@@ -223,7 +223,8 @@ def _followed(asked: Array, share: float) -> Array:
     All columns of a row are followed at once, because each waits for the row before.
     """
     out = np.empty_like(asked)
-    out[0] = asked[0]
+    for c in range(asked.shape[1]):
+        out[0, c] = asked[0, c]
     for i in range(1, asked.shape[0]):
         for c in range(asked.shape[1]):
             out[i, c] = out[i - 1, c] + share * (asked[i - 1, c] - out[i - 1, c])

@@ -81,7 +81,12 @@ def gradient_and_information(
     mean, cov = np.zeros((4, LANES)), np.zeros((10, LANES))
     for lane in range(run_lanes):
         r = min(lane, runs - 1)
-        table[:, :, lane], noise[:, lane] = tables[r], variances[r]
+        # Loops, because a slice's assignment takes 2 s longer to compile.
+        for column in range(COLUMNS):
+            for k in range(tables.shape[1]):
+                table[k, column, lane] = tables[r, k, column]
+        for c in range(variances.shape[1]):
+            noise[c, lane] = variances[r, c]
         mean[0, lane], mean[1, lane] = initial[0], initial[1]
         cov[0, lane], cov[3, lane] = initial[2], initial[3]
         cov[5, lane], cov[9, lane] = sigma_d[r] ** 2, sigma_s[r] ** 2

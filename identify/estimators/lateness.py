@@ -81,7 +81,8 @@ def means_behind_filter(values: Array, step_s: Array, smoothing_s: float) -> Arr
 def _smoothed(values: Array, keep: float, mean: float) -> Array:
     """`mean`: of the filter's decay over a step, of which `keep` is left at its end."""
     out, at_start, at_end = np.empty_like(values), mean - keep, 1.0 - mean
-    out[0] = values[0]
+    for c in range(values.shape[1]):
+        out[0, c] = values[0, c]
     for i in range(1, values.shape[0]):
         for c in range(values.shape[1]):
             out[i, c] = at_start * values[i - 1, c] + at_end * values[i, c] + keep * out[i - 1, c]

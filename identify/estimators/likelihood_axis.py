@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,10 +133,8 @@ class AxisLikelihood:
         size = len(theta) + len(dofs)
         gradient, information = np.zeros(size), np.zeros((size, size))
         for rows, of_run, information_of_run in self.score_by_run(theta, dofs):
-            parts = np.zeros((size, len(rows)))
-            parts[rows, range(len(rows))] = 1.0
-            gradient += parts @ of_run
-            information += parts @ information_of_run @ parts.T
+            gradient[rows] += of_run
+            information[np.ix_(rows, rows)] += information_of_run
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)
@@ -150,7 +149,7 @@ class AxisLikelihood:
         Raises LinAlgError if either is not finite.
         """
         noise, trims = self.noise_index, self.axis.trims
-        curved = np.r_[0:FORCES, noise : len(theta)]
+        curved = [*range(FORCES), *range(noise, len(theta))]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
         tables = [self.transition_table(point) for point in runs]
         if self.damped != "linear":
@@ -158,14 +157,13 @@ class AxisLikelihood:
             runs = np.vstack([runs, theta])
             tables.append(self.transition_table(theta, 1.0 + STEP))
         slope = [] if self.damped == "linear" else [self.quadratic_index]
-        size = len(theta) + len(dofs)
+        shapes = [*range(FORCES + trims, noise), *range(len(theta), len(theta) + len(dofs))]
         scored = self._scored_runs(theta, runs, np.array(tables), dofs)
         for k, (of_run, information_of_run) in enumerate(scored):
             if not (np.isfinite(of_run).all() and np.isfinite(information_of_run).all()):
                 raise np.linalg.LinAlgError("the information is no number")
-            trim = FORCES + self.axis.trim_of_run[k]
-            rows = np.r_[curved, slope, trim, FORCES + trims : noise, len(theta) : size].astype(np.intp)
-            yield rows, of_run, information_of_run
+            rows = [*curved, *slope, FORCES + self.axis.trim_of_run[k], *shapes]
+            yield np.array(rows, dtype=np.intp), of_run, information_of_run
 
     def _scored_runs(
         self, theta: Array, points: Array, tables: Array, dofs: Sequence[int]
@@ -174,16 +172,17 @@ class AxisLikelihood:
 
         Of the linear parameters come its own trim, the other shapes and the log masses of `dofs`.
         """
-        axis, step, force, trims = self.axis, self.step, self.mean_force(theta), self.axis.trims
+        axis, force, trims = self.axis, self.mean_force(theta), self.axis.trims
         shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
         noise = self._variances(points[:, self.noise_index : self.white_index])
         disturbance, fourth = np.ascontiguousarray(
             np.array([self.hidden_levels(point)[:2] for point in points]).T
         )
-        for k, (run, trim) in enumerate(zip(axis.runs, axis.trim_of_run, strict=True)):
-            rows, at = (tables, step[run]) if len(axis.runs) == 1 else _used(tables, step[run])
+        for k, (run, trim, (used, at)) in enumerate(
+            zip(axis.runs, axis.trim_of_run, self._steps_of_runs, strict=True)
+        ):
             # Of one layout in memory each: the compiler makes the kernel anew for every other.
-            rows = np.ascontiguousarray(rows)
+            rows = np.ascontiguousarray(tables[:, used])
             columns = np.ascontiguousarray(
                 np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
             )
@@ -262,6 +261,17 @@ class AxisLikelihood:
     def _brackets(self) -> Brackets:
         straight = self.damped == "linear" and not self.axis.quadratic
         return self.axis.one_bracket if straight else self.axis.brackets
+
+    @cached_property
+    def _steps_of_runs(self) -> list[tuple[slice | NDArray[np.int64], NDArray[np.int64]]]:
+        """Of each run, the rows of `transition_table` that its steps use, and the steps among these alone."""
+        if len(self.axis.runs) == 1:
+            return [(slice(None), self.step)]
+        runs: list[tuple[slice | NDArray[np.int64], NDArray[np.int64]]] = []
+        for run in self.axis.runs:
+            rows, at = np.unique(np.maximum(self.step[run], 0), return_inverse=True)
+            runs.append((rows, np.where(self.step[run] < 0, NO_STEP, at)))
+        return runs
 
     @property
     def step(self) -> NDArray[np.int64]:
@@ -479,9 +489,3 @@ def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
     for run, trim in zip(axis.runs, axis.trim_of_run, strict=True):
         trims[run, trim] = 1.0
     return np.column_stack([trims, axis.coriolis[:, list(unmeasured)], *drag, *late])
-
-
-def _used(tables: Array, step: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """The rows of tables (c, k, COLUMNS) that the steps (n,) of a run use, and the steps among these alone."""
-    rows, at = np.unique(np.maximum(step, 0), return_inverse=True)
-    return tables[:, rows], np.where(step < 0, NO_STEP, at)

@@ -20,8 +20,9 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.applet import FREEZES, Deployment
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.comparison import Wanted, planned
+from gcs_plugin.params.planned import planned
 from gcs_plugin.params.receipt import newest
+from gcs_plugin.params.wanted import Wanted
 from tui.cli import main
 
 FILE = load_vehicle("bluerov2")

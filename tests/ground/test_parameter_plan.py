@@ -8,21 +8,17 @@ import pytest
 from bridge.errors import ConfigError, ParamRejected, ParamUnknown
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.comparison import Comparison, compared, planned, wanted_by
+from gcs_plugin.params.comparison import Comparison, compared
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import (
-    Verdict,
-    action_of,
-    is_staged,
-    make_plan,
-    taken_back,
-)
+from gcs_plugin.params.plan import Verdict, action_of, is_staged, make_plan, taken_back
+from gcs_plugin.params.planned import planned
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.receipt import Line
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.wanted import wanted_by
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
 

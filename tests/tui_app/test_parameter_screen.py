@@ -11,7 +11,7 @@ from textual.widgets._toast import Toast
 
 from bridge.reports import Written
 from bridge.vehicle.config import CONFIGS
-from gcs_plugin.params.comparison import TAKEN_BACK
+from gcs_plugin.params.planned import TAKEN_BACK
 from tui.app.screens.frame import Drawn
 from tui.app.screens.parameters_table import LEFT, table
 from tui.app.screens.transfer import comparison

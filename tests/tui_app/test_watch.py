@@ -9,21 +9,7 @@ from fake_verbs import FakeVerbs, desk
 from made_dives import HOVERING
 from made_view import SAID, SENSORS, UNIX_S, FixedViews, StillReplay, picture, replayed, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import (
-    NARROW,
-    WIDE,
-    Lacks,
-    Sees,
-    looks,
-    made,
-    plain,
-    play,
-    played,
-    run,
-    shows,
-    strips,
-    text,
-)
+from screen_text import NARROW, WIDE, Lacks, Sees, looks, made, plain, play, played, run, shows, strips, text
 from soak import rest_in_soak
 
 from bridge.wire.framing import Encoder
@@ -31,8 +17,8 @@ from bridge.wire.tlog import TlogWriter
 from gcs_plugin.monitor.gap import AxisGap, Gap
 from gcs_plugin.watch.picture import Alarm, Armed, Condition, Freshness, Kind, Said, SensorRow
 from tui.app.drawing import width
-from tui.app.screens.watch import (
-    WatchScreen,
+from tui.app.screens.watch import WatchScreen
+from tui.app.screens.watch_lines import (
     gap_lines,
     replay_line,
     sensors,

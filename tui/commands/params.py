@@ -18,27 +18,16 @@ from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, effect_coefficient
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.parameters import bounds, to_float32
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.comparison import (
-    COLUMNS,
-    LEGEND,
-    NUMBERS,
-    Planned,
-    Wanted,
-    left_behind,
-    planned,
-    planned_back,
-    wanted_by,
-)
-from gcs_plugin.params.files import (
-    check_system,
-    write_parameters,
-)
+from gcs_plugin.params.comparison import COLUMNS, LEGEND, NUMBERS
+from gcs_plugin.params.files import check_system, write_parameters
 from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import Verdict, acting_text, action_of, unit_of, value_text
+from gcs_plugin.params.planned import Planned, left_behind, planned, planned_back
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
+from gcs_plugin.params.wanted import Wanted, wanted_by
 from tui import links, show
 from tui.files import Files
 from tui.parameter_files import Leave, check_outcome, read_identification

@@ -1,0 +1,169 @@
+"""The plan of an upload or a roll back, line by line compared with the vehicle, up to its order and the receipt."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import ParamError, ParamUnknown
+from bridge.vehicle.parameters import ACTIVE, MODE
+from gcs_plugin.params.comparison import Compared, ComparedVehicle, Comparison, compared
+from gcs_plugin.params.last_accepted import belongs, keep_accepted, last_accepted, reminder, unfinished
+from gcs_plugin.params.plan import (
+    Plan,
+    Verdict,
+    make_plan,
+    not_raised,
+    obstacle,
+    staged_crc,
+    staging_notes,
+    taken_back,
+)
+from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
+from gcs_plugin.params.session import Order
+from gcs_plugin.params.sidecar import sidecar_path
+from gcs_plugin.params.transfer import Outcome, Source
+from gcs_plugin.params.upload import Upload
+from gcs_plugin.params.wanted import Wanted
+
+TAKEN_BACK: Final = "no part of this model, taken back"
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan, line by line compared with the values last accepted.
+
+    `back` are the effects that it takes back, `left` sentences about the vehicle's staged set and an unfinished
+    upload; `restores` is the file that a roll back goes back to, "" for an upload.
+    """
+
+    file: Path
+    wanted: Wanted
+    plan: Plan
+    lines: tuple[Compared, ...]
+    back: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    restores: str = ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences about the plan, in addition to its lines."""
+        unchecked: tuple[str, ...] = ()
+        back: tuple[str, ...] = ()
+        if self.wanted.sidecar is None and not self.restores:
+            missing = f"{sidecar_path(self.file).name} is not beside it"
+            unchecked = (
+                f"note: vehicle file and intervals of {self.file.name} could not be checked: {missing}",
+            )
+        if self.back:
+            names = ", ".join(self.back)
+            back = (f"note: effects accepted before are no part of this model and are taken back: {names}",)
+        return (*self.left, *unchecked, *self.wanted.notes, *self.wanted.warnings, *back)
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a complete model with all of its lines."""
+        return self.wanted.whole and not self.wanted.left_out
+
+    def cells(self, hidden: Collection[Verdict]) -> list[tuple[str, ...]]:
+        """Texts of its lines, in the order of COLUMNS, without those of the `hidden` verdicts."""
+        return [line.cells() for line in self.lines if Verdict(line.verdict) not in hidden]
+
+    def order(self, receipts: Path, unix_s: float, *, even_armed: bool, read_at: Newest) -> Order:
+        """The order to carry it out, at that time, with its receipt in the folder `receipts`."""
+        sidecar = self.wanted.sidecar if self.whole and not self.restores else None
+        preimage = new_preimage(receipts, unix_s)
+        return Order(self.plan, preimage, even_armed, self.restores, sidecar, read_at)
+
+    def settled(self, receipt: Receipt) -> tuple[Receipt, tuple[str, ...]]:
+        """Write down the values that the vehicle accepted, see `keep_accepted`.
+
+        Returns the lines to show, and the receipt, with `unkept` if they could not be written.
+        """
+        wrote = receipt.outcome is not Outcome.SAME
+        lines = (
+            [f"{receipt.outcome.value}: {receipt.sentence}", f"values before: {receipt.preimage}"]
+            if wrote
+            else [f"nothing to do: {receipt.sentence}"]
+        )
+        if not receipt.unkept:
+            lines.insert(1, f"receipt: {path_of(receipt.preimage, RECEIPT)}")
+            try:
+                if (accepted := keep_accepted(receipt, self.wanted.sidecar, self.whole)) is not None:
+                    lines.append(f"accepted: {accepted}")
+            except ParamError as error:
+                receipt = replace(receipt, unkept=str(error))
+        return receipt, tuple(lines)
+
+    def writes(self, vehicle: Source) -> bool:
+        """Whether an upload would write something, if only a commit."""
+        return Upload(self.plan.with_implausible(), vehicle).ending is None
+
+    def comparison(self, vehicle: Source, *, armed: bool) -> Comparison:
+        """The comparison with that vehicle, for other programs."""
+        rehearsed, sidecar = Upload(self.plan.with_implausible(), vehicle), self.wanted.sidecar
+        return Comparison(
+            self.plan.summary(),
+            str(self.file),
+            sidecar.outcome if sidecar else "",
+            sidecar.dive if sidecar else "",
+            ComparedVehicle(*vehicle, armed),
+            self.plan.present.get(MODE),
+            rehearsed.ending is None,
+            self.plan.present.get(ACTIVE),
+            staged_crc(self.plan.present),
+            rehearsed.needs_disarmed,
+            obstacle(self.plan.present),
+            self.notes,
+            self.lines,
+        )
+
+
+def planned(
+    file: Path,
+    wanted: Wanted,
+    present: Mapping[str, float],
+    only: Collection[str] | None,
+    receipts: Path,
+    system: int,
+    accepts: Collection[str] = (),
+) -> Planned:
+    """Plan to bring a vehicle that holds `present` to the values of a file, or to those of its lines in `only`.
+
+    `accepts` are lines that are written although they are implausible. Raises ParamUnknown for a line in `only` that
+    needs no change.
+    """
+    model = dict.fromkeys((*wanted.values, *wanted.left_out), 0.0)
+    back = taken_back(model, present) if wanted.whole else {}
+    back = {name: value for name, value in back.items() if only is None or name in only}
+    plan = make_plan(wanted.values | back, present).explained(back, TAKEN_BACK)
+    missing = set(only or ()) - {row.name for row in plan.rows}
+    if missing:
+        raise ParamUnknown(f"{file}: nothing of {', '.join(sorted(missing))} is to be changed; leave it out")
+    accepted = last_accepted(receipts, system)
+    credits = () if wanted.sidecar is None else wanted.sidecar.credits
+    doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept, credits, wanted.gains)
+    plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
+    lines = compared(plan, wanted.sidecar, accepted)
+    return Planned(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))
+
+
+def planned_back(
+    file: Path, wanted: Wanted, present: Mapping[str, float], receipts: Path, system: int
+) -> Planned:
+    """Plan to go back to the values before an upload."""
+    plan = make_plan(not_raised(wanted.values, present), present)
+    lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
+    left = left_behind(receipts, system, present, file)
+    return Planned(file, wanted, plan, lines, left=left, restores=str(file))
+
+
+def left_behind(
+    receipts: Path, system: int, present: Mapping[str, float], file: Path | None = None
+) -> tuple[str, ...]:
+    """Sentences about the vehicle's staged set, and about an unfinished upload to it unless `file` settles that."""
+    left = unfinished(receipts, system)
+    if left is None or (file is not None and belongs(left, file)):
+        return staging_notes(present)
+    return (*staging_notes(present), *reminder(left, present))
