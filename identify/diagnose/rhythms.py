@@ -64,8 +64,9 @@ Some 6000 rates of all axes are tried, held-out pieces included, at one false al
 a force's ln(1.2e5). A sideband is one of 24.
 """
 
-BLOWS_S = (0.7, 1.5, 3.0)
-"""Lengths of a blow, s."""
+BLOWS_S = (0.7, 1.5, 3.0, 6.0, 12.0)
+"""Lengths of a blow, s, up to the memory of a slow disturbance, which takes up most of a push that lasts as long and
+leaves little of it to shorter stretches."""
 
 BEATS_S = (5.0, 10.0)
 """Lengths of an intermittent beat, s."""

@@ -292,11 +292,12 @@ def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(w
     assert min(abs(2 * np.pi / cluster.rates[0] - 2.0) for cluster in in_time) < 0.02
 
 
+@pytest.mark.parametrize("long_s", [3.0, 6.0])
 @pytest.mark.parametrize("later", [0.0, 0.5])
-def test_blows_are_found_in_the_middle_of_a_stretch_and_between_two(weighing, later):
+def test_blows_are_found_in_the_middle_of_a_stretch_and_between_two(weighing, later, long_s):
     axis, time_s = weighing.rows.axes[0], weighing.now.course.time_s
-    since_s = weighing.now.course.since_s / 3.0 - later
-    blows = np.where(since_s.astype(int) % 5 == 2, np.sin(np.pi * since_s) ** 2, 0.0)
+    since = weighing.now.course.since_s / long_s - later
+    blows = np.where(since.astype(int) % 5 == 2, np.sin(np.pi * since) ** 2, 0.0)
     (column,) = axis.by_course(weighing.now.course, [blows]).T
     noise = np.random.default_rng(4).standard_normal(len(axis.std))
     best = max(bursts({0: (axis, noise + 5.0 * column)}, time_s), key=lambda burst: burst.gain)
