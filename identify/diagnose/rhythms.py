@@ -17,7 +17,7 @@ force in world axes, in which a wave stays put while the vehicle turns.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain, product
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -130,19 +130,20 @@ def clocks(course: Course) -> Iterator[Clock]:
 
 
 def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[Cluster]:
-    """The strongest lines of the rows `left` (rows,) of one axis, in time and in the way travelled: each alone, and
-    with its sidebands.
+    """The strongest lines of the rows `left` (rows,) of one axis, and the strongest in time: each alone, and with its
+    sidebands.
 
-    At a steady speed a line in time is one in the way, too, but broad: several of its rates, each in two forces, may be
-    stronger than the line itself.
+    At a steady speed a line in time is one in the way travelled, too, but broad: several of its rates, each in two
+    forces, may be stronger than the line itself.
     """
     score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
     middle = time_s - 0.5 * innovations.problem.axis.step_s
     lines = [peak for clock in clocks(course) for peak in _peaks(clock, score, middle, course.time_s)]
     lines.sort(key=lambda each: -each[0].nats)
-    of_each = [[line for line in lines if line[0].clock.by == by][:MOST] for by in ("time", "way")]
-    return [cluster for line in chain(*of_each) for cluster in line]
+    in_time = [line for line in lines if line[0].clock.by == "time"][:MOST]
+    others = [line for line in lines[:MOST] if line[0].clock.by != "time"]
+    return [cluster for line in (*in_time, *others) for cluster in line]
 
 
 def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[tuple[Cluster, ...]]:
