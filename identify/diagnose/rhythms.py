@@ -8,7 +8,8 @@ section 13.3).
 A single disturbance gives every stretch of a dive the same spread. Bursts give two: a mixture of a quiet and a loud
 spread then predicts held-out stretches better. Each stretch is weighed by a raised cosine (Blackman and Tukey 1958,
 section B.5): the score has most of its power at high rates, where a smooth disturbance is weakest, and with sharp ends
-that would leak into a stretch's sum.
+that would leak into a stretch's sum. A burst at the end of one such stretch is in none, so that there are others that
+begin in the middle of these (the overlapped segments of Welch 1967).
 
 A sea's line off its period by a hundredth loses phase within a dive. Its periods come from the spectrum of the missing
 force in world axes, in which a wave stays put while the vehicle turns.
@@ -16,6 +17,7 @@ force in world axes, in which a wave stays put while the vehicle turns.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -62,11 +64,15 @@ Some 6000 rates of all axes are tried, held-out pieces included, at one false al
 a force's ln(1.2e5). A sideband is one of 24.
 """
 
-BLOWS_S = (0.7, 1.5, 3.0)
-"""Lengths of a blow, s."""
+BLOWS_S = (0.7, 1.5, 3.0, 6.0, 12.0)
+"""Lengths of a blow, s, up to the memory of a slow disturbance, which takes up most of a push that lasts as long and
+leaves little of it to shorter stretches."""
 
 BEATS_S = (5.0, 10.0)
 """Lengths of an intermittent beat, s."""
+
+LATER = (0.0, 0.5)
+"""Begin of the stretches, in stretches after that of their run."""
 
 SHORTEST_S, MOST_TURNS = 0.6, 0.5
 """Periods of beats: from the shortest that velocity readings resolve, to this share of a beat's length."""
@@ -124,13 +130,20 @@ def clocks(course: Course) -> Iterator[Clock]:
 
 
 def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[Cluster]:
-    """The strongest lines of the rows `left` (rows,) of one axis: each alone, and with its sidebands."""
+    """The strongest lines of the rows `left` (rows,) of one axis, and the strongest in time: each alone, and with its
+    sidebands.
+
+    At a steady speed a line in time is one in the way travelled, too, but broad: several of its rates, each in two
+    forces, may be stronger than the line itself.
+    """
     score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
     middle = time_s - 0.5 * innovations.problem.axis.step_s
     lines = [peak for clock in clocks(course) for peak in _peaks(clock, score, middle, course.time_s)]
     lines.sort(key=lambda each: -each[0].nats)
-    return [cluster for item in lines[:MOST] for cluster in item]
+    in_time = [line for line in lines if line[0].clock.by == "time"][:MOST]
+    others = [line for line in lines[:MOST] if line[0].clock.by != "time"]
+    return [cluster for line in (*in_time, *others) for cluster in line]
 
 
 def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[tuple[Cluster, ...]]:
@@ -177,6 +190,59 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
 
 
 @dataclass(frozen=True)
+class _Stretches:
+    """Stretches of `long_s` one after another in each run of a dive, none in two, the first of a run the share `later`
+    of a stretch after its start. runs_s: first and last time of each run."""
+
+    long_s: float
+    later: float
+    runs_s: Runs
+
+    @property
+    def count(self) -> int:
+        """Number of whole stretches."""
+        return sum(self._count(*run_s) for run_s in self.runs_s)
+
+    def _count(self, start_s: float, end_s: float) -> int:
+        return max(int((end_s - start_s) / self.long_s - self.later), 0)
+
+    def at(self, at_s: Array) -> tuple[NDArray[np.intp], Array]:
+        """Stretch (n,) of each time, and the share of it that is over. The remainder of a single run counts on; of
+        several, as between two, the stretch is -1."""
+        if len(self.runs_s) == 1:
+            since = np.maximum((at_s - self.runs_s[0][0]) / self.long_s - self.later, 0.0)
+            return since.astype(np.intp), since % 1.0
+        out, within, first = np.full(len(at_s), -1, dtype=np.intp), np.zeros(len(at_s)), 0
+        for start_s, end_s in self.runs_s:
+            count = self._count(start_s, end_s)
+            since = (at_s - start_s) / self.long_s - self.later
+            inside = (since >= 0) & (since < count)
+            out[inside], within[inside] = first + since[inside].astype(np.intp), since[inside] % 1.0
+            first += count
+        return out, within
+
+    def sums(self, at_s: Array, score: Array, rate: float) -> "_StretchScores":
+        """The score (n,) at times (n,) by stretch, turned at a rate in rad/s; at 0 as it is."""
+        count = self.count
+        index, within = self.at(at_s)
+        index = np.where((index < 0) | (index > count), count, index)
+        score = score * _weight(within)
+        waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
+        total = np.column_stack([np.bincount(index, wave, minlength=count + 1)[:count] for wave in waves])
+        spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
+        # The variance of a push's score is the precision of that push.
+        return _StretchScores(total / spread, 1.0 / spread)
+
+    def burst(self, dof: int, scores: "_StretchScores", square: Array, dims: int) -> Iterator["Burst"]:
+        """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
+        if scores.uneven > 0:
+            count = len(square)
+            starts_s = (np.arange(count) + self.later) * self.long_s
+            piece = (starts_s / piece_s(count * self.long_s)).astype(np.intp)
+            yield Burst(dof, mixture_gain(square, dims, piece), self, scores, square, dims)
+
+
+@dataclass(frozen=True)
 class _StretchScores:
     """One axis' score by stretch.
 
@@ -200,31 +266,26 @@ class _StretchScores:
 
 @dataclass(frozen=True)
 class Burst:
-    """A candidate burst in stretches of `long_s`.
+    """A candidate burst in some stretches.
 
-    dof: its strongest axis, with the score `stretches`. gain: nats on held-out stretches. square (m,): sums of
-    squares of `dims` values of each stretch. runs_s: first and last time of each run of the dive.
+    dof: its strongest axis, with the score `scores`. gain: nats on held-out stretches. square (m,): sums of squares of
+    `dims` values of each stretch.
     """
 
     dof: int
     gain: float
-    stretches: _StretchScores
+    stretches: _Stretches
+    scores: _StretchScores
     square: Array
     dims: int
-    long_s: float
-    runs_s: Runs
 
     def force(self, time_s: Array) -> Array:
         """Likely push (n,), N or N m, of the loud stretches; of a beat, its amplitude."""
-        sizes = (
-            self.stretches.total[:, 0]
-            if self.stretches.total.shape[1] == 1
-            else np.sqrt(self.stretches.square)
-        )
-        pushes = (
-            _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.stretches.unit
-        )
-        index, within = _stretches_at(time_s, self.long_s, self.runs_s)
+        of_one = self.scores.total.shape[1] == 1
+        sizes = self.scores.total[:, 0] if of_one else np.sqrt(self.scores.square)
+        loud = _is_loud(self.square, self.dims, *_fitted(self.square, self.dims))
+        pushes = loud * sizes * self.scores.unit
+        index, within = self.stretches.at(time_s)
         return np.asarray(
             np.where(index >= 0, pushes[np.minimum(index, len(pushes) - 1)] * _weight(within), 0.0)
         )
@@ -240,33 +301,30 @@ def bursts(
         for dof, (innovations, rows) in left.items()
     }
     runs_s = runs_s or ((float(time_s[0]), float(time_s[-1])),)
-    for long_s in BLOWS_S:
-        if _count(long_s, runs_s) < LEAST_STRETCHES:
-            return
-        stretches = {dof: _stretches(*each, long_s, 0.0, runs_s) for dof, each in clipped.items()}
-        for dof, each in stretches.items():
-            yield from _weighed(dof, each, each.square, each.total.shape[1], long_s, runs_s)
-        if len(stretches) > 1:
-            # A blow pushes several axes at once.
-            dof = max(stretches, key=lambda each: stretches[each].uneven)
-            yield from _weighed(
-                dof,
-                stretches[dof],
-                np.sum([value.square for value in stretches.values()], axis=0),
-                len(stretches),
-                long_s,
-                runs_s,
-            )
-    for long_s in BEATS_S:
-        if _count(long_s, runs_s) < LEAST_STRETCHES:
-            return
-        for dof, axis in clipped.items():
-            tried = [
-                _stretches(*axis, long_s, 2 * np.pi / period_s, runs_s) for period_s in _periods_s(long_s)
-            ]
-            tried.sort(key=lambda each: -each.uneven)
-            for each in tried[:WEIGHED]:
-                yield from _weighed(dof, each, each.square, each.total.shape[1], long_s, runs_s)
+    for long_s, later in product((*BLOWS_S, *BEATS_S), LATER):
+        stretches = _Stretches(long_s, later, runs_s)
+        if stretches.count >= LEAST_STRETCHES:
+            of_length = _blows if long_s in BLOWS_S else _beats
+            yield from of_length(stretches, clipped)
+
+
+def _blows(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
+    by_dof = {dof: stretches.sums(*axis, 0.0) for dof, axis in clipped.items()}
+    for dof, each in by_dof.items():
+        yield from stretches.burst(dof, each, each.square, each.total.shape[1])
+    if len(by_dof) > 1:
+        # A blow pushes several axes at once.
+        dof = max(by_dof, key=lambda each: by_dof[each].uneven)
+        square = np.sum([value.square for value in by_dof.values()], axis=0)
+        yield from stretches.burst(dof, by_dof[dof], square, len(by_dof))
+
+
+def _beats(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
+    for dof, axis in clipped.items():
+        tried = [stretches.sums(*axis, 2 * np.pi / period_s) for period_s in _periods_s(stretches.long_s)]
+        tried.sort(key=lambda each: -each.uneven)
+        for each in tried[:WEIGHED]:
+            yield from stretches.burst(dof, each, each.square, each.total.shape[1])
 
 
 def _periods_s(long_s: float) -> list[float]:
@@ -275,51 +333,9 @@ def _periods_s(long_s: float) -> list[float]:
     return [float(1.0 / rate) for rate in rates]
 
 
-def _count(long_s: float, runs_s: Runs) -> int:
-    """Number of whole stretches in the runs: none spans two."""
-    return sum(int((end_s - start_s) / long_s) for start_s, end_s in runs_s)
-
-
-def _stretches_at(at_s: Array, long_s: float, runs_s: Runs) -> tuple[NDArray[np.intp], Array]:
-    """Stretch (n,) of each time, and the share of it that is over. The remainder of a single run counts on; of several,
-    as between two, the stretch is -1."""
-    if len(runs_s) == 1:
-        since = np.maximum((at_s - runs_s[0][0]) / long_s, 0.0)
-        return since.astype(np.intp), since % 1.0
-    out, within, first = np.full(len(at_s), -1, dtype=np.intp), np.zeros(len(at_s)), 0
-    for start_s, end_s in runs_s:
-        count = int((end_s - start_s) / long_s)
-        since = (at_s - start_s) / long_s
-        inside = (since >= 0) & (since < count)
-        out[inside], within[inside] = first + since[inside].astype(np.intp), since[inside] % 1.0
-        first += count
-    return out, within
-
-
 def _weight(within: Array) -> Array:
     """Weight (n,) of the instants of a stretch, by the share of it that is over."""
     return np.asarray(np.sin(np.pi * within) ** 2)
-
-
-def _stretches(at_s: Array, score: Array, long_s: float, rate: float, runs_s: Runs) -> _StretchScores:
-    count = _count(long_s, runs_s)
-    index, within = _stretches_at(at_s, long_s, runs_s)
-    index = np.where((index < 0) | (index > count), count, index)
-    score = score * _weight(within)
-    waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
-    total = np.column_stack([np.bincount(index, wave, minlength=count + 1)[:count] for wave in waves])
-    spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
-    # The variance of a push's score is the precision of that push.
-    return _StretchScores(total / spread, 1.0 / spread)
-
-
-def _weighed(
-    dof: int, stretches: _StretchScores, square: Array, dims: int, long_s: float, runs_s: Runs
-) -> Iterator[Burst]:
-    """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
-    if stretches.uneven > 0:
-        piece = (np.arange(len(square)) * long_s / piece_s(len(square) * long_s)).astype(np.intp)
-        yield Burst(dof, mixture_gain(square, dims, piece), stretches, square, dims, long_s, runs_s)
 
 
 def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:

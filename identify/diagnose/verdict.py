@@ -81,22 +81,18 @@ def above_noise(
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
     It applies if the causes close enough of the gap on held-out pieces; without a gap there only where even the nominal
-    model is less exact: behind an autopilot's filter, which `filtered` has the degrees of freedom of, beside accepted
-    effects, which make up forces to `known_to` (6,), N and N m, and in roll and pitch, whose angles are an autopilot's
-    estimate and whose motion is mostly its levelling. Slow or rare forces are kept where they are larger than that,
+    model is less exact: behind an autopilot's filter, which `filtered` has the degrees of freedom of, and beside
+    accepted effects, which make up forces to `known_to` (6,), N and N m. Elsewhere the floor, of the fitted
+    disturbance, has grown by such a force itself. Slow or rare forces are kept where they are larger than that,
     because a disturbance absorbs them without a drift, and so are reading errors; beside accepted effects none in roll
     and pitch, where an estimate wanders by more than such effects do.
     """
     no_gap = math.isnan(held.value)
-    if not (held.value >= LEAST_CLOSED or no_gap):
+    exact = not filtered and known_to is None
+    if not (held.value >= LEAST_CLOSED or (no_gap and not exact)):
         return left
-    judged = range(6) if filtered or known_to is not None or not no_gap else LEVELLED
     least = np.zeros(6) if known_to is None else np.where(np.isin(range(6), LEVELLED), np.inf, known_to)
-    quiet = {
-        axis.dof
-        for axis in held.by_axis
-        if DOFS.index(axis.dof) in judged and axis.after < (1.0 + QUIET) * axis.floor
-    }
+    quiet = {axis.dof for axis in held.by_axis if axis.after < (1.0 + QUIET) * axis.floor}
     kept = [
         k
         for k, (shape, force) in enumerate(zip(left.shapes, left.forces, strict=True))

@@ -10,7 +10,7 @@ from soak import rows_rest_in_soak
 from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
-from identify.diagnose import slow, unexplained
+from identify.diagnose import rhythms, slow, unexplained
 from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
@@ -23,7 +23,7 @@ from identify.diagnose.rhythms import (
     seas_of,
 )
 from identify.diagnose.slow import slow_axes, slow_forces
-from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
 from identify.diagnose.weighing import weighing_of
 from identify.effects.actuators import thruster_lag
@@ -277,6 +277,32 @@ def test_a_wild_reading_is_no_blow(weighing):
     wild[::150] += 30.0
     gains = [max(burst.gain for burst in bursts({0: (axis, values)}, time_s)) for values in (rows, wild)]
     assert gains[1] < gains[0] + 5.0
+
+
+def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(weighing, monkeypatch):
+    """At a steady speed a push of one period has many lines in the way travelled."""
+    axis, course = weighing.rows.axes[0], weighing.now.course
+    clocks = list(rhythms.clocks(course))
+    ways = [replace(clocks[0], by="way") for _ in range(4)]
+    monkeypatch.setattr(rhythms, "clocks", lambda _: (*ways, clocks[0]))
+    (column,) = axis.by_course(course, [np.sin(2 * np.pi * course.since_s / 2.0)]).T
+    rows = np.random.default_rng(5).standard_normal(len(axis.std)) + 5.0 * column
+    found = rhythms.clusters(axis, rows, course)
+    in_time = [cluster for cluster in found if cluster.clock.by == "time"]
+    assert min(abs(2 * np.pi / cluster.rates[0] - 2.0) for cluster in in_time) < 0.02
+
+
+@pytest.mark.parametrize("long_s", [3.0, 6.0])
+@pytest.mark.parametrize("later", [0.0, 0.5])
+def test_blows_are_found_in_the_middle_of_a_stretch_and_between_two(weighing, later, long_s):
+    axis, time_s = weighing.rows.axes[0], weighing.now.course.time_s
+    since = weighing.now.course.since_s / long_s - later
+    blows = np.where(since.astype(int) % 5 == 2, np.sin(np.pi * since) ** 2, 0.0)
+    (column,) = axis.by_course(weighing.now.course, [blows]).T
+    noise = np.random.default_rng(4).standard_normal(len(axis.std))
+    best = max(bursts({0: (axis, noise + 5.0 * column)}, time_s), key=lambda burst: burst.gain)
+    assert best.gain > UNKNOWN_NATS
+    assert np.corrcoef(np.abs(best.force(time_s)), blows)[0, 1] > 0.9
 
 
 PERIOD_S = 90.0
