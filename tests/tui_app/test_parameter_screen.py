@@ -60,7 +60,8 @@ def test_values_that_come_while_nothing_is_shown_are_compared_by_themselves(tmp_
 
 
 def test_the_key_that_uploads_stays_on_a_narrow_screen():
-    on_screen(FakeVehicle(), Sees(" u Upload "), size=(48, 24))
+    for cells in (48, 40):
+        on_screen(FakeVehicle(), Sees("u Upload Ctrl-X FF off ? Help"), size=(cells, 24))
 
 
 def test_notices_cover_nothing():
