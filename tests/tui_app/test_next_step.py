@@ -103,6 +103,11 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(AGAIN, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
         (replace(DIVED, working="identify"), Task.WAIT, "identify is at work"),
+        (replace(DIVED, then="identify"), Task.WAIT, "the dives are being read; identify begins by itself then"),
+        # A weak dive was judged, and flown again.
+        (replace(AGAIN, heard=False, departed="weak"), Task.DIAGNOSE, "first was flown after a NO-GO: ask what"),
+        (replace(AGAIN, mode="shadow", departed="weak"), Task.DIAGNOSE, "first was flown after a NO-GO: ask what"),
+        (replace(AGAIN, departed="weak"), Task.VALIDATE, "validate first"),
         (replace(HERE, over=True), Task.END, "the dive is over: begin the next"),
         (replace(DIVED, over=True, recording=False), Task.IDENTIFY, "identify first"),
     ],
@@ -263,6 +268,20 @@ def test_the_screen_that_says_go_names_the_key_and_the_key_goes_by_it_whatever_w
     keys = ("6", Sees("GO"), Sees(f"Ctrl-U does not raise it now: {why}."), "ctrl+u")
     notices = played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
     assert notices == [f"not raised: {why}"]
+
+
+def test_a_dive_flown_again_after_a_no_go_is_asked_about_with_it_and_judged_where_that_is_diagnosed(
+    in_shadow,
+):
+    in_shadow.dive(FLOWN, M_u=0.01)
+    in_shadow.validate(FLOWN, "both", False)
+    again = "2026-11-21T0930Z-again"
+    in_shadow.dive(again, M_u=0.01)
+    assert (in_shadow.situation().dive, in_shadow.situation().departed) == (again, FLOWN)
+    assert next_of(in_shadow.situation()).words == f"{again} was flown after a NO-GO: ask what causes it"
+    in_shadow.write(in_shadow.dives / FLOWN / "diagnosis.json", '{"verdict": "unexplained"}')
+    assert in_shadow.situation().departed == ""
+    assert next_of(in_shadow.situation()).words == f"validate {again}"
 
 
 @pytest.mark.parametrize("contradicted", [False, True])
