@@ -61,7 +61,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
         (replace(IDENTIFIED, heard=False), Task.UPLOAD, "the vehicle is not heard: switch it on, or mend the link"),
-        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record it; then: identified"),
+        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "begin a recording; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT,
          "connect the vehicle; then: identified, not uploaded"),
         (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),

@@ -328,7 +328,7 @@ def _to_recording(now: Situation, then: Next) -> Next:
     """`then`, once it is recorded."""
     if now.recording or then is RECORD:
         return then
-    return Next(Task.RECORD, RECORD.actions, f"record it; then: {then.words}")
+    return Next(Task.RECORD, RECORD.actions, f"begin a recording; then: {then.words}")
 
 
 def _dive_more(now: Situation) -> Next:
