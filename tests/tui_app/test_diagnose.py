@@ -49,6 +49,14 @@ def test_where_not_all_fits_a_key_goes_from_section_to_section_and_round(tmp_pat
     played(desk_with(tmp_path), "4", *steps)
 
 
+def test_another_dive_is_shown_from_its_first_section_on(tmp_path):
+    def choose_another(app):
+        app.desk.dive = tmp_path / CHECK
+
+    kept = ("4", "s", Sees("2 of 4 [s]"), "1", "4", Sees("2 of 4 [s]"))
+    played(desk_with(tmp_path), *kept, choose_another, "1", "4", Sees("1 of 4 [s]"))
+
+
 def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what_that_left(tmp_path):
     verbs, folder = verb(tmp_path), tmp_path / DIVE
     runs = (Sees(f"diagnose {DIVE}"), Sees("40 % trying 41 candidates"), Sees("x Cancel"))

@@ -69,7 +69,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),
         (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
-        (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read what to dive next"),
+        (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read its last section, what to"),
         # What mode it is in, nobody knows until it speaks.
         (replace(UPLOADED, heard=False, mode=""), Task.TO_SHADOW, "uploaded: switch the vehicle on; the mode of"),
         (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),

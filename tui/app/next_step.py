@@ -181,7 +181,9 @@ MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 MENDS_BOTH = replace(DIAGNOSE, words="{dive} was flown after a NO-GO: ask what causes it")
 NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
 SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
-LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
+LOOK_CLOSER = Next(
+    Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next"
+)
 READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
 ASKED = Next(Task.WAIT, (), "answer what is asked; escape leaves it")
 """While a question is open, every key goes to its answer."""
