@@ -34,7 +34,8 @@ def in_file(file: Path, receipts: Path, cells: int) -> Lines:
         texts = (_placed(n, text, widths[n]) for n, text in enumerate(row[:columns]))
         lines += (((" ".join(texts).rstrip(), "quiet" if row is HEADS else "plain"),),)
     if others:
-        lines += wrapped(f"{lines_of(others)} more, as last accepted or with no effect.", "quiet", cells)
+        more = " more" if rows else ""
+        lines += wrapped(f"{lines_of(others)}{more}, as last accepted or with no effect.", "quiet", cells)
     return lines
 
 
