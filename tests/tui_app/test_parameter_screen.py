@@ -68,12 +68,12 @@ def test_without_a_vehicle_the_file_stands_there_beside_what_was_last_accepted(t
     dive = tmp_path / "2026-11-21T0352Z-hovering"
     dive.mkdir()
     (dive / "telemetry.tlog").touch()
-    held = {"FF1_M_U": 110.77, "FF1_D_U": 56.2, "FF1_T1_GAIN": 0.79, "FF1_T2_GAIN": 0.0}
+    held = {"FF1_M_U": 110.7651, "FF1_D_U": 56.2, "FF1_T1_GAIN": 0.79, "FF1_T2_GAIN": 0.0}
     write_parameters(dive / PARAM.name, held, (), 1, 1)
     none = FakeVerbs(lambda _: None, 4, ["no vehicle answers"])
     for cells, values in (
-        (60, "FF1_M_U 110.77 110.36 kg FF1_T1_GAIN 0.79 - 1"),
-        (40, "FF1_T1_GAIN 0.79 - 2 lines"),
+        (60, "FF1_M_U 110.77 110.36 kg FF1_T1_GAIN 0.79 -- 1"),
+        (40, "FF1_T1_GAIN 0.79 -- 2 lines"),
     ):
         of_file = (Sees("identified.param OF 2026-11-21T0352Z-hovering"), Sees(values), Lacks("FF1_T2_GAIN"))
         others = Sees("2 lines more, as last accepted or with no")

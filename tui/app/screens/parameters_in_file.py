@@ -8,9 +8,10 @@ from typing import Final
 from bridge.errors import LogError, ParamError
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
-from gcs_plugin.params.plan import acting_text, unit_of
+from gcs_plugin.params.plan import NOT_SET, acting, is_unset, unit_of
 from tui.app.drawing import Lines, lines_of, titled, wrapped
 from tui.app.jobs import written_ns
+from tui.app.screens.parameters_table import number
 
 SAME: Final = 5e-4
 """Relative difference up to which a value is the same to a reader: +0.0 %."""
@@ -55,5 +56,12 @@ def _read(file: Path, receipts: Path, *_changed_ns: int) -> tuple[tuple[Row, ...
     for name, value in wanted.items():
         accepted = known[name].value if name in known else None
         if not math.isclose(value, accepted or 0.0, rel_tol=SAME):
-            rows.append((name, acting_text(name, value), acting_text(name, accepted), unit_of(name)))
+            rows.append((name, _text(name, value), _text(name, accepted), unit_of(name)))
     return tuple(rows), len(wanted) - len(rows)
+
+
+def _text(name: str, value: float | None) -> str:
+    """The value by which the vehicle would act, in the table's digits."""
+    if value is None:
+        return number(None)
+    return NOT_SET if is_unset(name, value) else number(acting(name, value))
