@@ -475,13 +475,13 @@ def shown(foretold: Shrink | None, measured: Shrink | None) -> bool:
     return measured is None or not (contradicted(foretold, measured) and measured.after > measured.before)
 
 
-def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> str:
-    """Clause for a verdict that a check dive contradicts; "" otherwise."""
+def contradiction_clause(foretold: Shrink | None, measured: Shrink | None, conjunction: str = "but") -> str:
+    """Clause for a verdict that a check dive contradicts, begun by a conjunction; "" otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ""
     if not shown(foretold, measured):
-        return f", but the check dive shows no such effect ({_both_drifts(measured)})"
-    return f", but the check dive does not bear that out ({_both_shrinks(foretold, measured)})"
+        return f", {conjunction} the check dive shows no such effect ({_both_drifts(measured)})"
+    return f", {conjunction} the check dive does not bear that out ({_both_shrinks(foretold, measured)})"
 
 
 def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tuple[str, ...]:

@@ -102,7 +102,8 @@ def _verdict(diagnosis: Diagnosis) -> str:
         causes += doubt
         if possible:
             causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
-    causes += contradiction_clause(diagnosis.heldout, diagnosis.check)
+    # One "but" a sentence.
+    causes += contradiction_clause(diagnosis.heldout, diagnosis.check, "and" if doubt else "but")
     drift = _drift_clause(diagnosis, "them" if len(diagnosis.findings) > 1 else "it", no_gap)
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
     said = f"{drift}. {capital(where)}" if drift else where

@@ -168,6 +168,12 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
     assert wording.verdict_sentence(unclear).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
+    unborne = replace(
+        unclear, heldout=shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=shrink(1.1, 3.1, NAN, NAN, NAN)
+    )
+    assert "from command delay, and the check dive shows no such effect (" in wording.verdict_sentence(
+        unborne
+    )
     current = finding_of("steady_current", also=("thrust_bias",), likeness={"thrust_bias": 0.97})
     both = wording.verdict_sentence(diagnosis(verdict="ambiguous", findings=(lag, current)))
     assert "can't tell thruster lag from command delay and steady current from thrust bias: " in both

@@ -92,6 +92,7 @@ KEYS = (
     [
         (48, " i Identify  Ctrl-X FF off  ? Help  Ctrl-Q Quit "),
         (47, " i Identify  Ctrl-X FF off  ? Help, 1 more "),
+        (42, " i Identify  Ctrl-X FF off  ? Help +1 "),
         (30, " Ctrl-X FF off  ? Help, 2 more "),
         (0, " Ctrl-X FF off  ? Help, 2 more "),
     ],

@@ -49,6 +49,14 @@ def test_where_not_all_fits_a_key_goes_from_section_to_section_and_round(tmp_pat
     played(desk_with(tmp_path), "4", *steps)
 
 
+def test_another_dive_is_shown_from_its_first_section_on(tmp_path):
+    def choose_another(app):
+        app.desk.dive = tmp_path / CHECK
+
+    kept = ("4", "s", Sees("2 of 4 [s]"), "1", "4", Sees("2 of 4 [s]"))
+    played(desk_with(tmp_path), *kept, choose_another, "1", "4", Sees("1 of 4 [s]"))
+
+
 def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what_that_left(tmp_path):
     verbs, folder = verb(tmp_path), tmp_path / DIVE
     runs = (Sees(f"diagnose {DIVE}"), Sees("40 % trying 41 candidates"), Sees("x Cancel"))
@@ -137,7 +145,11 @@ def test_what_the_accepted_model_foretells_stands_before_the_drifts(tmp_path):
     foretold = "foretold for the next dive in both, rms over the whole mission: yaw 0.61 -> 0.080 deg/s"
     played(desk, "4", "s", "s", Sees("HOW FAR"), Lacks(foretold))  # of a model that is no longer there
     param.write_text("", encoding="utf-8")
-    played(desk, "4", "s", "s", Sees(foretold))
+    played(desk, "4", "s", "s", Sees(foretold), Lacks("is not foretold"))
+    sidecar_path(param).write_text('{"foretold": []}', encoding="utf-8")
+    played(
+        desk, "4", "s", "s", Sees("How the next dive tracks is not foretold: seatrial diagnose with --accept")
+    )
 
 
 def test_the_key_on_dives_diagnoses_the_dive_under_the_mark_at_once(tmp_path):

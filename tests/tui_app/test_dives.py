@@ -89,6 +89,49 @@ def dives_on_disk(tmp_path):
     return made
 
 
+@pytest.fixture
+def one_more_read(tmp_path):
+    """A desk, and a step after which a dive has been made that is still being read: `hovering`, then `both`."""
+    folders = [tmp_path / "2026-11-20T0252Z-hovering", tmp_path / "2026-11-21T0452Z-both"]
+    folders[0].mkdir()
+    listed = [HOVERING | {"folder": str(folders[0])}]
+    verbs = FakeVerbs({"dives": listed})
+
+    def dive_ends(_):
+        folders[1].mkdir()
+        (folders[1] / "telemetry.tlog").touch()
+        listed.append(dive("both") | {"folder": str(folders[1])})
+        verbs.held = ("dives", "validate")
+
+    return desk(verbs, out=tmp_path), dive_ends
+
+
+def test_home_waits_for_dives_that_are_being_read_so_that_the_next_key_works_on_the_newest(one_more_read):
+    at, dive_ends = one_more_read
+    quick = (dive_ends, "2", marked("hovering"), "home", Lacks("▶"), "v", Sees("then validate"))
+    played(at, "2", "1", *quick, let_go, lambda app: app.desk.dive.name.endswith("-both"))
+    assert [words[0] for words in at.jobs._work.words].count("validate") == 1
+
+
+def test_home_again_while_dives_are_being_read_marks_the_newest_of_all_and_a_key_that_moves_keeps_the_mark(
+    one_more_read,
+):
+    at, dive_ends = one_more_read
+    played(at, "2", "1", dive_ends, "2", "home", "home", marked("both"), "end", marked("hovering"), let_go,
+           marked("hovering"))  # fmt: skip
+
+
+def test_home_while_dives_are_being_read_marks_the_newest_flown_once_they_are(one_more_read):
+    at, dive_ends = one_more_read
+    played(at, "2", "1", dive_ends, "2", "home", Lacks("▶"), let_go, marked("both"), "home", marked("both"))
+
+
+def test_what_was_asked_for_before_the_dives_are_read_is_known_to_every_screen_until_it_begins(one_more_read):
+    at, dive_ends = one_more_read
+    waits = (lambda app: app.desk.then == "identify", let_go, lambda app: app.desk.then == "")
+    played(at, dive_ends, "2", "i", *waits)
+
+
 @pytest.mark.parametrize(("key", "name"), [("n", "note"), ("c", "conditions")])
 def test_what_is_asked_for_while_the_list_is_read_opens_with_it_and_its_letters_begin_nothing(
     key, name, dives_on_disk

@@ -61,7 +61,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
         (replace(IDENTIFIED, heard=False), Task.UPLOAD, "the vehicle is not heard: switch it on, or mend the link"),
-        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "record it; then: identified"),
+        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "begin a recording; then: identified"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT,
          "connect the vehicle; then: identified, not uploaded"),
         (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),
@@ -69,7 +69,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),
         (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
-        (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read what to dive next"),
+        (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read its last section, what to"),
         # What mode it is in, nobody knows until it speaks.
         (replace(UPLOADED, heard=False, mode=""), Task.TO_SHADOW, "uploaded: switch the vehicle on; the mode of"),
         (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),
@@ -103,6 +103,11 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(AGAIN, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
         (replace(DIVED, working="identify"), Task.WAIT, "identify is at work"),
+        (replace(DIVED, then="identify"), Task.WAIT, "the dives are being read; identify begins by itself then"),
+        # A weak dive was judged, and flown again.
+        (replace(AGAIN, heard=False, departed="weak"), Task.DIAGNOSE, "first was flown after a NO-GO: ask what"),
+        (replace(AGAIN, mode="shadow", departed="weak"), Task.DIAGNOSE, "first was flown after a NO-GO: ask what"),
+        (replace(AGAIN, departed="weak"), Task.VALIDATE, "validate first"),
         (replace(HERE, over=True), Task.END, "the dive is over: begin the next"),
         (replace(DIVED, over=True, recording=False), Task.IDENTIFY, "identify first"),
     ],
@@ -263,6 +268,20 @@ def test_the_screen_that_says_go_names_the_key_and_the_key_goes_by_it_whatever_w
     keys = ("6", Sees("GO"), Sees(f"Ctrl-U does not raise it now: {why}."), "ctrl+u")
     notices = played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
     assert notices == [f"not raised: {why}"]
+
+
+def test_a_dive_flown_again_after_a_no_go_is_asked_about_with_it_and_judged_where_that_is_diagnosed(
+    in_shadow,
+):
+    in_shadow.dive(FLOWN, M_u=0.01)
+    in_shadow.validate(FLOWN, "both", False)
+    again = "2026-11-21T0930Z-again"
+    in_shadow.dive(again, M_u=0.01)
+    assert (in_shadow.situation().dive, in_shadow.situation().departed) == (again, FLOWN)
+    assert next_of(in_shadow.situation()).words == f"{again} was flown after a NO-GO: ask what causes it"
+    in_shadow.write(in_shadow.dives / FLOWN / "diagnosis.json", '{"verdict": "unexplained"}')
+    assert in_shadow.situation().departed == ""
+    assert next_of(in_shadow.situation()).words == f"validate {again}"
 
 
 @pytest.mark.parametrize("contradicted", [False, True])

@@ -4,6 +4,7 @@ import asyncio
 from dataclasses import replace
 
 import pytest
+from fake_verbs import FakeVerbs
 from fake_verbs import desk as desk_of
 from made_parameters import PARAM, FakeVehicle, desk, has, line_of, on_screen, plan, receipt, row, views
 from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, played, pressed, settled
@@ -11,6 +12,8 @@ from textual.widgets._toast import Toast
 
 from bridge.reports import Written
 from bridge.vehicle.config import CONFIGS
+from gcs_plugin.params.files import write_parameters
+from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.planned import TAKEN_BACK
 from tui.app.screens.frame import Drawn
 from tui.app.screens.parameters_table import LEFT, table
@@ -59,8 +62,28 @@ def test_values_that_come_while_nothing_is_shown_are_compared_by_themselves(tmp_
     ]
 
 
+def test_without_a_vehicle_the_file_stands_there_beside_what_was_last_accepted(tmp_path, monkeypatch):
+    accepted = {"FF1_M_U": AcceptedValue(110.36, None, ""), "FF1_D_U": AcceptedValue(56.2, None, "")}
+    monkeypatch.setattr("tui.app.screens.parameters_in_file.last_accepted", lambda _: accepted)
+    dive = tmp_path / "2026-11-21T0352Z-hovering"
+    dive.mkdir()
+    (dive / "telemetry.tlog").touch()
+    held = {"FF1_M_U": 110.7651, "FF1_D_U": 56.2, "FF1_T1_GAIN": 0.79, "FF1_T2_GAIN": 0.0}
+    write_parameters(dive / PARAM.name, held, (), 1, 1)
+    none = FakeVerbs(lambda _: None, 4, ["no vehicle answers"])
+    for cells, values in (
+        (60, "FF1_M_U 110.77 110.36 kg FF1_T1_GAIN 0.79 -- 1"),
+        (40, "FF1_T1_GAIN 0.79 -- 2 lines"),
+    ):
+        of_file = (Sees("identified.param OF 2026-11-21T0352Z-hovering"), Sees(values), Lacks("FF1_T2_GAIN"))
+        others = Sees("2 lines more, as last accepted or with no")
+        keys = ("5", Sees("no vehicle answers"), *of_file, others)
+        played(desk_of(none, out=tmp_path), *keys, size=(cells, 24), views=views())
+
+
 def test_the_key_that_uploads_stays_on_a_narrow_screen():
-    on_screen(FakeVehicle(), Sees(" u Upload "), size=(48, 24))
+    for cells in (48, 40):
+        on_screen(FakeVehicle(), Sees("u Upload Ctrl-X FF off ? Help"), size=(cells, 24))
 
 
 def test_notices_cover_nothing():

@@ -228,3 +228,19 @@ def test_screens_that_come_and_go_leave_nothing_in_memory():
         assert counts[1] <= counts[0]
 
     run(made(FixedViews()), NARROW, work)
+
+
+def test_help_that_is_longer_than_the_screen_is_laid_out_twice_as_it_opens(monkeypatch):
+    """Each layout draws the whole screen, and the key waits for it."""
+    layouts, lay_out = [], HelpScreen._refresh_layout
+
+    def counted(screen, *how, **which):
+        layouts.append(screen)
+        return lay_out(screen, *how, **which)
+
+    def is_longer(app):
+        return app.screen.query_one(VerticalScroll).max_scroll_y > 0
+
+    monkeypatch.setattr(HelpScreen, "_refresh_layout", counted)
+    played(desk(), "question_mark", shows(HelpScreen), is_longer, Sees("Keys"))
+    assert len(layouts) == 2

@@ -67,6 +67,7 @@ class Desk:
     connect: Callable[[Choice], None] | None = None
     name_vehicle: Callable[[str], None] | None = None
     was_killed: Callable[[int], bool] = lambda _: False
+    then: str = field(default="", init=False)
     _meant: tuple[Path, Path | None] | None = field(default=None, init=False)
 
     def chosen(self) -> Path | None:

@@ -53,7 +53,8 @@ class Situation:
     - lost: the vehicle fell silent while it was armed.
     - flies: it can fly manoeuvres by itself; flight: where the one that Fly asks for stands.
     - mode: its feed-forward's mode, "" if unknown.
-    - working: the long verb that runs, "" for none; writing: parameters or a mode are being sent.
+    - working: the long verb that runs, "" for none; then: what was asked for and begins once the dives are read, ""
+      for nothing; writing: parameters or a mode are being sent.
 
     About the dive meant, `dive`, "" for none:
 
@@ -69,6 +70,8 @@ class Situation:
     - identified: values of that dive, or of a dive before it, are kept; accepts: the newest are a diagnosis's.
     - uploaded: the vehicle accepted the newest; halfway: an upload or a roll back was begun and never finished;
       taken_back: a roll back came after them.
+    - departed: the newest dive since that upload that was judged before the one meant, if it was a NO-GO with the
+      feed-forward and was not diagnosed; "" for none.
     - gate: the dive since that upload by which the feed-forward is raised to both or is not, with its GO: the newest in
       shadow, or a newer one that was a NO-GO; None without one.
     """
@@ -82,6 +85,7 @@ class Situation:
     flies: bool = False
     flight: Flight = Flight.NONE
     working: str = ""
+    then: str = ""
     writing: bool = False
     dive: str = ""
     shown: bool = True
@@ -100,6 +104,7 @@ class Situation:
     verdict: str = ""
     lost: bool = False
     gate: tuple[str, bool] | None = None
+    departed: str = ""
 
 
 @dataclass(frozen=True)
@@ -173,9 +178,12 @@ DIAGNOSE = Next(
     Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
 )
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
+MENDS_BOTH = replace(DIAGNOSE, words="{dive} was flown after a NO-GO: ask what causes it")
 NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
 SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
-LOOK_CLOSER = Next(Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read what to dive next")
+LOOK_CLOSER = Next(
+    Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next"
+)
 READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
 ASKED = Next(Task.WAIT, (), "answer what is asked; escape leaves it")
 """While a question is open, every key goes to its answer."""
@@ -196,6 +204,10 @@ def next_of(now: Situation) -> Next:
         return OF_FLIGHT[now.flight]
     if now.working:
         return Next(Task.WAIT, (f"screen.{now.working}",), f"{now.working} is at work: wait for it")
+    if now.then:
+        return Next(
+            Task.WAIT, ("screen.dives",), f"the dives are being read; {now.then} begins by itself then"
+        )
     if now.over and now.recording:
         return END
     if not now.vehicle:
@@ -272,7 +284,10 @@ def _to_dive(now: Situation) -> Next:
 def _after_upload(now: Situation) -> Next:
     acts = now.mode in (Mode.ALONE.word, Mode.BOTH.word)
     if now.after_upload and not now.flown:
-        return READS if now.reading and now.determined is None else VALIDATE
+        if now.reading and now.determined is None:
+            return READS
+        # Two dives of a vehicle that departs from its model are one question. One that still flies so is judged first.
+        return MENDS_BOTH if now.departed and lowered_to(now)[0] is None else VALIDATE
     if now.after_upload and now.go is False and now.flown == Mode.SHADOW.word:
         return LOOK if not now.verdict else LOOK_CLOSER
     if now.after_upload and now.flown in (Mode.ALONE.word, Mode.BOTH.word):
@@ -315,7 +330,7 @@ def _to_recording(now: Situation, then: Next) -> Next:
     """`then`, once it is recorded."""
     if now.recording or then is RECORD:
         return then
-    return Next(Task.RECORD, RECORD.actions, f"record it; then: {then.words}")
+    return Next(Task.RECORD, RECORD.actions, f"begin a recording; then: {then.words}")
 
 
 def _dive_more(now: Situation) -> Next:

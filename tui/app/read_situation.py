@@ -54,6 +54,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         flies=picture.flies,
         flight=flight_of(desk.jobs),
         working=next((verb for verb in LONG if _works(desk.jobs.state(verb))), ""),
+        then=desk.then,
         writing=any(map(desk.jobs.runs, (WRITE, ORDER))),
         dive=dive.name if dive is not None else "",
         shown=dive is None or desk.chosen() == dive,
@@ -75,6 +76,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         and bool(picture.links)
         and not view.over,
         gate=_gate(since),
+        departed=_departed(since[: since.index(dive)]) if dive in since else "",
     )
 
 
@@ -141,14 +143,31 @@ def _gate(since: Sequence[Path]) -> tuple[str, bool] | None:
 
     A dive that was compared in the validation of another is judged by that too, as the screen shows it.
     """
-    judged: dict[str, Judged] = {}
-    for file in sorted((dive / VALIDATED for dive in since), key=written_ns):
-        judged |= _read_judged(file, written_ns(file))
+    judged = _all_judged(since)
     for dive in reversed(since):
         flown, go = judged.get(dive.name, NOT_JUDGED)
         if go is not None and (flown == Mode.SHADOW.word or (not go and flown != Mode.OFF.word)):
             return dive.name, go
     return None
+
+
+def _departed(before: Sequence[Path]) -> str:
+    """Of dives since an upload, before the one meant, the newest judged with the feed-forward, if it was a NO-GO and
+    has no diagnosis; "" otherwise."""
+    judged = _all_judged(before)
+    for dive in reversed(before):
+        flown, go = judged.get(dive.name, NOT_JUDGED)
+        if flown in (Mode.ALONE.word, Mode.BOTH.word):
+            return dive.name if go is False and not written_ns(dive / DIAGNOSED) else ""
+    return ""
+
+
+def _all_judged(dives: Sequence[Path]) -> Mapping[str, Judged]:
+    """By name what the validations of these dives say of each dive, the later validation where two do."""
+    judged: dict[str, Judged] = {}
+    for file in sorted((dive / VALIDATED for dive in dives), key=written_ns):
+        judged |= _read_judged(file, written_ns(file))
+    return judged
 
 
 def _judged(dive: Path) -> Judged:

@@ -40,6 +40,9 @@ MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
 LEAST_NATS: Final = 1.0
 """A candidate with less gain is not worth showing."""
+UNTOLD: Final = (
+    "How the next dive tracks is not foretold: seatrial diagnose with --accept, in any terminal, says why."
+)
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
     "explained": ("● EXPLAINED", "strong"),
@@ -307,11 +310,13 @@ class DiagnoseScreen(SectionScreen):
         diagnosis = self.result()
         if diagnosis is None:
             return ()
-        ahead: tuple[str, ...] = ()
+        ahead: tuple[str, ...] | None = None
         if name == "far" and self.dive is not None and self._accepts:
-            ahead = self._foretold.read(sidecar_path(self.dive / ACCEPTABLE)) or ()
+            ahead = self._foretold.read(sidecar_path(self.dive / ACCEPTABLE))
+        untold = wrapped(UNTOLD, "quiet", cells) if ahead == () else ()
         return (
-            *(line for words in ahead for line in wrapped(words, "strong", cells)),
+            *untold,
+            *(line for words in ahead or () for line in wrapped(words, "strong", cells)),
             *MAKES[name](diagnosis, cells),
         )
 

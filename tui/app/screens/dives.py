@@ -20,6 +20,7 @@ from tui.app.screens.dives_lines import (
     RECORDED,
     UNREAD,
     details,
+    is_unread,
     listed,
     table,
     usual,
@@ -71,7 +72,7 @@ class DivesScreen(StationScreen):
         self._recorded: frozenset[Path] = frozenset()
         self._over: Path | None = None
         self._stale = False
-        self._then = ""
+        self._goes_home = False
         self._by_home: Path | None = None
         self._trouble = self._unkept = ""
 
@@ -88,15 +89,15 @@ class DivesScreen(StationScreen):
         self._by_home = None
         if self in self.app.screen_stack:
             return  # only covered, by a question or the help
-        if self._then in WORK:
+        if self.desk.then in WORK:
             self.notify("nothing was begun: Dives was left before it was read", severity="warning")
-        self._then = ""
+        self.desk.then, self._goes_home = "", False
 
     def begin(self) -> None:
         """Identify the dive that the crew has just made, regardless of the mark, once the list is read."""
         self._at = self._over = self.desk.dive = None
         self.action_again()
-        self._then = "identify"
+        self.desk.then = "identify"
 
     def show(self, view: View) -> None:
         before, self._written = self._written, self.desk.written()
@@ -119,12 +120,22 @@ class DivesScreen(StationScreen):
             self._go(max(0, min(self._index() + rows, len(self._dives) - 1)))
 
     def action_newest(self) -> None:
-        """Mark the newest dive that tells something; if this key has just marked it, the newest of all."""
+        """Mark the newest dive that tells something; if this key has just marked it, the newest of all.
+
+        While newer dives are being read, nothing is marked until it is known which of them tells something.
+        """
+        if not self._dives:
+            return
         flown = usual(self._dives, None)
         at = next((n for n, dive in enumerate(self._dives) if dive.folder == flown), 0)
-        if self._dives:
-            self._go(0 if self._by_home == self._at == self._dives[at].folder else at)
-            self._by_home = self._at
+        if self._goes_home or self._by_home == self._at == self._dives[at].folder:
+            at = 0
+        elif self.desk.jobs.runs(LIST) and any(map(is_unread, self._dives[: at + 1])):
+            self._at, self._goes_home = None, True
+            self.draw()
+            return
+        self._go(at)
+        self._by_home = self._at
 
     def _go_to_line(self, y: int) -> None:
         """Move the mark to the dive in line `y` of the widget, whose first line is a heading."""
@@ -213,6 +224,9 @@ class DivesScreen(StationScreen):
         if any(_same(dive.folder, self._over) for dive in self._dives):
             ended = (dive.folder for dive in self._dives if dive.folder.resolve() not in self._written)
             self._at, self._over = next(ended, self._at), None
+        if self._goes_home and self._dives:
+            self._at = self._by_home = usual(self._dives, self._dives[0].folder)
+        self._goes_home = False
         self.desk.mean(
             usual([dive for dive in self._dives if dive.folder.resolve() not in self._written], None)
         )
@@ -221,16 +235,15 @@ class DivesScreen(StationScreen):
             self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)
             if self._at is None and self._dives:
                 self._at = self._dives[0].folder
-        if self._then and self._dives:
+        then, self.desk.then = self.desk.then, ""
+        if then and self._dives:
             self._tell_skipped()
-            then = self._then
             self.call_later(self.run_action, f"begin('{then}')" if then in WORK else then)
-        self._then = ""
 
     def _wait(self, action: str) -> None:
         """Run the action or begin the work once the list is there; the first of several quick keys counts."""
         if self.desk.jobs.runs(LIST):
-            self._then = self._then or action
+            self.desk.then = self.desk.then or action
 
     def _tell_skipped(self) -> None:
         """Name the newer dives that are skipped, so that nobody mistakes an older dive for the newest."""
@@ -251,7 +264,7 @@ class DivesScreen(StationScreen):
         return self._dives[self._index()] if self._index() >= 0 else None
 
     def _go(self, entry: int) -> None:
-        self._at = self._dives[entry].folder
+        self._at, self._goes_home = self._dives[entry].folder, False
         self.draw()
         for scroll in self.query(VerticalScroll):  # none yet if the key came before the screen was composed
             scroll.scroll_home(animate=False)
@@ -278,7 +291,7 @@ class DivesScreen(StationScreen):
         if state is None or not state.runs:
             return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
         reads = state.reports[-1].words if state.reports else "reading"
-        return f"{reads}, then {self._then}" if self._then else reads
+        return f"{reads}, then {self.desk.then}" if self.desk.then else reads
 
     def _details(self, cells: int, _: int) -> Lines:
         dive = self._dive()

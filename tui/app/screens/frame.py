@@ -138,18 +138,29 @@ class LiveKey:
 
 
 def fitting(keys: Sequence[LiveKey], cells: int) -> tuple[LiveKey, ...]:
-    """Drop keys from the end until the rest fits into `cells`; those in `NEVER_LEFT_OUT` are never dropped."""
+    """Drop keys from the end until the rest fits into `cells`; those in `NEVER_LEFT_OUT` are never dropped.
+
+    The help key tells how many were dropped, in a shorter form if that keeps the first key.
+    """
+    shown = _fitting(keys, cells, ", {} more")
+    shorter = _fitting(keys, cells, " +{}")
+    return shorter if shorter[:1] == tuple(keys[:1]) != shown[:1] else shown
+
+
+def _fitting(keys: Sequence[LiveKey], cells: int, more: str) -> tuple[LiveKey, ...]:
     last_first = [key for key in reversed(keys) if key.action not in NEVER_LEFT_OUT]
     for count in range(len(last_first) + 1):
-        shown = tuple(_telling(key, count) for key in keys if key not in last_first[:count])
+        shown = tuple(_telling(key, count, more) for key in keys if key not in last_first[:count])
         if sum(key.cells for key in shown) <= cells:
             break
     return shown
 
 
-def _telling(key: LiveKey, left_out: int) -> LiveKey:
+def _telling(key: LiveKey, left_out: int, more: str) -> LiveKey:
     """The key, or for the help key a version that shows how many keys are left out."""
-    return replace(key, words=f"{key.words}, {left_out} more") if left_out and key.action == HELP else key
+    if left_out and key.action == HELP:
+        return replace(key, words=f"{key.words}{more.format(left_out)}")
+    return key
 
 
 class KeyLine(Drawn):

@@ -161,14 +161,19 @@ class SectionScreen(DiveScreen):
         return super().check_action(action, parameters)
 
     def action_section(self) -> None:
+        self._turn_to((self._section + 1) % len(self._names))
+
+    def _turn_to(self, section: int) -> None:
         self.remove_class(f"-{self._names[self._section]}")
-        self._section = (self._section + 1) % len(self._names)
-        self.add_class(f"-{self._names[self._section]}")
+        self._section = section
+        self.add_class(f"-{self._names[section]}")
         self.call_after_refresh(self.draw)
 
     def look_again(self, *, other: bool) -> None:
         self.others = self.comparable(self.dive) if self.dive is not None else ()
         if other:
+            # The first section says why the verdict above is what it is.
+            self._turn_to(0)
             self.on_other_dive()
 
     def _top(self, cells: int, _: int) -> Lines:

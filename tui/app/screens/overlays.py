@@ -1,6 +1,7 @@
 """Help, questions and forms over a screen, whose top line stays bright and live; and a question below it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any, ClassVar, Final, TypeVar
 
 from textual import events
@@ -249,6 +250,9 @@ class HelpScreen(Overlay[None]):
 
     def on_mount(self) -> None:
         keep_below_top(self, "#help-box")
+        # A bar that shows only once the text is found too long costs a layout and a drawing of the whole screen.
+        if len(self._text(self.app.size.width)) > self.app.size.height:
+            self.query_one("#help-box", VerticalScroll).show_vertical_scrollbar = True
 
     def compose(self) -> ComposeResult:
         box = VerticalScroll(Drawn(lambda cells, _: self._text(cells), id="help-text"), id="help-box")
@@ -289,7 +293,7 @@ def help_lines(app: App[None], screen: Screen[object]) -> Callable[[int], Lines]
             made.append(())
         return tuple(made[:-1])
 
-    return lines
+    return cache(lines)  # one layout asks several times
 
 
 def _entry(keys: str, sentence: str, words: str, role: Role, cells: int) -> Lines:

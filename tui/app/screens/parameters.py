@@ -16,6 +16,7 @@ from tui.app.screens import parameters_lines as lines
 from tui.app.screens import parameters_table
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
+from tui.app.screens.parameters_in_file import in_file
 from tui.app.screens.transfer import READ, Transfer
 from tui.app.view import View
 
@@ -249,7 +250,7 @@ class ParametersScreen(StationScreen):
     def _table(self, cells: int, rows: int) -> Lines:
         transfer = self._transfer
         if transfer.shown is None:
-            return ()
+            return in_file(transfer.unread, self.desk.receipts, cells) if transfer.unread else ()
         became = self._became()
         stale, back = transfer.stale_s(self._picture) is not None, transfer.back
         return parameters_table.table(

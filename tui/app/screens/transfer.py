@@ -82,6 +82,12 @@ class Transfer:
     def writes(self) -> bool:
         return self._desk.jobs.runs(WRITE)
 
+    @property
+    def unread(self) -> Path | None:
+        """The file that could not be compared with a vehicle; None where it was, or is about to be."""
+        compared = self.shown is not None or self.reads or self.back or not self.trouble
+        return None if compared or self._read_of is None else self._read_of[0]
+
     def read(self, *, back: bool) -> None:
         """Compare the vehicle with the file, or with the values before the last upload; not during a write."""
         if self.writes:
