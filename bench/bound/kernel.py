@@ -26,6 +26,11 @@ SIZE, LOCALS, NOISES = 4, 6, 3
 ORDER = (1, 0, 2, 2)
 """Number of times that each state of a shadow integrates the push."""
 
+HEAVE, YAW_RATE = np.int64(2), np.int64(5)
+AT_SPEED, AT_POSITION, AT_TURNED = np.int64(0), np.int64(2), np.int64(3)
+OF_RATE, OF_POSITION, OF_FOG = np.int64(0), np.int64(1), np.int64(2)
+"""Axes, places in a shadow, and channels of noise. Plain numbers would compile `_read` anew for each of them."""
+
 SMALL = 1e-4
 BLOCK = 256
 """Number of sensitivities that are gathered before they are added to the information."""
@@ -400,19 +405,20 @@ def scored(model: Model, recorded: Recorded, x: Array, p: Array, shadow: Shadow,
                 row[:] = 0.0
                 row[i] = 1.0
                 row[3 + (i + 1) % 3], row[3 + (i + 2) % 3] = arm[(i + 2) % 3], -arm[(i + 1) % 3]
-                _read(row, said[i], variance[0], i, 0, 0, shadow, x, p, s, score)
+                _read(row, said[i], variance[0], i, AT_SPEED, OF_RATE, shadow, x, p, s, score)
         if step % gyro_every == 0:
             for i in range(3):
                 row[:] = 0.0
                 row[3 + i] = 1.0
                 said_rad_s = recorded.gyro[step // gyro_every, i]
-                _read(row, said_rad_s, variance[1], 3 + i, 0, 0, shadow, x, p, s, score)
+                _read(row, said_rad_s, variance[1], 3 + i, AT_SPEED, OF_RATE, shadow, x, p, s, score)
         if fog_every > 0 and step > 0 and step % fog_every == 0:
             span = fog_every * h
             row[:] = 0.0
             row[TURNED] = 1.0
             turned = recorded.fog[step // fog_every - 1, 0] * span
-            _read(row, turned, variance[2] * span**2, 5, 3, 2, shadow, x, p, s, score)
+            spread = variance[2] * span**2
+            _read(row, turned, spread, YAW_RATE, AT_TURNED, OF_FOG, shadow, x, p, s, score)
             _forget(TURNED, x, p, s)
             for j in range(6):
                 _forget(TURNED, unused, shadow.by_mass[j], s)
@@ -427,11 +433,12 @@ def scored(model: Model, recorded: Recorded, x: Array, p: Array, shadow: Shadow,
                 said_rad = recorded.angles[step // angle_every, i]
                 said_rad -= 2 * np.pi * np.round((said_rad - x[ROLL + i]) / (2 * np.pi))
                 spread = variance[3] if i < 2 else variance[4]
-                _read(row, said_rad, spread, 3 + i, 2, 1, shadow, x, p, s, score)
+                _read(row, said_rad, spread, 3 + i, AT_POSITION, OF_POSITION, shadow, x, p, s, score)
         if step % depth_every == 0:
             row[:] = 0.0
             row[DEPTH] = 1.0
-            _read(row, recorded.depth[step // depth_every, 0], variance[5], 2, 2, 1, shadow, x, p, s, score)
+            said_m = recorded.depth[step // depth_every, 0]
+            _read(row, said_m, variance[5], HEAVE, AT_POSITION, OF_POSITION, shadow, x, p, s, score)
         tau = recorded.wrench[step] + model.trim
         _motion(x, tau, model, first)
         middle = x + 0.5 * h * first

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.wire.framing import Encoder
@@ -91,3 +92,8 @@ def contract_dive(seconds: int = 10) -> list[Stamped]:
 def write(path: Path, data: bytes) -> Path:
     path.write_bytes(data)
     return path
+
+
+def npz(tmp_path: Path, **arrays: Any) -> Path:
+    np.savez(tmp_path / "made.npz", **arrays)
+    return tmp_path / "made.npz"

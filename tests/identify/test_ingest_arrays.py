@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from built_recordings import npz
 from scipy.io import savemat
 
 from bridge.errors import LogError
@@ -25,11 +26,6 @@ def columns(recorded: Streams) -> dict[str, dict[str, list[float]]]:
         stream.name: {name: values.tolist() for name, values in stream.columns.items()}
         for stream in recorded.streams
     }
-
-
-def npz(tmp_path: Path, **arrays: Any) -> Path:
-    np.savez(tmp_path / "made.npz", **arrays)
-    return tmp_path / "made.npz"
 
 
 def mat(tmp_path: Path, **held: Any) -> Path:

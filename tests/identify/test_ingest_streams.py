@@ -4,11 +4,11 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from bags_made import FORMS, LATE_NS, ROS2, START_NS, STEP_NS, store_of, swim, write_bag
+from built_recordings import npz
 
 from bridge import exit_codes
 from bridge.errors import LogError
@@ -37,11 +37,6 @@ def column_map(tmp_path: Path, text: str = SWIM) -> Path:
 
 def bag(tmp_path: Path, form: str = "mcap") -> Path:
     return write_bag(tmp_path, form, swim(store_of(form), COUNT))
-
-
-def npz(tmp_path: Path, **arrays: Any) -> Path:
-    np.savez(tmp_path / "made.npz", **arrays)
-    return tmp_path / "made.npz"
 
 
 @pytest.mark.parametrize("form", FORMS)
