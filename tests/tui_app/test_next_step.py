@@ -279,9 +279,12 @@ def test_a_dive_flown_again_after_a_no_go_is_asked_about_with_it_and_judged_wher
     in_shadow.dive(again, M_u=0.01)
     assert (in_shadow.situation().dive, in_shadow.situation().departed) == (again, FLOWN)
     assert next_of(in_shadow.situation()).words == f"{again} was flown after a NO-GO: ask what causes it"
-    in_shadow.write(in_shadow.dives / FLOWN / "diagnosis.json", '{"verdict": "unexplained"}')
-    assert in_shadow.situation().departed == ""
-    assert next_of(in_shadow.situation()).words == f"validate {again}"
+    for diagnosed in (again, FLOWN):
+        kept = in_shadow.dives / diagnosed / "diagnosis.json"
+        in_shadow.write(kept, '{"verdict": "no_gap"}')
+        assert in_shadow.situation().departed == ""
+        assert next_of(in_shadow.situation()).words == f"validate {again}"
+        kept.unlink()
 
 
 @pytest.mark.parametrize("contradicted", [False, True])

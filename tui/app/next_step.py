@@ -71,7 +71,7 @@ class Situation:
     - uploaded: the vehicle accepted the newest; halfway: an upload or a roll back was begun and never finished;
       taken_back: a roll back came after them.
     - departed: the newest dive since that upload that was judged before the one meant, if it was a NO-GO with the
-      feed-forward and was not diagnosed; "" for none.
+      feed-forward, and neither of the two was diagnosed; "" for none.
     - gate: the dive since that upload by which the feed-forward is raised to both or is not, with its GO: the newest in
       shadow, or a newer one that was a NO-GO; None without one.
     """

@@ -76,7 +76,9 @@ def read_situation(desk: Desk, view: View) -> Situation:
         and bool(picture.links)
         and not view.over,
         gate=_gate(since),
-        departed=_departed(since[: since.index(dive)]) if dive in since else "",
+        departed=_departed(since[: since.index(dive)])
+        if dive in since and not written_ns(dive / DIAGNOSED)
+        else "",
     )
 
 
