@@ -133,8 +133,11 @@ class AxisLikelihood:
         size = len(theta) + len(dofs)
         gradient, information = np.zeros(size), np.zeros((size, size))
         for rows, of_run, information_of_run in self.score_by_run(theta, dofs):
-            gradient[rows] += of_run
-            information[np.ix_(rows, rows)] += information_of_run
+            # A parameter has two rows where it acts in two ways, as quadratic drag does: their sum.
+            parts = np.zeros((size, len(rows)))
+            parts[rows, range(len(rows))] = 1.0
+            gradient += parts @ of_run
+            information += parts @ information_of_run @ parts.T
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)

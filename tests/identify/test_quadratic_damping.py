@@ -117,6 +117,20 @@ def test_a_drag_is_made_of_no_speed_that_runs_away():
         problem.score(wild)
 
 
+def test_the_gradient_by_quadratic_drag_is_that_of_the_likelihood():
+    """Drag brakes the hull, and damps what disturbs it: the gradient is the sum of both."""
+    dive = closed_loop.dive(np.random.default_rng(3), 60.0, quadratic=QUADRATIC)
+    file = file_with("both")
+    (name,) = file.vehicle.configurations
+    axis = build_axes(dive, file, name).axes[0]
+    problem = likelihood_of(axis, file.vehicle.configurations[name], np.full(6, closed_loop.MASS), (), "both")
+    theta, step = problem.prior_mean, np.zeros(len(problem.prior_mean))
+    step[problem.quadratic_index] = 1e-3
+    slope = (problem.log_likelihood(theta + step) - problem.log_likelihood(theta - step)) / (2 * step.sum())
+    gradient, _ = problem.score(theta)
+    assert gradient[problem.quadratic_index] == pytest.approx(slope, rel=0.02)
+
+
 def test_a_hull_whose_damping_is_quadratic_has_no_linear_one_and_says_so(squared):
     assert squared["X_uu"].low95 < 200.0 < squared["X_uu"].high95
     assert squared.outcome is Outcome.CONVERGED
