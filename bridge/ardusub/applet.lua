@@ -231,8 +231,12 @@ local function follow(pilot, flown, dt)
 end
 
 -- The velocity hold of BOTH in surge and sway, by gains that go with the speed of the reference. It holds to the
--- reference as it will be, for so does the vehicle: its lead makes up for what the sticks' way takes.
-local function hold(measured, off, dt)
+-- reference as it will be, for so does the vehicle: its lead makes up for what the sticks' way takes. With stick and
+-- reference at rest it remembers nothing, and a velocity far off the reference is not held: it may be wrong, or the
+-- vehicle snagged.
+local astray = {false, false}
+
+local function hold(measured, off, pilot, dt)
   local force = {0.0, 0.0}
   if mode ~= BOTH or not measured or dt <= 0 then
     integral = {0.0, 0.0}
@@ -245,12 +249,18 @@ local function hold(measured, off, dt)
   local left = math.max(right - 1, 1)
   local weight = right == left and 0.0 or clip((speed - speeds[left]) / (speeds[right] - speeds[left]), 0.0, 1.0)
   for axis = 1, 2 do
-    if off[axis] then
+    local wrong, reach = ahead[axis] - measured[axis], K.hold_share * K.reach[axis]
+    local far = math.abs(wrong) > K.held_within_m_s
+    if far and not astray[axis] and not off[axis] then
+      say(string.format("FF %s not held: velocity off by over %g m/s", NAMES[axis], K.held_within_m_s))
+    end
+    astray[axis] = far
+    if off[axis] or far then
       integral[axis] = 0.0
     else
+      if math.abs(pilot[axis]) < K.at_rest_n and math.abs(ahead[axis]) < K.at_rest_m_s then integral[axis] = 0.0 end
       local kp = K.mass_kg * ((1 - weight) * K.kp[axis][left] + weight * K.kp[axis][right])
       local ki = K.mass_kg * ((1 - weight) * K.ki[axis][left] + weight * K.ki[axis][right])
-      local wrong, reach = ahead[axis] - measured[axis], K.reach[axis]
       local bound, was = K.integral_share * reach, integral[axis]
       local now = clip(was + ki * wrong * dt, -bound, bound)
       if math.abs(now) > math.abs(was) and math.abs(kp * wrong + now) > reach then now = was end
@@ -481,7 +491,7 @@ local function fly(dt)
   local tau = feedforward(nu, nu_dot, true)
   -- It waits for the filter, which ALONE need not.
   local measured = mode ~= ALONE and measured_now() or nil
-  local held = hold(measured, off, dt)
+  local held = hold(measured, off, pilot, dt)
   local most, step, added, changed = 0.0, K.slope_per_s * math.min(dt, LATEST_S), {0.0, 0.0, 0.0}, false
   before = before or tau
   share = mode >= ALONE and math.min(share + step, 1.0) or 0.0

@@ -17,13 +17,12 @@ from typing import Final
 import numpy as np
 
 from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, function_name
+from bridge.ardusub.hold import AT_REST_M_S, AT_REST_N, HELD_WITHIN_M_S, HOLD_SHARE
 from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
-    FULL_STICK,
     HELD_S,
     MANUAL,
-    MOST_ADDED,
     REFERENCE_RAD_S,
     STABILIZE,
 )
@@ -49,6 +48,9 @@ TICK_S: Final = 0.01
 AHEAD_S: Final = HELD_S + TICK_S
 """How far the reference is looked ahead. A stick that comes 25 times a second is older by half its hold, on average;
 ArduSub reads its inputs, and the script these, 100 times a second, each half a tick late."""
+ADDED_SHARE: Final = 0.2
+"""Most that is added, of the vehicle's reach: about as much as the companion's `MOST_ADDED` at ArduSub's usual joystick
+gain of 0.5. A script does not know the gain."""
 _SCRIPTS: Final = range(94, 110)
 _CHANNELS: Final = (5, 6, 4)
 """ArduSub's inputs of forward, lateral and yaw."""
@@ -120,7 +122,11 @@ def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -
         "lead_share": feedforward.LEAD_SHARE,
         "ahead_s": AHEAD_S,
         "lead_s": vehicle.thrust_curve.lag_s + 0.5 * TICK_S + AHEAD_S,
-        "most_added": MOST_ADDED / FULL_STICK,
+        "most_added": ADDED_SHARE,
+        "hold_share": HOLD_SHARE,
+        "held_within_m_s": HELD_WITHIN_M_S,
+        "at_rest_m_s": AT_REST_M_S,
+        "at_rest_n": AT_REST_N,
         "reach": reach,
         "limit_n": min(shape.thruster_limit_n, curve.max_n, -curve.min_n),
         "least_n": LEAST_SHARE * min(shape.thruster_limit_n, curve.max_n, -curve.min_n),

@@ -17,13 +17,13 @@ from typing import Final
 
 import numpy as np
 
+from bridge.ardusub.hold import VelocityHold
 from bridge.ardusub.mixing import Mixer
 from bridge.arrays import Array
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.autopilot import Actuation
-from bridge.vehicle.coefficients import QUADRATICS, YAW
+from bridge.vehicle.coefficients import QUADRATICS
 from bridge.vehicle.config import Vehicle
-from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import (
     AXES,
     FEEDFORWARD_DOFS,
@@ -73,7 +73,7 @@ class StickLaw:
         self._veh_cfg = vehicle.veh_cfg(configuration)
         allocator = Allocator(shape, thrust_curve(vehicle.thrust_curve, directory))
         self._reach = tuple(float(limit) for limit in allocator.reach())
-        self._controller = Controller(load_gains(shape.gains, GAINS), shape, self._reach)
+        self._held = VelocityHold(shape, self._reach)
         self._lead = Lead(vehicle.thrust_curve.lag_s + HELD_S, self._reach)
         self._slope, self._shadow = Slope(self._reach), Shadow(self._reach)
         self._coefficients: Mapping[str, float] = {}
@@ -114,7 +114,7 @@ class StickLaw:
         )
         off = {*range(6)} - {*flown} | {*term.off}
         self._remember(now_s)
-        pid = self._hold(known, reference, dt_s, mode, off)
+        pid = self._hold(known, reference, pilot, dt_s, mode, off)
         self._report(term.faults if mode is not Mode.OFF else ())
         acts = mode.applies_feedforward and not doubt
         # The feed-forward follows the sticks in every mode, so that it fades in from where it is.
@@ -129,7 +129,7 @@ class StickLaw:
         self._judge(mode, doubt, dt_s, given, term, known)
         nu_fb = (*navigation.velocity, *navigation.rate)
         actuation = Actuation(
-            now_s, _six(pid), term.tau, _six(given.tolist()), nu_fb, reference, (), int(mode), self._veh_cfg
+            now_s, pid, term.tau, _six(given.tolist()), nu_fb, reference, (), int(mode), self._veh_cfg
         )
         return added, actuation
 
@@ -149,7 +149,7 @@ class StickLaw:
 
     def take_texts(self) -> list[str]:
         """Sentences for the crew since the last call."""
-        texts, self._texts = self._texts, []
+        texts, self._texts = [*self._texts, *self._held.take_texts()], []
         return texts
 
     def _restart(self) -> None:
@@ -157,7 +157,7 @@ class StickLaw:
         self._track.clear()
         self._slope.reset()
         self._lead.reset()
-        self._controller.reset(range(6))
+        self._held.reset()
         self._onset.step(False, 0.0)
         self._shadow.pause()
 
@@ -197,20 +197,18 @@ class StickLaw:
         return _six([float(np.interp(at_s, times, column)) for column in zip(*nus, strict=True)])
 
     def _hold(
-        self, known: Navigation, reference: Reference, dt_s: float, mode: Mode, off: set[int]
-    ) -> list[float]:
-        """Force of the velocity hold in surge and sway; zero where the DVL is silent or it is not asked for.
+        self, known: Navigation, reference: Reference, pilot: Array, dt_s: float, mode: Mode, off: set[int]
+    ) -> Six:
+        """Force of the velocity hold in surge and sway; zero where it is not asked for.
 
         A velocity is held against the reference of its own time: that of now would pass for an error of the
         acceleration times the reading's age, 20 mm/s and more.
         """
         if mode is not Mode.BOTH or not dt_s > 0:
-            self._controller.reset(range(6))
-            return [0.0] * 6
+            self._held.reset()
+            return ZERO6
         of_reading = replace(reference, nu=self._nu_at(known.velocity_time_s))
-        held = self._controller.step(known, of_reading, dt_s, False)
-        self._controller.reset(tuple(off | {2, 3, 4, YAW}))
-        return [held[dof] if dof in (0, 1) and dof not in off else 0.0 for dof in range(6)]
+        return self._held.step(known, of_reading, pilot.tolist(), off, dt_s)
 
     def _limited(self, total: Array, gain: float, sticks: Array, dt_s: float, off: set[int]) -> Array:
         """The addition (3,) in units of a stick, bounded in size; the sum moves away from both the pilot's stick and

@@ -38,19 +38,23 @@ class Navigation:
 def known_at(navigation: Navigation, now_s: float) -> Navigation:
     """Return the values that may still be acted upon.
 
-    Values older than `OLDEST_S` become NaN, so that nothing steers by a dead sensor.
+    Values older than `OLDEST_S` become NaN, so that nothing steers by a dead sensor; so do those that are stamped as
+    far in the future, which would never grow old.
     """
     nan = math.nan
     known = navigation
-    if not now_s - navigation.velocity_time_s <= OLDEST_S:
+    if not abs(now_s - navigation.velocity_time_s) <= OLDEST_S:
         known = replace(known, velocity=NAN3)
-    if not now_s - navigation.rate_time_s <= OLDEST_S:
+    if not abs(now_s - navigation.rate_time_s) <= OLDEST_S:
         known = replace(known, rate=NAN3)
-    if not now_s - navigation.attitude_time_s <= OLDEST_S:
+    if not abs(now_s - navigation.attitude_time_s) <= OLDEST_S:
         known = replace(known, attitude=(nan, nan, nan, nan), heading_rad=nan)
-    if not now_s - navigation.depth_time_s <= OLDEST_S:
+    if not abs(now_s - navigation.depth_time_s) <= OLDEST_S:
         known = replace(known, depth_m=nan)
-    if navigation.altitude_m == navigation.altitude_m and not now_s - navigation.altitude_time_s <= OLDEST_S:
+    if (
+        navigation.altitude_m == navigation.altitude_m
+        and not abs(now_s - navigation.altitude_time_s) <= OLDEST_S
+    ):
         known = replace(known, altitude_m=nan)
     return known
 

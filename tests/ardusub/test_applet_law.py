@@ -7,11 +7,11 @@ import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD, TICK_S, Ardusub
 
 from bridge.ardusub.applet import applet
-from bridge.ardusub.law import MOST_ADDED, StickLaw
+from bridge.ardusub.hold import VelocityHold
+from bridge.ardusub.law import StickLaw
 from bridge.ardusub.mixing import LEAST_SHARE, Mixer
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Lead, Onset, Slope, feedforward
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
@@ -21,7 +21,7 @@ from bridge.vehicle.shadow import BLOCK_S, WINDOW_S
 from bridge.vehicle.thrusters import Allocator, Pulses, thrust_curve
 
 AXES = list(FEEDFORWARD_DOFS)
-AHEAD_S = 0.03
+AHEAD_S, ADDED_SHARE = 0.03, 0.2
 
 
 def wired(made, thrusters=6):
@@ -107,7 +107,7 @@ class Twin:
         self.lacking = feedforward(coefficients, still, (1e9,) * 6, hull).off
         self.reach = tuple(Allocator(rig.shape, curve).reach())
         self.lead = Lead(vehicle.thrust_curve.lag_s + AHEAD_S + TICK_S / 2, self.reach)
-        self.controller = Controller(load_gains(rig.shape.gains, GAINS), rig.shape, self.reach)
+        self.hold = VelocityHold(rig.shape, self.reach)
         self.slope, self.onset = Slope(self.reach), Onset()
         self.limit_n = min(rig.shape.thruster_limit_n, curve.max_n, -curve.min_n)
         self.curve, self.pulses = curve, Pulses(curve, LEAST_SHARE * self.limit_n)
@@ -127,10 +127,13 @@ class Twin:
         self.time_s = now_s
         wanted = np.array(self.lead.step(made.tau_ff, dt_s))
         if mode is Mode.BOTH:
-            wanted[:2] += self.held(navigation, made.reference, dt_s, off)
+            nu = tuple(np.array(made.reference.nu) + AHEAD_S * np.array(made.reference.nu_dot))
+            pilot = np.zeros(6)
+            pilot[AXES] = self.mixer.wrench(inputs)
+            wanted += self.hold.step(navigation, replace(made.reference, nu=nu), pilot, off, dt_s)
         fed = np.array(self.slope.step(tuple(wanted), off, dt_s))
         self.onset.step(mode.applies_feedforward, dt_s)
-        most = MOST_ADDED / 1000 * np.array(self.reach)[AXES]
+        most = ADDED_SHARE * np.array(self.reach)[AXES]
         added = self.onset.share * np.clip(fed[AXES] - self.mixer.wrench(inputs), -most, most)
         added[[dof in off for dof in AXES]] = 0.0
         factors = np.array([row for _, row in self.mixer.driven])
@@ -143,13 +146,6 @@ class Twin:
             base + self.mixer.inverse @ added, np.minimum(base, -self.limit_n), np.maximum(base, self.limit_n)
         )
         return np.floor(np.clip(self.pulses(thrust), 1100, 1900) + 0.5)
-
-    def held(self, navigation, reference, dt_s, off):
-        """The force in surge and sway that holds the velocity to the reference as it will be."""
-        nu = tuple(np.array(reference.nu) + AHEAD_S * np.array(reference.nu_dot))
-        force = self.controller.step(navigation, replace(reference, nu=nu), dt_s, False)
-        self.controller.reset(tuple(off))
-        return [0.0 if dof in off else force[dof] for dof in (0, 1)]
 
 
 def sticks_of(seed, count):

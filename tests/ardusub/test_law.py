@@ -160,3 +160,45 @@ def test_a_velocity_is_held_against_the_reference_of_its_own_time():
         forces.append(out.tau_pid[:2])
     assert flown[-1][1][0] > 0.2
     assert np.abs(forces).max() < 1e-9
+
+
+def held_by_a_snag(seconds, sticks, speed_m_s=0.0, read=lambda now_s: now_s):
+    """What is added ahead in `both`, and the texts, of a vehicle whose velocity stays as it is; a row each 40 ms."""
+    made, added = law(), []
+    for number in range(round(seconds / PERIOD_S)):
+        now_s = 1.0 + PERIOD_S * number
+        navigation = Navigation((speed_m_s, 0.0, 0.0), read(now_s), (0.0, 0.0, 0.0), now_s)
+        row = np.array([sticks(now_s - 1.0), 0.0, 0.0])
+        out, made_of = made.step(now_s, row, 0.5, Mode.BOTH, "", MANUAL, navigation, ())
+        added.append((out[0], made_of.tau_pid[0]))
+    return np.array(added), made.take_texts()
+
+
+def test_a_snagged_vehicle_is_left_alone_once_the_stick_is_at_rest():
+    added, _ = held_by_a_snag(40.0, lambda since_s: 300.0 if since_s < 20.0 else 0.0)
+    assert added[450, 0] > 10
+    assert np.abs(added[-1]).max() < 1e-6
+
+
+def test_the_hold_pushes_with_a_tenth_of_the_reach_at_most():
+    added, _ = held_by_a_snag(30.0, lambda _: 250.0)
+    assert 3.0 < added[:, 1].max() <= 10.0
+
+
+def test_a_velocity_far_off_the_reference_is_not_held_and_told_once():
+    added, texts = held_by_a_snag(10.0, lambda _: 300.0, speed_m_s=2.0)
+    assert not added[:, 1].any()
+    assert [text for text in texts if "not held" in text] == [
+        "FF surge not held: velocity off by over 0.5 m/s"
+    ]
+
+
+def test_a_silent_dvl_leaves_nothing_of_what_was_held():
+    added, _ = held_by_a_snag(12.0, lambda _: 300.0, read=lambda now_s: min(now_s, 8.0))
+    assert added[150, 1] > 1.0
+    assert not added[-1, 1]
+
+
+def test_a_velocity_of_the_future_is_not_held():
+    added, _ = held_by_a_snag(10.0, lambda _: 300.0, read=lambda _: 1e6)
+    assert not added[:, 1].any()
