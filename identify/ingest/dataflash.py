@@ -30,9 +30,10 @@ FIX_2D = 2
 BAROMETERS = range(3)
 FEWEST_PRESSURES = 20
 PA_PER_M = 9810.0
-RISE_OFF = 0.2
-"""How far the rise of a pressure with the autopilot's depth may be off that of fresh water."""
-LEAST_ALIKE = 0.9
+RISE_OFF = 0.5
+"""How far the rise of a pressure with the autopilot's depth may be off that of fresh water: that depth is smoothed, and
+its steps were up to 43 % too large where thrust came late."""
+LEAST_ALIKE = 0.7
 """Least correlation of both: that of the air in a hull is far lower."""
 
 _LETTERS: dict[str, tuple[str, float]] = {
@@ -77,7 +78,7 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
         raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
-    filtered = "velocity" in signals and log.table("VISO") is None
+    filtered = "velocity" in signals and _steps(log) is None
     motors = motors_of(parameters.get(FRAME, math.nan))
     fields = {
         **signals,
@@ -217,7 +218,7 @@ def _signals(log: _Log) -> dict[str, Signal]:
     attitude = _attitude(log)
     gyro = log.signal("IMU", ("GyrX", "GyrY", "GyrZ"), I=0)
     specific_force = log.signal("IMU", ("AccX", "AccY", "AccZ"), I=0)
-    steps = log.signal("VISO", ("dt", "PosDX", "PosDY", "PosDZ"))
+    steps = _steps(log)
     dvl = steps and step_velocity.dated(steps, gyro, specific_force, attitude)
     depth = log.signal("CTUN", ("Alt",), -1.0)
     pressure = _pressure(log, depth)
@@ -251,6 +252,12 @@ def _velocity(log: _Log, attitude: Signal | None) -> Signal | None:
     if ned is None or attitude is None or len(attitude) < 2:
         return None
     return rotation.in_body(ned, attitude)
+
+
+def _steps(log: _Log) -> Signal | None:
+    """Duration and way (n, 4) of each step that a DVL's driver sent; None where none of them lasts."""
+    steps = log.signal("VISO", ("dt", "PosDX", "PosDY", "PosDZ"))
+    return steps if steps is not None and (steps.value[:, 0] > 0).any() else None
 
 
 def _pressure(log: _Log, depth: Signal | None) -> Signal | None:

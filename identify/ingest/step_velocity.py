@@ -8,8 +8,8 @@ A `.BIN` does not say which driver it was (record VISO).
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Signal
 from identify.ingest.rotation import attitude_at, to_body
@@ -25,59 +25,59 @@ LEAST_NATS: Final = 5.0
 
 def dated(
     steps: Signal, gyro: Signal | None, specific_force: Signal | None, attitude: Signal | None
-) -> Signal:
-    """Velocity (n, 3), body axes, m/s, from `steps` (n, 4): their durations, s, and ways, m, at their ends.
+) -> Signal | None:
+    """Velocity (n, 3), body axes, m/s, from `steps` (n, 4): their durations, s, and ways, m, at their ends. None
+    without any step that lasts.
 
     Dated at the middles of the steps; at their ends, where gyro (n, 3), specific force (n, 3) and attitude (n, 4) tell
     that it is theirs.
     """
     good = steps.value[:, 0] > 0
-    end_s, step_s = steps.time_s[good], steps.value[good, 0]
-    velocity = Signal(end_s, steps.value[good, 1:] / step_s[:, None])
-    middle = Signal(end_s - step_s / 2, velocity.value)
-    if gyro is None or specific_force is None or attitude is None or len(attitude) < 2:
+    if not good.any():
+        return None
+    step_s = steps.value[good, 0]
+    at_end = Signal(steps.time_s[good], steps.value[good, 1:] / step_s[:, None])
+    middle = Signal(at_end.time_s - step_s / 2, at_end.value)
+    beside = [signal.finite() for signal in (gyro, specific_force, attitude) if signal is not None]
+    if len(beside) < 3 or min(map(len, beside)) < FEWEST:
         return middle
-    at_end, at_middle = (
-        misfit(each, step_s, gyro.finite(), specific_force.finite(), attitude.finite())
-        for each in (velocity, middle)
+    gained = _gained(at_end, *beside)
+    inside = (middle.time_s >= gained.time_s[0]) & (at_end.time_s <= gained.time_s[-1])
+    between_s = np.diff(at_end.time_s)
+    pairs = inside[1:] & inside[:-1] & (between_s <= LONGEST_S) & np.isclose(between_s, step_s[1:], rtol=0.5)
+    pairs &= np.isfinite(np.diff(at_end.value, axis=0)).all(axis=1)
+    if np.count_nonzero(pairs) < FEWEST:
+        return middle
+    return at_end if _misfit(at_end, gained, pairs) + LEAST_NATS < _misfit(middle, gained, pairs) else middle
+
+
+def _gained(velocity: Signal, gyro: Signal, force: Signal, attitude: Signal) -> Signal:
+    """Velocity (k, 3) that the specific force gives from its first reading on, in the axes of a body that turns."""
+    known = force.between(
+        max(gyro.time_s[0], attitude.time_s[0]),
+        np.nextafter(min(gyro.time_s[-1], attitude.time_s[-1]), np.inf),
     )
-    return velocity if at_end + LEAST_NATS < at_middle else middle
+    if len(known) < FEWEST:
+        return Signal(np.zeros(1), np.zeros((1, 3)))
+    down = np.zeros_like(known.value)
+    down[:, 2] = GRAVITY_M_S2
+    gravity = to_body(attitude_at(attitude, known.time_s), down)
+    acceleration = (
+        known.value + gravity - np.cross(gyro.at(known.time_s), np.nan_to_num(velocity.at(known.time_s)))
+    )
+    steps = 0.5 * (acceleration[1:] + acceleration[:-1]) * np.diff(known.time_s)[:, None]
+    return Signal(known.time_s, np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]))
 
 
-def misfit(velocity: Signal, step_s: Array, gyro: Signal, specific_force: Signal, attitude: Signal) -> float:
-    """How badly the changes of a velocity (n, 3) are those that the specific force gives, in nats; 0 where that can't
-    be told.
+def _misfit(velocity: Signal, gained: Signal, pairs: NDArray[np.bool_]) -> float:
+    """How badly the changes of a velocity (n, 3) between the neighbours `pairs` (n - 1,) are those that are gained, in
+    nats.
 
     A constant error of the force and one that grows with time, such as a bias and its drift, are taken off.
     """
-    began_s = max(velocity.time_s[0], gyro.time_s[0], specific_force.time_s[0], attitude.time_s[0])
-    ended_s = min(velocity.time_s[-1], gyro.time_s[-1], specific_force.time_s[-1], attitude.time_s[-1])
-    inside = (velocity.time_s >= began_s) & (velocity.time_s <= ended_s)
-    force = specific_force.between(began_s, ended_s)
-    if np.count_nonzero(inside) < FEWEST or len(force) < FEWEST:
-        return 0.0
-    down = np.zeros_like(force.value)
-    down[:, 2] = GRAVITY_M_S2
-    gravity = to_body(attitude_at(attitude, force.time_s), down)
-    turned = np.cross(gyro.at(force.time_s), velocity.at(force.time_s))
-    acceleration = force.value + gravity - turned
-    gained = np.vstack(
-        [
-            np.zeros(3),
-            np.cumsum(0.5 * (acceleration[1:] + acceleration[:-1]) * np.diff(force.time_s)[:, None], axis=0),
-        ]
-    )
-    time_s = velocity.time_s[inside]
-    between_s = np.diff(time_s)
-    whole = (between_s <= LONGEST_S) & np.isclose(between_s, step_s[inside][1:], rtol=0.5)
-    off = (
-        np.diff(velocity.value[inside], axis=0) - np.diff(Signal(force.time_s, gained).at(time_s), axis=0)
-    )[whole]
-    off = off[np.isfinite(off).all(axis=1)]
-    if len(off) < FEWEST:
-        return 0.0
+    off = np.diff(velocity.value - gained.at(velocity.time_s), axis=0)[pairs]
     columns = np.column_stack([np.ones(len(off)), np.linspace(-1.0, 1.0, len(off))])
     off = off - columns @ np.linalg.lstsq(columns, off, rcond=None)[0]
     usual = np.maximum(np.median(np.abs(off), axis=0), 1e-12)
     bounded = np.clip(off, -SPIKE * usual, SPIKE * usual)
-    return float(0.5 * len(off) * np.log(np.mean(bounded**2, axis=0)).sum())
+    return float(0.5 * len(off) * np.log(np.maximum(np.mean(bounded**2, axis=0), 1e-24)).sum())

@@ -106,3 +106,27 @@ def test_where_both_are_in_the_hull_the_depth_is_the_autopilots(tmp_path):
     dive = read(tmp_path, depth, [hull, hull + 5 * depth])
     assert dive.pressure is None
     assert dive.depth.value[:, 0] == pytest.approx(depth)
+
+
+def test_steps_that_last_no_time_are_no_velocity():
+    none = steps(STEP_S * speed(END_S))
+    none.value[:, 0] = 0.0
+    assert step_velocity.dated(none, *beside()) is None
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_a_sensor_that_reads_no_number_tells_nothing(which):
+    known = list(beside())
+    known[which].value[:, 1] = np.nan
+    made = step_velocity.dated(steps(STEP_S * speed(END_S)), *known)
+    assert made.time_s == pytest.approx(END_S - STEP_S / 2)
+
+
+@pytest.mark.parametrize("first", [0, 1, 2, 3])
+def test_slow_motion_is_dated_at_the_middle_wherever_the_accelerometer_begins(first):
+    """A reading more in one of the two would count for more than all that the motion tells."""
+    still = steps(0.001 * STEP_S * speed(END_S))
+    gyro, force, attitude = beside(0.001)
+    later = 0.93 + 0.04 * first
+    made = step_velocity.dated(still, gyro, force.between(later, 130.0), attitude)
+    assert made.time_s == pytest.approx(END_S - STEP_S / 2)
