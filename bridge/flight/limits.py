@@ -30,9 +30,9 @@ class FlightLimits:
 
     `shallowest_m` and `deepest_m`: depth; `altitude_m`: least height over the bottom, 0 for a vehicle that does not
     measure it; `distance_m` from where the flight began, horizontally; `speed_m_s` over the bottom; `tilt_deg` from
-    level; `battery_v`: least voltage, 0 for a vehicle that does not measure it; `time_s` of the whole flight. Without
-    a word from the ground for `link_s` the vehicle goes back. It goes to and fro at `travel_m_s`. At its end it holds
-    its place for `hold_s`, and then disarms by itself. Raises ValueError for a value that limits nothing.
+    level; `battery_v`: least voltage, 0 for a vehicle that does not measure it; `time_s` from the start until it goes
+    home. Without a word from the ground for `link_s` the vehicle goes back. It goes to and fro at `travel_m_s`. At its
+    end it holds its place for `hold_s`, and then disarms by itself. Raises ValueError for a value that limits nothing.
     """
 
     shallowest_m: float
