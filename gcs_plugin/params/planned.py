@@ -8,10 +8,18 @@ from typing import Final
 from bridge.errors import ParamError, ParamUnknown
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.comparison import Compared, ComparedVehicle, Comparison, compared
-from gcs_plugin.params.last_accepted import belongs, keep_accepted, last_accepted, reminder, unfinished
+from gcs_plugin.params.last_accepted import (
+    belongs,
+    keep_accepted,
+    last_accepted,
+    reminder,
+    unfinished,
+    written_since,
+)
 from gcs_plugin.params.plan import (
     Plan,
     Verdict,
+    is_staged,
     make_plan,
     not_raised,
     obstacle,
@@ -152,10 +160,25 @@ def planned(
 def planned_back(
     file: Path, wanted: Wanted, present: Mapping[str, float], receipts: Path, system: int
 ) -> Planned:
-    """Plan to go back to the values before an upload."""
-    plan = make_plan(not_raised(wanted.values, present), present)
+    """Plan to go back to the values before an upload, of what it and later uploads wrote alone.
+
+    The file holds all that the vehicle held then, and what others have set since is theirs. A set is one thing: if any
+    of it was written, all of it goes back, and the mode is lowered with it. A file without a receipt is taken as a
+    whole.
+    """
+    wrote = written_since(receipts, system, file)
+    values, left = wanted.values, left_behind(receipts, system, present, file)
+    if wrote is None:
+        left = (*left, f"note: no receipt tells what was written after {file.name}: all its lines go back")
+    else:
+        of_set = any(map(is_staged, wrote))
+        values = {
+            name: value
+            for name, value in values.items()
+            if name in wrote or (of_set and (is_staged(name) or name == MODE))
+        }
+    plan = make_plan(not_raised(values, present), present)
     lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
-    left = left_behind(receipts, system, present, file)
     return Planned(file, wanted, plan, lines, left=left, restores=str(file))
 
 

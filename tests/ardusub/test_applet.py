@@ -20,7 +20,9 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.applet import FREEZES, Deployment
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.planned import planned
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.last_accepted import newest_before
+from gcs_plugin.params.planned import planned, planned_back
 from gcs_plugin.params.receipt import newest
 from gcs_plugin.params.wanted import Wanted
 from tui.cli import main
@@ -244,6 +246,30 @@ def test_a_lossy_link_brings_it_over_whole(fake, tmp_path):
     assert deployed(fake, tmp_path)
     made = applet(FILE, "standard", fake.parameters)
     assert fake.scripting.files == {"scripts/seatrial.lua": made.text.encode()}
+
+
+def rolled_back(autopilot, receipts, preimage=None):
+    """Roll an upload back, the newest if not named; its receipt."""
+    client = ParameterClient(autopilot.link, autopilot.clock)
+    assert client.find_vehicle() == (1, 1)
+    before = preimage or newest_before(receipts, 1)
+    wanted = Wanted(read_parameters(before))
+    plan = planned_back(before, wanted, client.read_all(), receipts, 1)
+    read_at = newest(receipts, 1)
+    return client.apply(plan.order(receipts, autopilot.clock.unix_s(), even_armed=False, read_at=read_at))
+
+
+def test_a_roll_back_leaves_alone_what_others_have_set_since(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good
+    assert upload(fake, tmp_path, {"FF0_M_U": 19.0}).good
+    fake.parameters |= {"FS_PILOT_TIMEOUT": 1.0, "JS_GAIN_DEFAULT": 0.25}
+    others = {name: value for name, value in fake.parameters.items() if not name.startswith("FF")}
+    back = rolled_back(fake, tmp_path)
+    assert back.good, back.sentence
+    assert fake.parameters["FF0_M_U"] == 18.0
+    assert {name: value for name, value in fake.parameters.items() if name in others} == others
+    assert not {line.name for line in back.lines} & set(others)
 
 
 @pytest.fixture
