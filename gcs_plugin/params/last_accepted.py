@@ -201,6 +201,8 @@ def _state(left: PastUpload, present: Mapping[str, float]) -> str:
     active = present.get(ACTIVE)
     if left.active_crc is None or active is None:
         return words
+    if active == left.active_crc == 0:
+        return f"{words}, and no set is in force"
     if float32.same(active, float(left.active_crc)):
         return f"{words}, and its set {left.active_crc} flies"
     return (

@@ -18,12 +18,13 @@ from bridge.links.reconnecting import Reconnecting
 from bridge.simulator.json_plant import FOR_SCRIPTS_HZ
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import set_crc
-from gcs_plugin.applet import FREEZES, Deployment
+from gcs_plugin.applet import FREEZES, Deployment, Station
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.planned import planned, planned_back
 from gcs_plugin.params.receipt import newest
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.wanted import Wanted
 from tui.cli import main
 
@@ -259,6 +260,44 @@ def rolled_back(autopilot, receipts, preimage=None):
     return client.apply(plan.order(receipts, autopilot.clock.unix_s(), even_armed=False, read_at=read_at))
 
 
+@pytest.mark.parametrize("values", [{"FF0_M_U": 16.5}, {}], ids=["changed", "the file's own model"])
+def test_a_roll_back_of_the_first_upload_leaves_no_set_in_force_after_a_reboot_too(
+    autopilot, tmp_path, values
+):
+    deployed(autopilot, tmp_path)
+    held = ParameterClient(autopilot.link, autopilot.clock)
+    assert held.find_vehicle() == (1, 1)
+    before = {name: value for name, value in held.read_all().items() if name.startswith("FF0_")}
+    assert upload(autopilot, tmp_path, before | values).good
+    assert deployment(autopilot).look().active > 0
+    back = rolled_back(autopilot, tmp_path)
+    assert back.good, back.sentence
+    assert back.sentence.endswith("no set is in force, as before the upload")
+    assert none_in_force(autopilot, before)
+    Station(autopilot.link, autopilot.clock, (1, 1)).reboot()
+    autopilot.run(5.0)
+    assert none_in_force(autopilot, before)
+
+
+def none_in_force(autopilot, staged):
+    """Whether a script runs, off and without a set, and these values are staged."""
+    state = deployment(autopilot).look()
+    present = deployment(autopilot).present
+    return (state.good, state.active, state.mode) == (True, 0.0, 0.0) and present.items() >= staged.items()
+
+
+def test_a_roll_back_that_can_not_take_the_set_out_of_force_says_so_with_the_way_out(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 16.5}).good
+    fake.scripting.restart = lambda _: None
+    back = rolled_back(fake, tmp_path)
+    assert (back.good, back.outcome) == (False, Outcome.UNVERIFIED)
+    assert "reboot the autopilot: no set is in force after its start" in back.sentence
+    fake.scripting.boot(fake.clock.now_s)
+    fake.run(2.0)
+    assert fake.parameters["FF_ACTIVE"] == 0.0
+
+
 def test_a_roll_back_leaves_alone_what_others_have_set_since(fake, tmp_path):
     deployed(fake, tmp_path)
     assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good
@@ -296,6 +335,16 @@ def test_the_command_deploys_checks_and_removes(seatrial, tmp_path, capsys):
     assert seatrial(check) == exit_codes.DONE
     assert seatrial("applet remove --vehicle bluerov2 --yes") == exit_codes.DONE
     assert "script in scripts: none" in capsys.readouterr().out
+
+
+def test_the_first_deploy_of_all_says_what_the_autopilot_holds_after_its_reboot(
+    seatrial, fake, tmp_path, capsys
+):
+    fake.parameters["SCR_ENABLE"] = 0.0
+    fake.scripting.boot(fake.clock.now_s)
+    deploy = f"applet deploy --vehicle bluerov2 --yes --receipts {tmp_path}"
+    assert seatrial(deploy) == exit_codes.DONE
+    assert "script in scripts: that of the vehicle file" in capsys.readouterr().out
 
 
 def test_the_command_refuses_a_wiring_that_freezes(seatrial, fake, tmp_path, capsys):
