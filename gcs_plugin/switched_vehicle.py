@@ -66,7 +66,7 @@ class SwitchedVehicle:
     before the vehicle's companion; `unheard` are components that OFF is sent to blindly. `before_s` is the time when
     the vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the
     mode in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
-    `lowered`: it then left that mode.
+    `lowered`: it then left that mode; `obstacle`: why it adds nothing in any mode, as it said since the first send.
     """
 
     mode: Mode
@@ -97,6 +97,7 @@ class SwitchedVehicle:
     other: float | None = None
     other_s: float = 0.0
     lowered: bool = False
+    obstacle: str = ""
 
     @property
     def lacks_it(self) -> bool:
@@ -210,7 +211,9 @@ class SwitchedVehicle:
     def on_text(self, text: CrewText) -> None:
         if not self.sent or (text.topic is Topic.STRANGER and text.number != GROUND_STATION[0]):
             return
-        if text.topic in REASONS:
+        if text.topic is Topic.OBSTACLE:
+            self.obstacle = text.words
+        elif text.topic in REASONS:
             self.reason = text.topic
         elif text.topic is Topic.SHADOW:
             self.shadow = text.words
@@ -263,7 +266,12 @@ class SwitchedVehicle:
             return f"was {wanted}, as read back; its telemetry says {word_of(self.telemetry)} now"
         if self.stage is Stage.DONE:
             how = "as answered" if self.contested else "as read back and as its telemetry says"
-            return f"{wanted}, {how}"
+            but = (
+                f"; but it adds nothing: {self.obstacle}"
+                if self.obstacle and self.mode is not Mode.OFF
+                else ""
+            )
+            return f"{wanted}, {how}{but}"
         if self.lacks_it:
             return "has no feed-forward"
         if not self.sent and any(map(self._is_beyond, self._chosen(now_s))):
