@@ -35,6 +35,11 @@ AGAIN_S: Final = QUIET_S  # a mode reported again after this time is no answer t
 REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refusal of the next write
 
 
+ALONE_S: Final = 5.0
+ALONE: Final = (
+    "an autopilot alone has no FF_MODE: start seatrial bridge --ardusub beside it, or seatrial applet deploy"
+)
+"""ArduSub answers nothing at all for a parameter that it does not have."""
 REASONS: Final = {
     Topic.NO_SET: "no active set",
     Topic.UNPROVEN: "armed, shadow not good yet",
@@ -289,6 +294,8 @@ class SwitchedVehicle:
         silent_s = now_s - max(self.answered_s, self.first_s)
         if self.answer is None or silent_s >= SHOW_SILENCE_S:
             parts.append(f"no answer for {silent_s:.1f} s")
+            if self.answer is None and self.behind and self.holder is None and silent_s >= ALONE_S:
+                parts.append(ALONE)
         elif self.answer != self.mode:
             parts.append(f"it answers {word_of(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
         if self.telemetry is None and now_s - self.first_s >= SHOW_SILENCE_S:

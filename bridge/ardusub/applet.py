@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, function_name
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, function_name
 from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
@@ -28,7 +28,7 @@ from bridge.ardusub.law import (
     STABILIZE,
 )
 from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS
-from bridge.ardusub.wiring import mixer_of
+from bridge.ardusub.wiring import FILES, mixer_of
 from bridge.errors import ConfigError
 from bridge.onboard.store import hull_mark
 from bridge.vehicle import feedforward, shadow
@@ -76,8 +76,13 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
             "it keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
         )
     frame = values.get(FRAME, -1.0)
-    if frame not in MOTOR_FACTORS or len(MOTOR_FACTORS[int(frame)]) != thrusters:
-        return f"{FRAME} {frame:g} is not supported for a vehicle file of {thrusters} thrusters"
+    if frame not in MOTOR_FACTORS:
+        return f"{FRAME} {frame:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
+    if (motors := len(MOTOR_FACTORS[int(frame)])) != thrusters:
+        return (
+            f"{FRAME} {frame:g} is not supported for a vehicle file of {thrusters} thrusters: it has {motors}; name "
+            f"that vehicle's own file, such as {FILES[FRAMES[int(frame)]]}, or mend {FRAME}"
+        )
     for motor in range(1, thrusters + 1):
         for output in (motor, FIRST_OUTPUT + motor - 1):
             if functions[output] != FIRST_MOTOR + motor - 1:

@@ -71,7 +71,10 @@ class Handover:
         if self.fault or math.isnan(self.value):
             return self.fault or f"{PILOT} is not read yet"
         foreign = self.holder is Holder.FREE and self.value != self._ground
-        return f"{PILOT} is {self.value:g}, the pilot's system {self._ground}" if foreign else ""
+        if not foreign:
+            return ""
+        mend = f"set {PILOT} to {self._ground}, or start the companion with --ground {self.value:g}"
+        return f"{PILOT} is {self.value:g}, the pilot's system {self._ground}: {mend}"
 
     @property
     def is_back(self) -> bool:
@@ -131,11 +134,7 @@ class Handover:
 
     def _take(self, now_s: float) -> None:
         if self.obstacle:
-            self._bar(
-                self.obstacle,
-                f"sticks not taken: {PILOT} is {self.value:g}, the pilot's system {self._ground}: set {PILOT} to "
-                f"{self._ground}, or start the companion with --ground {self.value:g}; then {_ON_AGAIN}",
-            )
+            self._bar(self.obstacle, f"sticks not taken: {self.obstacle}; then {_ON_AGAIN}")
             return
         self._before = self.value
         try:

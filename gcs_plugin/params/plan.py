@@ -140,13 +140,14 @@ class Plan:
         missing = self.named(Verdict.UNKNOWN)
         if (
             missing
-            and all(part_of_set(name) is not None for name in missing)
+            and all(name == MODE or part_of_set(name) is not None for name in missing)
             and len(missing) == len(self.rows)
         ):
             raise ParamUnknown(
                 "the vehicle has no parameters of a feed-forward, as an autopilot alone has none; nothing was sent. "
-                "Beside ArduSub the companion brings them (seatrial bridge), and PX4 is not supported: recordings of "
-                "any vehicle can be identified and diagnosed"
+                "Beside ArduSub the companion brings them (start seatrial bridge --ardusub), or the applet in it "
+                "(seatrial applet deploy), and PX4 is not supported: recordings of any vehicle can be identified and "
+                "diagnosed"
             )
         if missing:
             raise ParamUnknown(

@@ -170,7 +170,12 @@ def unchanged(fake, act, error, words):
         ),
         ({"SERVO2_FUNCTION": 0.0}, "SERVO2_FUNCTION is 0, not 34"),
         ({"SERVO12_FUNCTION": 33.0}, "SERVO12_FUNCTION is 33, not 36"),
-        ({"FRAME_CONFIG": 2.0}, "FRAME_CONFIG 2 is not supported for a vehicle file of 6 thrusters"),
+        (
+            {"FRAME_CONFIG": 2.0},
+            "FRAME_CONFIG 2 is not supported for a vehicle file of 6 thrusters: it has 8; name that vehicle's own "
+            "file, such as bluerov2_heavy",
+        ),
+        ({"FRAME_CONFIG": 3.0}, "FRAME_CONFIG 3 is not supported: 1 .vectored. and 2 .vectored_6dof. are"),
     ],
 )
 def test_in_another_wiring_it_refuses_with_the_reason_and_sends_nothing(fake, tmp_path, changes, words):
@@ -363,6 +368,15 @@ def test_ff_switches_it_as_any_vehicle_and_believes_the_script_alone(seatrial, f
     assert seatrial("ff shadow --yes --seconds 6") == exit_codes.NO
     # The autopilot took the parameter of a script that does not run.
     assert fake.parameters["FF_MODE"] == 1.0
+
+
+def test_ff_on_an_autopilot_alone_says_how_it_gets_a_feed_forward(seatrial, capsys):
+    assert seatrial("ff both --yes --seconds 6") != exit_codes.DONE
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the companion brings them (start seatrial bridge --ardusub), or the applet in it" in said
+    assert seatrial("ff off --seconds 8") != exit_codes.DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "an autopilot alone has no FF_MODE: start seatrial bridge --ardusub beside it" in said
 
 
 class Losing(Ground):
