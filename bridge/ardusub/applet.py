@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, function_name
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, function_name, whole_number
 from bridge.ardusub.law import (
     ALT_HOLD,
     FASTEST,
@@ -69,7 +69,10 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
     """Why an applet may not run on an autopilot with these parameters, with the way out; "" if it may."""
     if ENABLE not in values:
         return f"its firmware has no {ENABLE}, so it can't run scripts: only the companion is left"
-    functions = {n: int(values.get(function_name(n), 0)) for n in range(1, OUTPUTS + 1)}
+    try:
+        functions = {n: whole_number(values, function_name(n)) for n in range(1, OUTPUTS + 1)}
+    except ConfigError as error:
+        return str(error)
     if of_script := [n for n, function in functions.items() if function in _SCRIPTS]:
         return (
             f"{function_name(of_script[0])} is {functions[of_script[0]]}, an output of scripts: where a script stops "

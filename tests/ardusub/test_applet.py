@@ -1,6 +1,7 @@
 """The applet put in, looked at and taken out by MAVLink alone, with the fake and with the firmware alike."""
 
 import json
+import math
 import random
 
 import pytest
@@ -169,6 +170,8 @@ def unchanged(fake, act, error, words):
             "SERVO9_FUNCTION is 0, not 33: wire the thrusters",
         ),
         ({"SERVO2_FUNCTION": 0.0}, "SERVO2_FUNCTION is 0, not 34"),
+        ({"SERVO2_FUNCTION": math.inf}, "SERVO2_FUNCTION is inf, no whole number"),
+        ({"FRAME_CONFIG": math.nan}, "FRAME_CONFIG nan is not supported: 1 .vectored."),
         ({"SERVO12_FUNCTION": 33.0}, "SERVO12_FUNCTION is 33, not 36"),
         (
             {"FRAME_CONFIG": 2.0},
