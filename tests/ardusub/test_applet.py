@@ -306,17 +306,19 @@ def test_a_roll_back_that_can_not_take_the_set_out_of_force_says_so_with_the_way
     assert fake.parameters["FF_ACTIVE"] == 0.0
 
 
-def test_a_roll_back_leaves_alone_what_others_have_set_since(fake, tmp_path):
-    deployed(fake, tmp_path)
-    assert upload(fake, tmp_path, {"FF0_M_U": 18.0}).good
-    assert upload(fake, tmp_path, {"FF0_M_U": 19.0}).good
-    fake.parameters |= {"FS_PILOT_TIMEOUT": 1.0, "JS_GAIN_DEFAULT": 0.25}
-    others = {name: value for name, value in fake.parameters.items() if not name.startswith("FF")}
-    back = rolled_back(fake, tmp_path)
+def test_a_roll_back_leaves_alone_what_others_have_set_since(autopilot, tmp_path):
+    deployed(autopilot, tmp_path)
+    assert upload(autopilot, tmp_path, {"FF0_M_U": 18.0}).good
+    assert upload(autopilot, tmp_path, {"FF0_M_U": 19.0}).good
+    pilot, tightened = Pilot(autopilot), {"FS_PILOT_TIMEOUT": 1.0, "JS_GAIN_DEFAULT": 0.25}
+    for name, value in tightened.items():
+        pilot.write(name, value)
+        autopilot.run(0.5, pilot)
+    back = rolled_back(autopilot, tmp_path)
     assert back.good, back.sentence
-    assert fake.parameters["FF0_M_U"] == 18.0
-    assert {name: value for name, value in fake.parameters.items() if name in others} == others
-    assert not {line.name for line in back.lines} & set(others)
+    assert {line.name for line in back.lines if not line.name.startswith("FF")} == set()
+    assert {name: pilot.read(name) for name in tightened} == pytest.approx(tightened)
+    assert pilot.read("FF0_M_U") == 18.0
 
 
 @pytest.fixture
