@@ -71,7 +71,7 @@ class SwitchedVehicle:
     before the vehicle's companion; `unheard` are components that OFF is sent to blindly. `before_s` is the time when
     the vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the
     mode in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
-    `lowered`: it then left that mode; `obstacle`: why it adds nothing in any mode, as it said since the first send.
+    `lowered`: it then left that mode; `obstacle`: why it can't act in any mode, as it said since the first send.
     """
 
     mode: Mode
@@ -271,11 +271,7 @@ class SwitchedVehicle:
             return f"was {wanted}, as read back; its telemetry says {word_of(self.telemetry)} now"
         if self.stage is Stage.DONE:
             how = "as answered" if self.contested else "as read back and as its telemetry says"
-            but = (
-                f"; but it adds nothing: {self.obstacle}"
-                if self.obstacle and self.mode is not Mode.OFF
-                else ""
-            )
+            but = f"; but {self.obstacle}" if self.obstacle and self.mode is not Mode.OFF else ""
             return f"{wanted}, {how}{but}"
         if self.lacks_it:
             return "has no feed-forward"
