@@ -232,7 +232,9 @@ class Deployment:
 
     def look(self) -> State:
         """The present state; sends no write."""
-        folder = self._station.folder() if self.present.get(ENABLE) == 1 else None
+        # Read anew: `deploy` may have enabled scripting since all parameters were read.
+        enabled = ENABLE in self.present and self._station.read(ENABLE) == 1
+        folder = self._station.folder() if enabled else None
         crc = None if folder is None else self._station.crc32(f"{folder}/{NAME}")
         runs = self._station.beating(LOOK_S)
         mode, active, mark = (self._station.read(name) if runs else NAN for name in (MODE, ACTIVE, APPLET))

@@ -35,6 +35,11 @@ AGAIN_S: Final = QUIET_S  # a mode reported again after this time is no answer t
 REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refusal of the next write
 
 
+ALONE_S: Final = 5.0
+ALONE: Final = (
+    "an autopilot alone has no FF_MODE: start seatrial bridge --ardusub beside it, or seatrial applet deploy"
+)
+"""ArduSub answers nothing at all for a parameter that it does not have."""
 REASONS: Final = {
     Topic.NO_SET: "no active set",
     Topic.UNPROVEN: "armed, shadow not good yet",
@@ -66,7 +71,7 @@ class SwitchedVehicle:
     before the vehicle's companion; `unheard` are components that OFF is sent to blindly. `before_s` is the time when
     the vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the
     mode in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
-    `lowered`: it then left that mode.
+    `lowered`: it then left that mode; `obstacle`: why it can't act in any mode, as it said since the first send.
     """
 
     mode: Mode
@@ -97,6 +102,7 @@ class SwitchedVehicle:
     other: float | None = None
     other_s: float = 0.0
     lowered: bool = False
+    obstacle: str = ""
 
     @property
     def lacks_it(self) -> bool:
@@ -210,7 +216,9 @@ class SwitchedVehicle:
     def on_text(self, text: CrewText) -> None:
         if not self.sent or (text.topic is Topic.STRANGER and text.number != GROUND_STATION[0]):
             return
-        if text.topic in REASONS:
+        if text.topic is Topic.OBSTACLE:
+            self.obstacle = text.words
+        elif text.topic in REASONS:
             self.reason = text.topic
         elif text.topic is Topic.SHADOW:
             self.shadow = text.words
@@ -263,7 +271,8 @@ class SwitchedVehicle:
             return f"was {wanted}, as read back; its telemetry says {word_of(self.telemetry)} now"
         if self.stage is Stage.DONE:
             how = "as answered" if self.contested else "as read back and as its telemetry says"
-            return f"{wanted}, {how}"
+            but = f"; but {self.obstacle}" if self.obstacle and self.mode is not Mode.OFF else ""
+            return f"{wanted}, {how}{but}"
         if self.lacks_it:
             return "has no feed-forward"
         if not self.sent and any(map(self._is_beyond, self._chosen(now_s))):
@@ -281,6 +290,8 @@ class SwitchedVehicle:
         silent_s = now_s - max(self.answered_s, self.first_s)
         if self.answer is None or silent_s >= SHOW_SILENCE_S:
             parts.append(f"no answer for {silent_s:.1f} s")
+            if self.answer is None and self.behind and self.holder is None and silent_s >= ALONE_S:
+                parts.append(ALONE)
         elif self.answer != self.mode:
             parts.append(f"it answers {word_of(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
         if self.telemetry is None and now_s - self.first_s >= SHOW_SILENCE_S:

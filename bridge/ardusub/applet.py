@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, OUTPUTS, function_name
+from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, function_name, whole_number
 from bridge.ardusub.hold import AT_REST_M_S, AT_REST_N, HELD_WITHIN_M_S, HOLD_SHARE
 from bridge.ardusub.law import (
     ALT_HOLD,
@@ -27,7 +27,7 @@ from bridge.ardusub.law import (
     STABILIZE,
 )
 from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS
-from bridge.ardusub.wiring import mixer_of
+from bridge.ardusub.wiring import FILES, mixer_of
 from bridge.errors import ConfigError
 from bridge.onboard.store import hull_mark
 from bridge.vehicle import feedforward, shadow
@@ -71,15 +71,23 @@ def wiring_fault(values: Mapping[str, float], thrusters: int) -> str:
     """Why an applet may not run on an autopilot with these parameters, with the way out; "" if it may."""
     if ENABLE not in values:
         return f"its firmware has no {ENABLE}, so it can't run scripts: only the companion is left"
-    functions = {n: int(values.get(function_name(n), 0)) for n in range(1, OUTPUTS + 1)}
+    try:
+        functions = {n: whole_number(values, function_name(n)) for n in range(1, OUTPUTS + 1)}
+    except ConfigError as error:
+        return str(error)
     if of_script := [n for n, function in functions.items() if function in _SCRIPTS]:
         return (
             f"{function_name(of_script[0])} is {functions[of_script[0]]}, an output of scripts: where a script stops "
             "it keeps its last pulse, disarmed too, and a thruster on it runs on; set a motor's function"
         )
     frame = values.get(FRAME, -1.0)
-    if frame not in MOTOR_FACTORS or len(MOTOR_FACTORS[int(frame)]) != thrusters:
-        return f"{FRAME} {frame:g} is not supported for a vehicle file of {thrusters} thrusters"
+    if frame not in MOTOR_FACTORS:
+        return f"{FRAME} {frame:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
+    if (motors := len(MOTOR_FACTORS[int(frame)])) != thrusters:
+        return (
+            f"{FRAME} {frame:g} is not supported for a vehicle file of {thrusters} thrusters: it has {motors}; name "
+            f"that vehicle's own file, such as {FILES[FRAMES[int(frame)]]}, or mend {FRAME}"
+        )
     for motor in range(1, thrusters + 1):
         for output in (motor, FIRST_OUTPUT + motor - 1):
             if functions[output] != FIRST_MOTOR + motor - 1:

@@ -35,9 +35,11 @@ from bridge.vehicle.autopilot import Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
+from bridge.vehicle.parameters import MODE
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Frame, decode
+from bridge.wire.status_codes import Topic, coded
 
 COMPONENT: Final = dialect.MAV_COMP_ID_ONBOARD_COMPUTER
 GROUND_WITHIN_S: Final = 3.0
@@ -45,7 +47,14 @@ TWO_PILOTS_S: Final = 1.0
 VOLTAGE_FRESH_S: Final = 5.0
 NO_PILOT_S: Final = 0.5
 _STICKS: Final = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
+TELL_EVERY_S: Final = 30.0
+ASKED_AGAIN_S: Final = 3.0
+"""A ground repeats its order until it is answered."""
+NO_ARDUSUB: Final = (
+    "autopilot is no ArduSub: recorded, nothing sent; for a feed-forward start it beside ArduSub 4.5 or 4.6"
+)
 _HEARTBEAT: Final = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_WRITE: Final = dialect.MAVLINK_MSG_ID_PARAM_SET
 
 
 class Companion:
@@ -87,7 +96,8 @@ class Companion:
         self._obstacle = ""
         self._leaving = False
         self._thrusters_fault = ""
-        self._other_said = False
+        self._told, self._told_again_s = "", math.inf
+        self._asked_s = -math.inf
         parameters.unproven = self.unproven
 
     @property
@@ -177,7 +187,11 @@ class Companion:
         """Take a frame; return the messages to the autopilot to send at once."""
         if frame.system == self._ground.system:
             if frame.message_id == _HEARTBEAT:
+                if now_s - self._ground_s > GROUND_WITHIN_S:
+                    self._told_again_s = now_s
                 self._ground_s = now_s
+            if frame.message_id == _WRITE:
+                self._asked(frame, now_s)
             # The same sticks may come on a link of the ground's own as well.
             if frame.message_id == _STICKS and link == self.heard.link:
                 return self._fly(frame, now_s, navigation())
@@ -196,13 +210,12 @@ class Companion:
     def step(self, now_s: float) -> list[Any]:
         """Return the messages to the autopilot that are due."""
         if not self.heard.is_there(now_s):
-            if self.heard.is_other and not self._other_said:
-                self._other_said = True
-                self._texts.append("autopilot is no ArduSub: recorded, nothing sent")
+            self._tell_trouble(now_s)
             return []
         if self.law is None and self.settings.complete and not self._thrusters_fault:
             self._build()
-        self._say_obstacle()
+        self._obstacle = self.settings.obstacle or self._thrusters_fault
+        self._tell_trouble(now_s)
         mode, ready = self._parameters.mode, not self._obstacle
         acts = mode.applies_feedforward and bool(self._parameters.active_crc)
         wanted = ((acts and ready) or self.steering.active) and not self._leaving
@@ -271,12 +284,30 @@ class Companion:
         self.law = StickLaw(vehicle, self._configuration, self._parameters.active, folder, mixer)
         self.steering.fit(Autopilot(vehicle, self._configuration, self._parameters.active, folder), mixer)
 
-    def _say_obstacle(self) -> None:
-        obstacle = self.settings.obstacle or self._thrusters_fault
-        if obstacle != self._obstacle:
-            self._obstacle = obstacle
-            if obstacle and self.settings.complete:
-                self._texts.append(f"no feed-forward: {obstacle}")
+    def trouble(self, now_s: float) -> str:
+        """Why the companion can't act, a sentence for the crew with the way out; "" if it can."""
+        if not self.heard.is_there(now_s):
+            return NO_ARDUSUB if self.heard.is_other else ""
+        if self._obstacle and self.settings.complete:
+            return f"no feed-forward: {self._obstacle}"
+        return self.handover.trouble
+
+    def _tell_trouble(self, now_s: float) -> None:
+        """Tell the crew of the trouble: at once, and while it holds in a mode that needs the companion."""
+        trouble = self.trouble(now_s)
+        if trouble and (trouble != self._told or now_s >= self._told_again_s):
+            self._texts.append(coded(Topic.OBSTACLE, trouble))
+            raised = self._parameters.mode is not Mode.OFF
+            self._told_again_s = now_s + TELL_EVERY_S if raised else math.inf
+        self._told = trouble
+
+    def _asked(self, frame: Frame, now_s: float) -> None:
+        """Another mode than off was asked for: whoever asks is told of the trouble, though not for each repeat."""
+        message = decode(frame)
+        if message is None or (message.param_id, message.target_system) != (MODE, self.heard.system):
+            return
+        if message.param_value != Mode.OFF and now_s >= self._asked_s + ASKED_AGAIN_S:
+            self._asked_s = self._told_again_s = now_s
 
     def _fly(self, frame: Frame, now_s: float, navigation: Navigation) -> list[Any]:
         """Take the pilot's sticks, and return them as they are to be sent on, if the companion holds them."""

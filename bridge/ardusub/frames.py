@@ -2,7 +2,10 @@
 (ArduSub 4.5, libraries/AP_Motors/AP_Motors6DOF.h, libraries/SRV_Channel)."""
 
 import math
+from collections.abc import Mapping
 from typing import Final
+
+from bridge.errors import ConfigError
 
 FRAME: Final = "FRAME_CONFIG"
 FRAMES: Final = (
@@ -25,6 +28,17 @@ def function_name(output: int) -> str:
 def direction_name(motor: int) -> str:
     """Name of the parameter that turns a motor round."""
     return f"MOT_{motor}_DIRECTION"
+
+
+def whole_number(values: Mapping[str, float], name: str, missing: int = 0) -> int:
+    """The value of a parameter that counts, `missing` where it is not among `values`.
+
+    Raises ConfigError for a value that is no whole number, as a damaged recording or a faulty autopilot has it.
+    """
+    value = values.get(name, float(missing))
+    if not math.isfinite(value) or value != int(value):
+        raise ConfigError(f"{name} is {value:g}, no whole number: set it in the autopilot, and read it anew")
+    return int(value)
 
 
 def motors_of(frame_config: float) -> int:

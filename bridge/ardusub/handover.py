@@ -26,6 +26,7 @@ QUIET_S: Final = 0.3
 """Between the last write and the read that proves it: an echo on its way must not pass for the answer."""
 GIVE_UP_S: Final = 10.0
 CHECK_EVERY_S: Final = 5.0
+_ON_AGAIN: Final = "FF_MODE 0 and on again"
 
 
 class Holder(Enum):
@@ -40,14 +41,15 @@ class Holder(Enum):
 class Handover:
     """Takes and gives back the sticks of the autopilot of `system`. `ground` is the pilot's system.
 
-    `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), `said` collects sentences for
-    the crew. `value` is SYSID_MYGCS as last read, NaN before; `starting` until that was acted on.
+    `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), and `trouble` the same as a
+    sentence for the crew with the way out. `said` collects the other sentences. `value` is SYSID_MYGCS as last read,
+    NaN before; `starting` until that was acted on.
     """
 
     def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
         self._target, self._system, self._ground, self._store = (system, component), system, ground, store
         self.holder = Holder.FREE
-        self.fault = ""
+        self.fault = self.trouble = ""
         self.said: list[str] = []
         self.value = math.nan
         self._before = self._remembered()
@@ -69,7 +71,10 @@ class Handover:
         if self.fault or math.isnan(self.value):
             return self.fault or f"{PILOT} is not read yet"
         foreign = self.holder is Holder.FREE and self.value != self._ground
-        return f"{PILOT} is {self.value:g}, the pilot's system {self._ground}" if foreign else ""
+        if not foreign:
+            return ""
+        mend = f"set {PILOT} to {self._ground}, or start the companion with --ground {self.value:g}"
+        return f"{PILOT} is {self.value:g}, the pilot's system {self._ground}: {mend}"
 
     @property
     def is_back(self) -> bool:
@@ -80,7 +85,7 @@ class Handover:
         """The messages to send to the autopilot now; `wanted`: the companion is to hold the sticks."""
         if not wanted:
             self._barred = False
-            self.fault = ""
+            self.fault = self.trouble = ""
         if math.isnan(self.value):
             return self._read(now_s)
         if self.holder is Holder.FREE:
@@ -97,12 +102,12 @@ class Handover:
         if name != PILOT:
             return
         asked = self._read_s > self._wrote_s
-        self.value = value
+        before, self.value = self.value, value
         if self.holder is Holder.HELD and value != self._system:
-            self._barred, self.holder = True, Holder.FREE
-            self.fault = f"{PILOT} became {value:g}: another program took the sticks"
-            self.said.append(
-                f"sticks lost: {PILOT} set to {value:g} by another program: end it, then FF_MODE 0 and on again"
+            self.holder = Holder.FREE
+            self._bar(
+                f"{PILOT} became {value:g}: another program took the sticks",
+                f"sticks lost: {PILOT} set to {value:g} by another program: end it, then {_ON_AGAIN}",
             )
         elif self.holder is Holder.TAKING and value == self._system and asked:
             self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
@@ -111,20 +116,34 @@ class Handover:
             self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
             self._forget()
             self.said.append(f"sticks given back: {PILOT} {value:g}")
+        elif self.holder is Holder.FREE and not self._barred and value != before:
+            self._warn_of_another(value)
+
+    def _warn_of_another(self, value: float) -> None:
+        """The sticks are free, and their owner has changed or was read the first time."""
+        left_behind = self.starting and value == self._system
+        if value != self._ground and not left_behind:
+            self.said.append(
+                f"{PILOT} is {value:g}: other sticks than those of system {self._ground} fly; end their program, or "
+                f"set {PILOT} to {self._ground}"
+            )
+
+    def _bar(self, fault: str, trouble: str) -> None:
+        """Leave the sticks alone until the feed-forward was off once."""
+        self._barred, self.fault, self.trouble = True, fault, trouble
 
     def _take(self, now_s: float) -> None:
         if self.obstacle:
-            self.fault = self.obstacle
-            self.said.append(f"sticks not taken: {PILOT} is {self.value:g}")
-            self._barred = True
+            self._bar(self.obstacle, f"sticks not taken: {self.obstacle}; then {_ON_AGAIN}")
             return
         self._before = self.value
         try:
             self._remember()
         except OSError as error:
-            self.fault = f"the value of {PILOT} can't be kept: {error}"
-            self.said.append("sticks not taken: disk can't be written")
-            self._barred = True
+            self._bar(
+                f"the value of {PILOT} can't be kept: {error}",
+                f"sticks not taken: disk can't be written: free space on the companion's, then {_ON_AGAIN}",
+            )
             return
         self._begin(Holder.TAKING, now_s)
 
@@ -145,8 +164,10 @@ class Handover:
         if self.holder in (Holder.FREE, Holder.HELD):
             return self._read(now_s, CHECK_EVERY_S)
         if now_s >= self._deadline_s and self.holder is Holder.TAKING:
-            self.fault, self._barred = f"the autopilot does not answer for {PILOT}", True
-            self.said.append(f"sticks not taken: no answer for {PILOT}")
+            self._bar(
+                f"the autopilot does not answer for {PILOT}",
+                f"sticks not taken: no answer for {PILOT}: look at the autopilot's link, then {_ON_AGAIN}",
+            )
             self._begin(Holder.LEAVING, now_s)
         if now_s < self._due_s:
             return []

@@ -8,8 +8,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, direction_name, function_name
-from bridge.ardusub.mixing import Mixer
+from bridge.ardusub.frames import (
+    FIRST_MOTOR,
+    FRAME,
+    FRAMES,
+    OUTPUTS,
+    direction_name,
+    function_name,
+    whole_number,
+)
+from bridge.ardusub.mixing import MOTOR_FACTORS, Mixer
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.thrusters import Curve
@@ -63,7 +71,7 @@ def wiring(values: Mapping[str, float], thrusters: Mapping[str, int]) -> Wiring:
             f"no {FRAME} among the autopilot's {len(values)} parameters in it: that is no ArduSub's whole list; let "
             "the ground station read all parameters while it records"
         )
-    number = int(values[FRAME])
+    number = whole_number(values, FRAME)
     frame = FRAMES[number] if 0 <= number < len(FRAMES) else f"{number}, which is not known,"
     if frame not in thrusters:
         raise ConfigError(
@@ -73,7 +81,7 @@ def wiring(values: Mapping[str, float], thrusters: Mapping[str, int]) -> Wiring:
     count = thrusters[frame]
     driven: dict[int, int] = {}
     for output in range(1, OUTPUTS + 1):
-        motor = int(values.get(function_name(output), 0)) - FIRST_MOTOR + 1
+        motor = whole_number(values, function_name(output)) - FIRST_MOTOR + 1
         if 1 <= motor <= MOTORS:
             # The lower of two outputs with one motor: where an applet drives the upper, the lower mirrors it.
             driven.setdefault(motor, output)
@@ -98,7 +106,9 @@ def mixer_of(values: Mapping[str, float], shape: Configuration, curve: Curve) ->
 
     Raises ConfigError for a wiring that can't be read, or thrusters that push otherwise than the frame takes them to.
     """
-    number, count = int(values[FRAME]), len(shape.thrusters)
+    number, count = whole_number(values, FRAME, missing=-1), len(shape.thrusters)
+    if number not in MOTOR_FACTORS:
+        raise ConfigError(f"{FRAME} {number} is not supported: 1 (vectored) and 2 (vectored_6dof) are")
     wired = wiring(values, {FRAMES[number]: count})
     directions = [-1.0 if motor in wired.reversed else 1.0 for motor in range(1, count + 1)]
     return Mixer(number, directions, shape, curve, wired.motors)

@@ -91,8 +91,13 @@ WORDS: Final = {
 """Why a flight ended, short enough for a STATUSTEXT."""
 
 UNDER_WAY: Final = (State.GOING, State.WAITING, State.FLYING)
-SENSES: Final = {End.VELOCITY: "velocity", End.HEADING: "attitude", End.NO_DEPTH: "depth"}
-BLIND: Final = tuple(SENSES)
+LACKING: Final = {
+    End.VELOCITY: "no velocity: put a DVL into the vehicle file, or see why that in it is silent",
+    End.HEADING: "no attitude: see why the IMU, or the autopilot in its place, is silent",
+    End.NO_DEPTH: "no depth: see why the depth sensor, or the autopilot in its place, is silent",
+}
+"""What is lacking at the start of a flight, with the way out."""
+BLIND: Final = tuple(LACKING)
 """Without these no way back can be steered."""
 
 
@@ -147,7 +152,7 @@ class Flight:
             return "sticks are not at rest"
         navigation = known_at(seen.navigation, seen.time_s)
         if blind := _blind(navigation):
-            return f"no {SENSES[blind]}"
+            return LACKING[blind]
         if limits.altitude_m and not navigation.altitude_m >= limits.altitude_m:
             return "altitude too low or unknown"
         if limits.battery_v and not navigation.voltage_v >= limits.battery_v:

@@ -200,6 +200,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     def each(_: float) -> None:
         faults = bridge.link_faults | bridge.device_faults
+        if companion is not None and (trouble := companion.trouble(clock.boot_s())):
+            faults = faults | {"the companion": trouble}
         for name, fault in faults.items():
             if known.get(name) != fault:
                 say_warning(fault)

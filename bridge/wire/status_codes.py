@@ -26,6 +26,8 @@ class Topic(Enum):
     """The set of that number is active."""
     SET_FAULT = "F6"
     """What the set in force lacks, or holds that can't be used."""
+    OBSTACLE = "F7"
+    """Why nothing is added beside the autopilot whatever the mode, and the way out. Said again while it holds."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,7 +137,10 @@ class Crew:
                 f"{len(flying)} vehicles fly manoeuvres by themselves here; name one with --system"
             )
         if not flying and heard:
-            raise LinkError("this vehicle flies no manoeuvres by itself; fly the plan by hand, as it says")
+            raise LinkError(
+                "this vehicle flies no manoeuvres by itself: beside ArduSub start seatrial bridge --ardusub, or fly "
+                "the plan by hand, as it says"
+            )
         if not flying:
             raise LinkTimeout(f"no vehicle within {FIND_S:g} s; check cable, address and that it is on")
         vehicle = flying.pop()

@@ -16,7 +16,7 @@ from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of
+from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, beside, kept_in, path_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 
@@ -122,6 +122,26 @@ def newest_before(receipts: Path, system: int) -> Path:
     return oldest.preimage
 
 
+def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str] | None:
+    """Names of what a roll back to `preimage` takes back: written by its upload, or by a later one that stands.
+
+    A later upload with an unknown end counts too. None if no receipt tells, neither in the folder `receipts` nor beside
+    the file.
+    """
+    begun, standing = kept_in(receipts, system), _standing(receipts, system)
+    time = preimage.name.removesuffix(BEFORE)
+    place = next((n for n, upload in enumerate(begun) if upload.time == time), None)
+    if place is None:
+        upload = beside(preimage)
+        return None if upload is None else upload.wrote
+    later = (
+        upload
+        for upload in begun[place + 1 :]
+        if upload.outcome in _OPEN or (upload.outcome is Outcome.APPLIED and upload in standing)
+    )
+    return begun[place].wrote.union(*(upload.wrote for upload in later))
+
+
 def rolled_back(receipts: Path, system: int | None = None) -> PastUpload | None:
     """The newest upload or roll back, if that is a roll back that was verified; else None."""
     newest = next(reversed(kept_in(receipts, system)), None)
@@ -181,6 +201,8 @@ def _state(left: PastUpload, present: Mapping[str, float]) -> str:
     active = present.get(ACTIVE)
     if left.active_crc is None or active is None:
         return words
+    if active == left.active_crc == 0:
+        return f"{words}, and no set is in force"
     if float32.same(active, float(left.active_crc)):
         return f"{words}, and its set {left.active_crc} flies"
     return (

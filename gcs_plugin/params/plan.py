@@ -62,10 +62,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Plan:
-    """Every line of the file with its verdict; `present` holds all parameters read from the vehicle."""
+    """Every line of the file with its verdict; `present` holds all parameters read from the vehicle.
+
+    `withdraws`: no set is to be in force in the end.
+    """
 
     rows: tuple[Row, ...]
     present: Mapping[str, float]
+    withdraws: bool = False
 
     def named(self, verdict: Verdict) -> dict[str, float]:
         return {row.name: row.target for row in self.rows if row.verdict is verdict}
@@ -136,13 +140,14 @@ class Plan:
         missing = self.named(Verdict.UNKNOWN)
         if (
             missing
-            and all(part_of_set(name) is not None for name in missing)
+            and all(name == MODE or part_of_set(name) is not None for name in missing)
             and len(missing) == len(self.rows)
         ):
             raise ParamUnknown(
                 "the vehicle has no parameters of a feed-forward, as an autopilot alone has none; nothing was sent. "
-                "Beside ArduSub the companion brings them (seatrial bridge), and PX4 is not supported: recordings of "
-                "any vehicle can be identified and diagnosed"
+                "Beside ArduSub the companion brings them (start seatrial bridge --ardusub), or the applet in it "
+                "(seatrial applet deploy), and PX4 is not supported: recordings of any vehicle can be identified and "
+                "diagnosed"
             )
         if missing:
             raise ParamUnknown(
@@ -336,6 +341,8 @@ def staging_notes(present: Mapping[str, float]) -> tuple[str, ...]:
 def action_of(plan: Plan) -> str:
     """The upload of a plan in words, for its confirmation prompt: `write 1 parameter and put 9 in force`."""
     changes, staged = len(plan.changes), len(plan.staged)
+    if plan.withdraws:
+        return f"write {_count(changes)}, start the autopilot's scripts anew and leave no set in force"
     if changes and staged:
         return f"write {_count(changes)} and put the {staged} staged in force"
     if staged:

@@ -6,12 +6,21 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamError, ParamUnknown
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.comparison import Compared, ComparedVehicle, Comparison, compared
-from gcs_plugin.params.last_accepted import belongs, keep_accepted, last_accepted, reminder, unfinished
+from gcs_plugin.params.last_accepted import (
+    belongs,
+    keep_accepted,
+    last_accepted,
+    reminder,
+    unfinished,
+    written_since,
+)
 from gcs_plugin.params.plan import (
     Plan,
     Verdict,
+    is_staged,
     make_plan,
     not_raised,
     obstacle,
@@ -26,6 +35,7 @@ from gcs_plugin.params.sidecar import sidecar_path
 from gcs_plugin.params.transfer import Outcome, Source
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.wanted import Wanted
+from gcs_plugin.params.withdrawal import HULL, NO_HULL
 
 TAKEN_BACK: Final = "no part of this model, taken back"
 
@@ -152,10 +162,28 @@ def planned(
 def planned_back(
     file: Path, wanted: Wanted, present: Mapping[str, float], receipts: Path, system: int
 ) -> Planned:
-    """Plan to go back to the values before an upload."""
-    plan = make_plan(not_raised(wanted.values, present), present)
+    """Plan to go back to the values before an upload, of what it and later uploads wrote alone.
+
+    The file holds all that the vehicle held then, and what others have set since is theirs. A set is one thing: if any
+    of it was written, all of it goes back, and the mode is lowered with it. Where none was in force in an applet
+    before, none is in the end. A file without a receipt is taken as a whole.
+    """
+    wrote, of_set = written_since(receipts, system, file), False
+    values, left = wanted.values, left_behind(receipts, system, present, file)
+    if wrote is None:
+        left = (*left, f"note: no receipt tells what was written after {file.name}: all its lines go back")
+    else:
+        of_set = any(map(is_staged, wrote))
+        values = {
+            name: value
+            for name, value in values.items()
+            if name in wrote or (of_set and (is_staged(name) or name == MODE))
+        }
+    withdraws = wrote is not None and HULL in present and wanted.values.get(ACTIVE) == 0.0 and of_set
+    if withdraws:
+        values = {**values, HULL: NO_HULL, MODE: float(Mode.OFF)}
+    plan = replace(make_plan(not_raised(values, present), present), withdraws=withdraws)
     lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
-    left = left_behind(receipts, system, present, file)
     return Planned(file, wanted, plan, lines, left=left, restores=str(file))
 
 

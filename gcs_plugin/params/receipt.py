@@ -35,6 +35,7 @@ WANTED: Final = "-wanted.param"
 MOST_UPLOADS: Final = 2**53
 """A receipt with a larger number was not written by this program."""
 _LARGEST_CRC: Final = 2**32 - 1
+_UNTOUCHED: Final = (Outcome.SAME, Outcome.NOT_SENT)
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
 
 
@@ -232,7 +233,10 @@ def _keep(receipt: Receipt) -> None:
 
 @dataclass(frozen=True, slots=True)
 class PastUpload:
-    """A receipt as read back: `targets` are those of all its lines, `written` of the lines that say BEGUN."""
+    """A receipt as read back: `targets` are those of all its lines, `written` of the lines that say BEGUN.
+
+    `wrote` names the lines that it wrote or put in force, or may have.
+    """
 
     preimage: Path
     number: int
@@ -241,6 +245,7 @@ class PastUpload:
     targets: Mapping[str, float]
     written: Mapping[str, float]
     active_crc: int | None
+    wrote: frozenset[str] = frozenset()
 
     @property
     def time(self) -> str:
@@ -255,6 +260,11 @@ def kept_in(receipts: Path, system: int | None = None) -> list[PastUpload]:
     """
     kept = (_read(path, system) for path in receipts.glob(f"*{RECEIPT}"))
     return sorted(filter(None, kept), key=lambda receipt: (receipt.number, receipt.time))
+
+
+def beside(preimage: Path) -> PastUpload | None:
+    """The receipt that lies beside a -before.param; None without one that can be read."""
+    return _read(path_of(preimage, RECEIPT), None)
 
 
 def next_number(receipts: Path) -> int:
@@ -272,7 +282,8 @@ def _read(path: Path, system: int | None) -> PastUpload | None:
             return None
         crc, lines = data.get("active_crc"), data.get("parameters", ())
         targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
-        begun = {str(line["name"]) for line in lines if line["outcome"] == Outcome.BEGUN.name.lower()}
+        outcomes = {str(line["name"]): Outcome[line["outcome"].upper()] for line in lines}
+        begun = {name for name, outcome in outcomes.items() if outcome is Outcome.BEGUN}
         return PastUpload(
             path.with_name(time + BEFORE),
             _whole(data["number"], MOST_UPLOADS),
@@ -281,6 +292,7 @@ def _read(path: Path, system: int | None) -> PastUpload | None:
             targets,
             {name: value for name, value in targets.items() if name in begun},
             None if crc is None else _whole(crc, _LARGEST_CRC),
+            frozenset(name for name, outcome in outcomes.items() if outcome not in _UNTOUCHED),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

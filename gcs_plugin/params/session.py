@@ -30,7 +30,7 @@ from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
 from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish
 from gcs_plugin.params.sidecar import Sidecar
-from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
+from gcs_plugin.params.transfer import ReadValue, RestartScripts, Result, Send, Source
 from gcs_plugin.params.upload import Ending, Stage, Upload
 from gcs_plugin.peers import Peer, Peers
 
@@ -107,12 +107,17 @@ class Order:
     read_at: Newest | None = None
 
 
-def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source) -> Any:
+def message_of(send: ReadList | ReadIndex | Send, target: Source) -> Any:
     """The MAVLink message, addressed to `target`, for a request of the listing or upload machine."""
     if isinstance(send, ReadList):
         return dialect.MAVLink_param_request_list_message(*target)
     if isinstance(send, ReadIndex):
         return dialect.MAVLink_param_request_read_message(*target, b"", send.index)
+    if isinstance(send, RestartScripts):
+        restart = dialect.SCRIPTING_CMD_STOP_AND_RESTART
+        return dialect.MAVLink_command_long_message(
+            *target, dialect.MAV_CMD_SCRIPTING, 0, restart, 0, 0, 0, 0, 0, 0
+        )
     name = send.name.encode()
     if isinstance(send, ReadValue):
         return dialect.MAVLink_param_request_read_message(*target, name, NO_INDEX)
@@ -199,7 +204,7 @@ class Session:
             self._fail(ParamRejected(sentence))
             return True
         self._upload.abort(sentence, self._clock.boot_s())
-        return self._upload.stage not in (Stage.COMMIT, Stage.LIVE)
+        return self._upload.stage not in (Stage.COMMIT, Stage.LIVE, Stage.WITHDRAW)
 
     def give_up(self, sentence: str) -> None:
         """End an upload at once and send nothing more, as when the link is lost."""
@@ -215,7 +220,7 @@ class Session:
 
     def tick(self) -> list[Any]:
         now_s = self._clock.boot_s()
-        sends: list[ReadList | ReadIndex | ReadValue | SetValue] = []
+        sends: list[ReadList | ReadIndex | Send] = []
         if self.step is Step.READING and self._listing is not None:
             sends += self._listing.tick(now_s)
             self._end_reading(self._listing, now_s)
@@ -304,7 +309,7 @@ class Session:
             return
         self._upload, self.step, self._since_s = upload, Step.WRITING, now_s
 
-    def _write_on(self, upload: Upload, now_s: float) -> list[ReadValue | SetValue]:
+    def _write_on(self, upload: Upload, now_s: float) -> list[Send]:
         assert self._order is not None
         if self.armed and upload.needs_disarmed and not self._order.even_armed:
             upload.abort("the vehicle was armed during the upload", now_s)

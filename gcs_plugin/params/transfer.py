@@ -85,7 +85,13 @@ class ReadValue:
     name: str
 
 
-Send = SetValue | ReadValue
+@dataclass(frozen=True, slots=True)
+class RestartScripts:
+    """An order to send: the autopilot's scripts are to start anew."""
+
+
+Request = SetValue | ReadValue
+Send = Request | RestartScripts
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,13 +233,13 @@ class Transfer:
                 sent = item.last_write_s is not None
                 self._finish(item, Outcome.UNVERIFIED if sent else Outcome.NOT_SENT, sentence)
 
-    def tick(self, time_s: float) -> list[Send]:
+    def tick(self, time_s: float) -> list[Request]:
         if time_s - self.start_s >= self.within_s:
             for item in self._items:
                 if item.state is not _State.DONE:
                     self._expire(item)
             return []
-        sends: list[Send] = []
+        sends: list[Request] = []
         flying = sum(item.state in (_State.ECHO, _State.ANSWER) for item in self._items)
         for item in self._items:
             if item.state is _State.DONE or time_s < max(item.due_s, self._quiet_until_s(item)):
@@ -251,7 +257,7 @@ class Transfer:
             self.round_trips.on_sent(send.name, time_s)
         return sends
 
-    def _send(self, item: _Item, time_s: float) -> Send:
+    def _send(self, item: _Item, time_s: float) -> Request:
         if item.state is _State.ECHO and item.attempt >= UNANSWERED_WRITES:
             item.state, item.attempt = _State.ANSWER, 0
         item.attempt += 1

@@ -2,6 +2,7 @@
 
     STAGE (write and verify, confirm the unchanged values of the staged set) -> COMMIT (write the CRC to FF_COMMIT,
     read it back in FF_ACTIVE) -> LIVE (parameters that take effect at once: FF_MODE) -> done
+    without COMMIT, and after LIVE -> WITHDRAW, for a plan that leaves no set in force -> done
     after a failure -> UNDO (restore and verify the values that were written) -> UNDO_COMMIT if the set was active
     -> done
 
@@ -24,6 +25,7 @@ from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import DEADLINE_S, QUIET_S, RoundTrips, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
+from gcs_plugin.params.withdrawal import Withdrawal
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
 OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
@@ -36,6 +38,7 @@ class Stage(Enum):
     STAGE = "staging"
     COMMIT = "committing"
     LIVE = "switching"
+    WITHDRAW = "taking the set out of force"
     UNDO = "rolling back"
     UNDO_COMMIT = "committing the old values"
     DONE = "done"
@@ -76,8 +79,10 @@ class Upload:
         self._failure: Result | None = None
         self.ending: Ending | None = None
         self._answered_s = start_s
+        self._withdraws = plan.withdraws and self._commits and present[ACTIVE] != 0.0
         tasks = len({*self._direct, *self._new_set}) + len(self._live) + 1
         self._end_s = start_s + max(DEADLINE_S, deadline_s(tasks))
+        self._transfer: Transfer | Withdrawal
         self._begin(start_s)
 
     @property
@@ -93,10 +98,12 @@ class Upload:
         staged = len(self._stage_tasks())
         done = staged if self._checks_active else done
         committed = staged + int(self._needs_commit)
-        total = committed + len(self._live)
+        switched = committed + len(self._live)
+        total = switched + int(self._withdraws)
         if self.ending is not None and self.ending.outcome in (Outcome.APPLIED, Outcome.SAME):
             return total, total
-        return {Stage.COMMIT: staged, Stage.LIVE: committed}.get(self._stage, 0) + done, total
+        earlier = {Stage.COMMIT: staged, Stage.LIVE: committed, Stage.WITHDRAW: switched}
+        return earlier.get(self._stage, 0) + done, total
 
     @property
     def proven(self) -> dict[str, Result]:
@@ -120,8 +127,8 @@ class Upload:
 
     @property
     def crc(self) -> int | None:
-        """The CRC that FF_ACTIVE must hold in the end; None for a vehicle that takes no sets."""
-        return self._crc_new if self._commits else None
+        """The CRC that FF_ACTIVE must hold in the end, 0 for no set; None for a vehicle that takes no sets."""
+        return (0 if self._withdraws else self._crc_new) if self._commits else None
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
         self._answered(source, time_s)
@@ -158,7 +165,7 @@ class Upload:
     @property
     def needs_disarmed(self) -> bool:
         """Whether the upload changes more than the feed-forward's mode, which alone an armed vehicle may take."""
-        return self._needs_commit or bool(self._direct)
+        return self._needs_commit or self._withdraws or bool(self._direct)
 
     def give_up(self, sentence: str) -> None:
         """End at once and send nothing more to the vehicle, as when the link is lost."""
@@ -178,7 +185,7 @@ class Upload:
                 "or what keeps its parameters has stopped"
             )
             self._answered_s = time_s
-        sends = self._transfer.tick(time_s)
+        sends: list[Send] = [*self._transfer.tick(time_s)]
         self._written.update(send.name for send in sends if isinstance(send, SetValue))
         self._advance(time_s)
         return sends
@@ -187,8 +194,10 @@ class Upload:
         active = self._plan.present.get(ACTIVE)
         about_set = any(row.name in self._new_set for row in self._plan.rows)
         inactive = about_set and active is not None and not float32.same(active, float(self._crc_new))
-        if self._plan.changes or inactive:
-            self._needs_commit = self._commits and (bool(self._direct) or inactive)
+        if self._plan.changes or self._withdraws or (inactive and not self._plan.withdraws):
+            self._needs_commit = (
+                self._commits and not self._plan.withdraws and (bool(self._direct) or inactive)
+            )
             self._enter_stage(time_s)
             self._advance(time_s)
         else:
@@ -222,7 +231,9 @@ class Upload:
             elif self._stage is Stage.COMMIT:
                 self._after_commit(time_s)
             elif self._stage is Stage.LIVE:
-                self._finish() if self._transfer.succeeded else self._undo(time_s)
+                self._after_live(time_s) if self._transfer.succeeded else self._undo(time_s)
+            elif self._stage is Stage.WITHDRAW:
+                self._after_withdrawal()
             elif self._stage is Stage.UNDO:
                 self._after_undo(time_s)
             else:
@@ -231,7 +242,7 @@ class Upload:
     def _collect(self) -> None:
         if self._stage in (Stage.STAGE, Stage.LIVE):
             self._results.update(self._transfer.results)
-        if self._stage in (Stage.STAGE, Stage.COMMIT, Stage.LIVE):
+        if self._stage in (Stage.STAGE, Stage.COMMIT, Stage.LIVE, Stage.WITHDRAW):
             self._failure = self._transfer.failure()
 
     def _after_staging(self, time_s: float) -> None:
@@ -282,6 +293,23 @@ class Upload:
         """Once OFF was ordered, write no mode but OFF."""
         if self._overruled and self._stage is Stage.LIVE and self._live.get(MODE):
             self._transfer.abort(OFF_WINS)
+
+    def _after_live(self, time_s: float) -> None:
+        if not self._withdraws:
+            self._finish()
+            return
+        within_s = max(self._end_s - time_s, QUIET_S)
+        self._stage = Stage.WITHDRAW
+        self._transfer = Withdrawal(self._source, time_s, within_s, self._trips)
+
+    def _after_withdrawal(self) -> None:
+        if self._failure is None:
+            self._finish()
+            return
+        self._end(
+            Outcome.UNVERIFIED,
+            f"{self._failure.sentence}; reboot the autopilot: no set is in force after its start, as before the upload",
+        )
 
     def _undo(self, time_s: float) -> None:
         before = self._plan.present
@@ -348,6 +376,8 @@ class Upload:
             if count
         ]
         active = (f"set {self._crc_new} is active",) if self._needs_commit else ()
+        if self._withdraws:
+            active = ("no set is in force, as before the upload",)
         self._end(Outcome.APPLIED, ", ".join((*parts, *active)))
 
     def _end(self, outcome: Outcome, sentence: str) -> None:

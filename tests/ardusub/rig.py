@@ -10,6 +10,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import MODE, vehicle_table
 from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.status_codes import decoded
 
 FILE = companion_file(load_vehicle("bluerov2"))
 STICKS_S = 0.04
@@ -98,6 +99,10 @@ class Pilot:
                 texts.append(m.text)
             number = m.id
         return texts
+
+    def words(self):
+        """What was said, without codes."""
+        return [decoded(text).words for text in self.texts()]
 
 
 def ready(autopilot, *acts):

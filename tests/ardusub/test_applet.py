@@ -1,6 +1,7 @@
 """The applet put in, looked at and taken out by MAVLink alone, with the fake and with the firmware alike."""
 
 import json
+import math
 import random
 
 import pytest
@@ -18,10 +19,13 @@ from bridge.links.reconnecting import Reconnecting
 from bridge.simulator.json_plant import FOR_SCRIPTS_HZ
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import set_crc
-from gcs_plugin.applet import FREEZES, Deployment
+from gcs_plugin.applet import FREEZES, Deployment, Station
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.planned import planned
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.last_accepted import newest_before
+from gcs_plugin.params.planned import planned, planned_back
 from gcs_plugin.params.receipt import newest
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.wanted import Wanted
 from tui.cli import main
 
@@ -166,8 +170,15 @@ def unchanged(fake, act, error, words):
             "SERVO9_FUNCTION is 0, not 33: wire the thrusters",
         ),
         ({"SERVO2_FUNCTION": 0.0}, "SERVO2_FUNCTION is 0, not 34"),
+        ({"SERVO2_FUNCTION": math.inf}, "SERVO2_FUNCTION is inf, no whole number"),
+        ({"FRAME_CONFIG": math.nan}, "FRAME_CONFIG nan is not supported: 1 .vectored."),
         ({"SERVO12_FUNCTION": 33.0}, "SERVO12_FUNCTION is 33, not 36"),
-        ({"FRAME_CONFIG": 2.0}, "FRAME_CONFIG 2 is not supported for a vehicle file of 6 thrusters"),
+        (
+            {"FRAME_CONFIG": 2.0},
+            "FRAME_CONFIG 2 is not supported for a vehicle file of 6 thrusters: it has 8; name that vehicle's own "
+            "file, such as bluerov2_heavy",
+        ),
+        ({"FRAME_CONFIG": 3.0}, "FRAME_CONFIG 3 is not supported: 1 .vectored. and 2 .vectored_6dof. are"),
     ],
 )
 def test_in_another_wiring_it_refuses_with_the_reason_and_sends_nothing(fake, tmp_path, changes, words):
@@ -246,6 +257,70 @@ def test_a_lossy_link_brings_it_over_whole(fake, tmp_path):
     assert fake.scripting.files == {"scripts/seatrial.lua": made.text.encode()}
 
 
+def rolled_back(autopilot, receipts, preimage=None):
+    """Roll an upload back, the newest if not named; its receipt."""
+    client = ParameterClient(autopilot.link, autopilot.clock)
+    assert client.find_vehicle() == (1, 1)
+    before = preimage or newest_before(receipts, 1)
+    wanted = Wanted(read_parameters(before))
+    plan = planned_back(before, wanted, client.read_all(), receipts, 1)
+    read_at = newest(receipts, 1)
+    return client.apply(plan.order(receipts, autopilot.clock.unix_s(), even_armed=False, read_at=read_at))
+
+
+@pytest.mark.parametrize("values", [{"FF0_M_U": 16.5}, {}], ids=["changed", "the file's own model"])
+def test_a_roll_back_of_the_first_upload_leaves_no_set_in_force_after_a_reboot_too(
+    autopilot, tmp_path, values
+):
+    deployed(autopilot, tmp_path)
+    held = ParameterClient(autopilot.link, autopilot.clock)
+    assert held.find_vehicle() == (1, 1)
+    before = {name: value for name, value in held.read_all().items() if name.startswith("FF0_")}
+    assert upload(autopilot, tmp_path, before | values).good
+    assert deployment(autopilot).look().active > 0
+    back = rolled_back(autopilot, tmp_path)
+    assert back.good, back.sentence
+    assert back.sentence.endswith("no set is in force, as before the upload")
+    assert none_in_force(autopilot, before)
+    Station(autopilot.link, autopilot.clock, (1, 1)).reboot()
+    autopilot.run(5.0)
+    assert none_in_force(autopilot, before)
+
+
+def none_in_force(autopilot, staged):
+    """Whether a script runs, off and without a set, and these values are staged."""
+    state = deployment(autopilot).look()
+    present = deployment(autopilot).present
+    return (state.good, state.active, state.mode) == (True, 0.0, 0.0) and present.items() >= staged.items()
+
+
+def test_a_roll_back_that_can_not_take_the_set_out_of_force_says_so_with_the_way_out(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 16.5}).good
+    fake.scripting.restart = lambda _: None
+    back = rolled_back(fake, tmp_path)
+    assert (back.good, back.outcome) == (False, Outcome.UNVERIFIED)
+    assert "reboot the autopilot: no set is in force after its start" in back.sentence
+    fake.scripting.boot(fake.clock.now_s)
+    fake.run(2.0)
+    assert fake.parameters["FF_ACTIVE"] == 0.0
+
+
+def test_a_roll_back_leaves_alone_what_others_have_set_since(autopilot, tmp_path):
+    deployed(autopilot, tmp_path)
+    assert upload(autopilot, tmp_path, {"FF0_M_U": 18.0}).good
+    assert upload(autopilot, tmp_path, {"FF0_M_U": 19.0}).good
+    pilot, tightened = Pilot(autopilot), {"FS_PILOT_TIMEOUT": 1.0, "JS_GAIN_DEFAULT": 0.25}
+    for name, value in tightened.items():
+        pilot.write(name, value)
+        autopilot.run(0.5, pilot)
+    back = rolled_back(autopilot, tmp_path)
+    assert back.good, back.sentence
+    assert {line.name for line in back.lines if not line.name.startswith("FF")} == set()
+    assert {name: pilot.read(name) for name in tightened} == pytest.approx(tightened)
+    assert pilot.read("FF0_M_U") == 18.0
+
+
 @pytest.fixture
 def seatrial(fake, monkeypatch):
     """The command on the fake: its exit code by the words of a line."""
@@ -272,6 +347,16 @@ def test_the_command_deploys_checks_and_removes(seatrial, tmp_path, capsys):
     assert "script in scripts: none" in capsys.readouterr().out
 
 
+def test_the_first_deploy_of_all_says_what_the_autopilot_holds_after_its_reboot(
+    seatrial, fake, tmp_path, capsys
+):
+    fake.parameters["SCR_ENABLE"] = 0.0
+    fake.scripting.boot(fake.clock.now_s)
+    deploy = f"applet deploy --vehicle bluerov2 --yes --receipts {tmp_path}"
+    assert seatrial(deploy) == exit_codes.DONE
+    assert "script in scripts: that of the vehicle file" in capsys.readouterr().out
+
+
 def test_the_command_refuses_a_wiring_that_freezes(seatrial, fake, tmp_path, capsys):
     fake.parameters["SERVO10_FUNCTION"] = 95.0
     assert seatrial(f"applet deploy --vehicle bluerov2 --receipts {tmp_path}") != exit_codes.DONE
@@ -288,6 +373,15 @@ def test_ff_switches_it_as_any_vehicle_and_believes_the_script_alone(seatrial, f
     assert seatrial("ff shadow --yes --seconds 6") == exit_codes.NO
     # The autopilot took the parameter of a script that does not run.
     assert fake.parameters["FF_MODE"] == 1.0
+
+
+def test_ff_on_an_autopilot_alone_says_how_it_gets_a_feed_forward(seatrial, capsys):
+    assert seatrial("ff both --yes --seconds 6") != exit_codes.DONE
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the companion brings them (start seatrial bridge --ardusub), or the applet in it" in said
+    assert seatrial("ff off --seconds 8") != exit_codes.DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "an autopilot alone has no FF_MODE: start seatrial bridge --ardusub beside it" in said
 
 
 class Losing(Ground):

@@ -5,6 +5,7 @@ from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Aboard, Pilot, arm, ready, taken
 
+from bridge.ardusub.companion import NO_ARDUSUB
 from bridge.links.link import memory_pair
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer, decode
@@ -280,7 +281,7 @@ def test_another_autopilot_than_ardusub_is_named_and_sent_nothing(fake, autopilo
     fake.kind = (vehicle, autopilot_kind)
     aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
     fake.run(4.0, aboard, pilot)
-    assert "autopilot is no ArduSub: recorded, nothing sent" in pilot.texts()
+    assert NO_ARDUSUB in pilot.words()
     assert not fake.writes
     assert 36 in fake.intervals
     assert fake.intervals[36] == 0.5

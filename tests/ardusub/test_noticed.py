@@ -1,12 +1,20 @@
 """What may be wrong beside ArduSub: each is said in one sentence with the way out, and nothing is taken or added."""
 
+import socket
+import threading
 from dataclasses import replace
 
 import pytest
 from fakes.ardusub import Ardusub
+from fakes.ports import free_port
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, ready, taken
 
+from bridge.ardusub.companion import NO_ARDUSUB
+from bridge.onboard import program
 from bridge.vehicle.mode import Mode
+from bridge.wire.framing import Encoder
+from gcs_plugin.feedforward import Switch
 
 WAIT_S = 25.0
 SHAPE = FILE.vehicle.configurations["standard"]
@@ -68,10 +76,10 @@ WRONG = {
 @pytest.mark.parametrize(("changes", "sentence"), WRONG.values(), ids=WRONG)
 def test_what_is_wrong_is_said_with_the_way_out_and_the_sticks_are_not_taken(changes, sentence):
     fake, aboard, pilot = afloat(changes)
-    assert fake.until(lambda: sentence in pilot.texts(), WAIT_S, aboard, pilot), pilot.texts()
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
     fake.run(2.0, aboard, pilot)
     assert not taken(aboard)
-    assert pilot.texts().count(sentence) == 1
+    assert pilot.words().count(sentence) == 1
     assert not fake.writes
 
 
@@ -100,7 +108,7 @@ def test_a_second_ground_station_that_writes_is_named_with_what_to_do():
     assert any("orders from system 254 are refused" in text for text in pilot.texts())
     other.write("SYSID_MYGCS", 254.0)
     sentence = "sticks lost: SYSID_MYGCS set to 254 by another program: end it, then FF_MODE 0 and on again"
-    assert fake.until(lambda: sentence in pilot.texts(), WAIT_S, aboard, pilot, other), pilot.texts()
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot, other), pilot.texts()
 
 
 def test_two_programs_that_send_sticks_are_said():
@@ -108,4 +116,105 @@ def test_two_programs_that_send_sticks_are_said():
     fake.armed = True
     other = Pilot(fake, component=25)
     sentence = "FF off: two programs send sticks: end one"
-    assert fake.until(lambda: sentence in pilot.texts(), WAIT_S, aboard, pilot, other), pilot.texts()
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot, other), pilot.texts()
+
+
+OTHER_FRAME = WRONG["another frame"]
+
+
+def told(mode, changes=OTHER_FRAME[0]):
+    """A vehicle that can't be flown by its companion, which has said so once."""
+    fake, aboard, pilot = afloat(changes)
+    aboard.set_mode(mode)
+    assert fake.until(lambda: OTHER_FRAME[1] in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+    return fake, aboard, pilot
+
+
+@pytest.mark.parametrize(("mode", "times"), [(Mode.BOTH, 3), (Mode.SHADOW, 3), (Mode.OFF, 1)])
+def test_a_trouble_is_said_again_every_half_minute_while_a_mode_needs_the_companion(mode, times):
+    fake, aboard, pilot = told(mode)
+    fake.run(65.0, aboard, pilot)
+    assert pilot.words().count(OTHER_FRAME[1]) == times
+
+
+def test_a_ground_that_comes_later_is_told_of_the_trouble_too():
+    fake, aboard, pilot = told(Mode.OFF)
+    pilot.beats = pilot.flies = False
+    fake.run(15.0, aboard, pilot)
+    pilot.heard.clear()
+    pilot.beats = True
+    assert fake.until(lambda: OTHER_FRAME[1] in pilot.words(), 2.0, aboard, pilot)
+
+
+def test_who_raises_the_feedforward_is_told_why_the_companion_can_not_act():
+    fake, aboard, pilot = told(Mode.OFF)
+    fake.run(3.0, aboard, pilot)
+    switch, feed = Switch(Mode.SHADOW, 1), pilot.framer.feed
+
+    def order():
+        for message in switch.tick(fake.clock.now_s):
+            pilot.send(message)
+
+    def heard(data):
+        frames = feed(data)
+        for frame in frames:
+            switch.on_frame(frame, fake.clock.now_s)
+        return frames
+
+    pilot.framer.feed = heard
+    pilot.heard.clear()
+    assert fake.until(lambda: switch.done, 15.0, aboard, pilot, order), switch.words
+    assert switch.words.endswith(f"; but {OTHER_FRAME[1]}")
+    assert pilot.words().count(OTHER_FRAME[1]) == 1
+    assert aboard.companion.trouble(fake.clock.now_s) == OTHER_FRAME[1], "for its own terminal"
+
+
+def test_sticks_that_are_not_taken_are_said_with_the_way_out_again_and_again():
+    fake, aboard, pilot = afloat({"SYSID_MYGCS": 254.0})
+    sentence = (
+        "sticks not taken: SYSID_MYGCS is 254, the pilot's system 255: set SYSID_MYGCS to 255, or start the companion "
+        "with --ground 254; then FF_MODE 0 and on again"
+    )
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+    fake.run(31.0, aboard, pilot)
+    assert pilot.words().count(sentence) == 2
+    pilot.write("SYSID_MYGCS", 255.0)
+    aboard.set_mode(Mode.OFF)
+    fake.run(6.0, aboard, pilot)
+    aboard.set_mode(Mode.BOTH)
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+
+
+def test_another_program_that_takes_the_sticks_while_the_feedforward_is_off_is_told_once():
+    fake, aboard, pilot = afloat({})
+    aboard.set_mode(Mode.OFF)
+    fake.run(10.0, aboard, pilot)
+    assert not [words for words in pilot.words() if "SYSID_MYGCS" in words]
+    pilot.write("SYSID_MYGCS", 254.0)
+    fake.run(20.0, aboard, pilot)
+    sentence = (
+        "SYSID_MYGCS is 254: other sticks than those of system 255 fly; "
+        "end their program, or set SYSID_MYGCS to 255"
+    )
+    assert pilot.words().count(sentence) == 1
+
+
+def test_a_trouble_stands_on_the_companions_own_terminal_too(tmp_path, capsys):
+    """Beside a PX4, on the loopback."""
+    port, encoder, over = free_port(socket.SOCK_DGRAM), Encoder(1, 1), threading.Event()
+    beat = encoder.encode(dialect.MAVLink_heartbeat_message(2, dialect.MAV_AUTOPILOT_PX4, 0, 0, 4, 3))
+
+    def beats():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+            while not over.wait(0.2):
+                end.sendto(beat, ("127.0.0.1", port))
+
+    px4 = threading.Thread(target=beats)
+    px4.start()
+    try:
+        ways = ["--link", f"udpin:127.0.0.1:{port}", "--parameters", str(tmp_path / "p.json")]
+        program.main(["--vehicle", "bluerov2", "--ardusub", "--seconds", "3", *ways])
+    finally:
+        over.set()
+        px4.join()
+    assert capsys.readouterr().err.count(NO_ARDUSUB) == 1

@@ -215,9 +215,9 @@ def test_a_vehicle_that_never_gets_to_its_station_goes_back_and_one_that_does_no
 
 
 REFUSED = {
-    "no velocity": fault("dvl_s", 90.0),
-    "no attitude": fault("imu_s", 90.0),
-    "no depth": fault("depth_s", 90.0),
+    "no velocity: put a DVL into the vehicle file, or see why that in it is silent": fault("dvl_s", 90.0),
+    "no attitude: see why the IMU, or the autopilot in its place, is silent": fault("imu_s", 90.0),
+    "no depth: see why the depth sensor, or the autopilot in its place, is silent": fault("depth_s", 90.0),
     "sticks are not at rest": fault("touched", True),
     "battery too low or unknown": fault("voltage_v", math.nan),
     "altitude too low or unknown": fault("altitude_m", 0.5),

@@ -222,7 +222,9 @@ def test_a_ground_that_hears_nothing_any_more_gives_up_and_says_where_the_vehicl
 def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
     vehicle = FakeVehicle()
     crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
-    with pytest.raises(LinkError, match="flies no manoeuvres by itself"):
+    with pytest.raises(
+        LinkError, match="flies no manoeuvres by itself: beside ArduSub start seatrial bridge"
+    ):
         crew.find(5)
     vehicle.mute = True
     crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
@@ -451,9 +453,21 @@ def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, 
     )
 
 
-def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(files, monkeypatch):
+@pytest.mark.parametrize(
+    ("ends_at", "way_out"),
+    [
+        ("identify", "nothing was uploaded, and the dive is kept in dives/"),
+        ("params", "mend what it says, then seatrial params upload dives/"),
+        ("ff", "mend what it says, then seatrial ff shadow"),
+    ],
+)
+def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
+    files, monkeypatch, capsys, ends_at, way_out
+):
     on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
-    steps, codes = [], {"identify": 0, "params": 1}
+    names = ["identify", "params", "ff"]
+    taken = names[: names.index(ends_at) + 1]
+    steps, codes = [], {name: int(name == ends_at) for name in taken}
 
     def step(name, *words):
         steps.append((name, *words))
@@ -464,12 +478,15 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
         "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
     )
     assert cli.main([*words.split(), "--json", "out.json"]) == 1
-    assert [name for name, *_ in steps] == ["plan", "identify", "params"]
+    assert [name for name, *_ in steps] == ["plan", *taken]
     within = "--minutes 5 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml "
     within += "--json dives/calibrate-plan.json"
     assert steps[0][3:] == tuple(within.split())
-    assert steps[2][1] == "upload"
-    assert json.loads((files / "out.json").read_text())["steps"] == {"identify": 0, "params": 1}
+    assert [words[0] for name, *words in steps if name == "params"] == ["upload"][: len(taken) - 1]
+    assert json.loads((files / "out.json").read_text())["steps"] == codes
+    shown = "".join(capsys.readouterr().out.split())
+    last = shown[shown.rindex(f"calibrateendsat{ends_at}:") :]
+    assert way_out.replace(" ", "") in last
 
 
 def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkeypatch):

@@ -16,6 +16,7 @@ from gcs_plugin.params.last_accepted import (
     last_sidecar,
     newest_before,
     unfinished,
+    written_since,
 )
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import Line, Receipt, next_number
@@ -281,3 +282,26 @@ def test_a_sidecar_that_foretells_of_no_axis_or_of_no_thruster_is_refused(tmp_pa
     path.with_name("mended.param.json").write_text(json.dumps(data), encoding="utf-8")
     with pytest.raises(ParamRejected, match=f"{part}: "):
         read_sidecar(path)
+
+
+def test_a_roll_back_is_about_what_its_upload_and_later_ones_that_stand_wrote(receipts):
+    receipts.keep(FF1_M_W=1.0)
+    first = receipts.keep(FF1_M_U=100.0)
+    second = receipts.keep(FF1_D_U=45.0)
+    receipts.keep(Outcome.ROLLED_BACK, FS_GCS_ENABLE=1.0)
+    assert written_since(receipts.path, 1, first) == {"FF1_M_U", "FF1_D_U"}
+    receipts.keep(restores=str(second), FF1_D_U=1.0)
+    assert written_since(receipts.path, 1, first) == {"FF1_M_U"}
+    receipts.keep(Outcome.BEGUN, FF1_M_V=7.0)
+    assert written_since(receipts.path, 1, first) == {"FF1_M_U", "FF1_M_V"}
+
+
+def test_lines_that_an_upload_found_to_be_so_already_are_not_its_own(receipts):
+    before = receipts.keep(Outcome.SAME, FS_GCS_ENABLE=2.0)
+    assert written_since(receipts.path, 1, before) == set()
+
+
+def test_the_receipt_beside_a_file_tells_in_any_folder_and_none_tells_nothing(receipts, tmp_path):
+    before = receipts.keep(FF1_M_U=100.0)
+    assert written_since(tmp_path / "elsewhere", 1, before) == {"FF1_M_U"}
+    assert written_since(receipts.path, 1, tmp_path / "of_yesterday.param") is None

@@ -1,6 +1,7 @@
 """A vehicle file proposed by an ArduSub's own parameters, and motors that the motion contradicts."""
 
 import json
+import math
 import struct
 from contextlib import nullcontext
 from dataclasses import replace
@@ -87,6 +88,8 @@ def test_without_parameters_a_motion_that_follows_no_frame_is_refused(tmp_path, 
     [
         ({"FRAME_CONFIG": 3.0}, "no vehicle file comes with the frame vectored_6dof_90deg"),
         ({"FRAME_CONFIG": 2.0}, "no output drives motor 7, 8"),
+        ({"FRAME_CONFIG": math.nan}, "FRAME_CONFIG is nan, no whole number: set it in the autopilot"),
+        ({"SERVO3_FUNCTION": math.inf}, "SERVO3_FUNCTION is inf, no whole number: set it in the autopilot"),
         ({"SERVO6_FUNCTION": 0.0, "SERVO9_FUNCTION": 38.0}, "the motors are on outputs 1, 2, 3, 4, 5, 9"),
     ],
 )

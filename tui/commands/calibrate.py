@@ -84,9 +84,17 @@ def run(arguments: argparse.Namespace) -> int:
         "params": (*upload, *link),
         "ff": (Mode.SHADOW.word, "--yes", *link),
     }
+    ways_out = {
+        "identify": f"nothing was uploaded, and the dive is kept in {folder.path}: see seatrial diagnose {folder.path} "
+        f"--vehicle {vehicle}, or calibrate again with more --minutes",
+        "params": f"the model is kept in {left['--param']}, and the vehicle has its old one: mend what it says, then "
+        f"seatrial params upload {left['--param']} --vehicle {file.path}, and seatrial ff {Mode.SHADOW.word}",
+        "ff": f"the model is in the vehicle, and not in shadow: mend what it says, then seatrial ff {Mode.SHADOW.word}",
+    }
     for name, words in steps.items():
         code = done["steps"][name] = step(name, *words)
         if code != exit_codes.DONE:
+            tell(f"calibrate ends at {name}: {ways_out[name]}")
             break
     else:
         tell(

@@ -149,6 +149,8 @@ def _doing(stage: str) -> str:
         return "It failed: what was written is taken back."
     if stage == Stage.COMMIT.name:
         return "All lines are read back; the vehicle is told to fly them."
+    if stage == Stage.WITHDRAW.name:
+        return "All lines are read back; the set in force is taken out of force."
     return "The parameters are being written."
 
 
