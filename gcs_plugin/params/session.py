@@ -193,6 +193,10 @@ class Session:
             return
         if against := obstacle(plan.present):
             raise ParamRejected(f"{self._named} {against}; nothing was sent")
+        if plan.withdraws:
+            raise ParamRejected(
+                f"{self._named} is armed, and its scripts are to start anew; nothing was sent: disarm it"
+            )
         if not even_armed:
             raise ParamRejected(
                 f"{self._named} is armed; nothing was sent: disarm it, or say that it may be armed (--armed)"

@@ -257,15 +257,15 @@ def test_a_lossy_link_brings_it_over_whole(fake, tmp_path):
     assert fake.scripting.files == {"scripts/seatrial.lua": made.text.encode()}
 
 
-def rolled_back(autopilot, receipts, preimage=None):
-    """Roll an upload back, the newest if not named; its receipt."""
+def rolled_back(autopilot, receipts, even_armed=False):
+    """Roll the newest upload back; its receipt."""
     client = ParameterClient(autopilot.link, autopilot.clock)
     assert client.find_vehicle() == (1, 1)
-    before = preimage or newest_before(receipts, 1)
+    before = newest_before(receipts, 1)
     wanted = Wanted(read_parameters(before))
     plan = planned_back(before, wanted, client.read_all(), receipts, 1)
-    read_at = newest(receipts, 1)
-    return client.apply(plan.order(receipts, autopilot.clock.unix_s(), even_armed=False, read_at=read_at))
+    order = plan.order(receipts, autopilot.clock.unix_s(), even_armed=even_armed, read_at=newest(receipts, 1))
+    return client.apply(order)
 
 
 @pytest.mark.parametrize("values", [{"FF0_M_U": 16.5}, {}], ids=["changed", "the file's own model"])
@@ -304,6 +304,35 @@ def test_a_roll_back_that_can_not_take_the_set_out_of_force_says_so_with_the_way
     fake.scripting.boot(fake.clock.now_s)
     fake.run(2.0)
     assert fake.parameters["FF_ACTIVE"] == 0.0
+
+
+def test_a_restart_that_is_lost_on_the_way_is_ordered_again(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 16.5}).good
+    restart, asked = fake.scripting.restart, []
+    fake.scripting.restart = lambda now_s: asked.append(now_s) or (len(asked) > 1 and restart(now_s))
+    back = rolled_back(fake, tmp_path)
+    assert back.good, back.sentence
+    assert len(asked) == 2
+    assert deployment(fake).look().active == 0.0
+
+
+def test_scripts_do_not_start_anew_under_an_armed_vehicle(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 16.5}).good
+    fake.armed, fake.quirks.disarms_without_ground = True, False
+    with pytest.raises(ParamRejected, match="its scripts are to start anew; nothing was sent: disarm it"):
+        rolled_back(fake, tmp_path, even_armed=True)
+    assert fake.parameters["FF0_M_U"] == 16.5
+
+
+def test_a_reboot_in_place_of_the_restart_comes_to_the_same(fake, tmp_path):
+    deployed(fake, tmp_path)
+    assert upload(fake, tmp_path, {"FF0_M_U": 16.5}).good
+    fake.scripting.restart = fake.scripting.boot
+    back = rolled_back(fake, tmp_path)
+    assert back.good, back.sentence
+    assert deployment(fake).look().active == 0.0
 
 
 def test_a_roll_back_leaves_alone_what_others_have_set_since(autopilot, tmp_path):
