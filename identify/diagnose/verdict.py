@@ -57,6 +57,9 @@ STARTS = (
 QUIET = 0.25
 """Drift above the floor, in floors, that counts as noise: a force that causes so little was found, but is no gap."""
 
+HUSHED = 0.5
+"""Drift, in floors, of a model that foretells roll or pitch far better than the fitted disturbance would let it."""
+
 BATTERY = "the same leg with a fresh and with an empty battery"
 THRUSTERS = "one pair of thrusters at a time, from rest"
 
@@ -85,8 +88,15 @@ def above_noise(
     accepted effects, which make up forces to `known_to` (6,), N and N m. Elsewhere the floor, of the fitted
     disturbance, has grown by such a force itself. Slow or rare forces are kept where they are larger than that,
     because a disturbance absorbs them without a drift, and so are reading errors; beside accepted effects none in roll
-    and pitch, where an estimate wanders by more than such effects do.
+    and pitch, where an estimate wanders by more than such effects do. In roll and pitch nothing is left where the model
+    drifts by less than HUSHED of noise: angles are an estimate, and wander by a fraction of what a disturbance does.
     """
+    hushed = {
+        axis.dof
+        for axis in held.by_axis
+        if DOFS.index(axis.dof) in LEVELLED and axis.after < HUSHED * axis.floor
+    }
+    left = _only(left, [k for k, shape in enumerate(left.shapes) if DOFS[shape.dof] not in hushed])
     no_gap = math.isnan(held.value)
     exact = not filtered and known_to is None
     if not (held.value >= LEAST_CLOSED or (no_gap and not exact)):
@@ -100,6 +110,10 @@ def above_noise(
         or force <= 0
         or (shape.timing not in (None, "transient") and force >= least[shape.dof])
     ]
+    return _only(left, kept)
+
+
+def _only(left: Unexplained, kept: Sequence[int]) -> Unexplained:
     return replace(
         left,
         shapes=tuple(left.shapes[k] for k in kept),

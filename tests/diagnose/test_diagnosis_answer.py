@@ -219,6 +219,10 @@ TILTING = replace(left_by(300.0), shapes=(GenericForce(4, "speed", "odd", np.zer
         (TILTING, closing(1.0, NAN, "pitch"), (0, 1, 2), False),
         (TILTING, closing(1.0, NAN, "pitch"), (), True),
         (TILTING, closing(1.0, 0.2, "pitch"), (), True),
+        # Far below noise it is the wandering of an estimate, steady or not; in surge it is none.
+        (TILTING, closing(0.4, NAN, "pitch"), (), False),
+        (replace(TILTING, forces=(1.0,)), closing(0.4, 0.2, "pitch"), (), False),
+        (left_by(100.0), closing(0.4, NAN), (), True),
         # The disturbance takes these up, in the floor as in the model.
         (SLOW, closing(1.0), (), True),
         (MISREAD, closing(1.0), (), True),
