@@ -104,7 +104,12 @@ def answer_of(
     joint, theta, delay = fitted.joint, fitted.theta, fitted.delay
     lacking = {dof: test.drag for dof, test in tests.items() if test.lacks_drag}
     # Thrust that follows the disturbance through an unrecorded reading seems to come late, so such axes don't count.
-    late = {dof: test.late for dof, test in tests.items() if test.is_late and dof not in spoilt}
+    # Nor do those that no thruster pushed: thrust that hardly changes has no time at which it acts.
+    late = {
+        dof: test.late
+        for dof, test in tests.items()
+        if test.is_late and dof in built.pushed and dof not in spoilt
+    }
     others = lacks_of(joint, theta, built, dive, spoilt, tests)
     let_in = widened(admitted(joint, theta, lacking, late, _timing(tests, delay)), joint, theta, others)
     missing = missing_forces(tuple(lacking), tuple(late), configuration.damping)
