@@ -15,7 +15,7 @@ from bridge.vehicle.config import load_vehicle
 from identify.checks.fit import late_doubts, silent_share, unseen_doubts
 from identify.dive import Signal
 from identify.estimators import likelihood_fit
-from identify.estimators.axes import build_axes
+from identify.estimators.axes import Axes, build_axes
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
 from identify.estimators.misfit import Multiplier
@@ -41,6 +41,15 @@ def test_thrust_that_is_stamped_late_makes_data_and_model_disagree_and_says_by_h
     assert answer.outcome is Outcome.DISAGREES
     assert "(earlier, by about 90 ms; " in doubt.sentence
     assert "doctor --wet" in doubt.sentence
+
+
+def test_an_axis_that_no_thruster_pushed_is_not_late(monkeypatch):
+    """Thrust that hardly changes has no time at which it acts: its small answers to the motion seem to be late."""
+    monkeypatch.setattr(Axes, "pushed", ())
+    answer = estimate(
+        later(closed_loop.dive(np.random.default_rng(5)), 0.1), FILE, "only", network_tasks.quiet
+    )
+    assert not [doubt for doubt in answer.doubts if "acts at another time" in doubt.sentence]
 
 
 @pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
