@@ -239,7 +239,7 @@ local astray = {false, false}
 local function hold(measured, off, pilot, dt)
   local force = {0.0, 0.0}
   if mode ~= BOTH or not measured or dt <= 0 then
-    integral = {0.0, 0.0}
+    integral, astray = {0.0, 0.0}, {false, false}
     return force
   end
   local ahead = {nu[1] + K.ahead_s * nu_dot[1], nu[2] + K.ahead_s * nu_dot[2]}
@@ -250,8 +250,8 @@ local function hold(measured, off, pilot, dt)
   local weight = right == left and 0.0 or clip((speed - speeds[left]) / (speeds[right] - speeds[left]), 0.0, 1.0)
   for axis = 1, 2 do
     local wrong, reach = ahead[axis] - measured[axis], K.hold_share * K.reach[axis]
-    local far = math.abs(wrong) > K.held_within_m_s
-    if far and not astray[axis] and not off[axis] then
+    local far = not off[axis] and math.abs(wrong) > K.held_within_m_s
+    if far and not astray[axis] then
       say(string.format("FF %s not held: velocity off by over %g m/s", NAMES[axis], K.held_within_m_s))
     end
     astray[axis] = far

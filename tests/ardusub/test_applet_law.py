@@ -417,3 +417,13 @@ def test_what_only_the_script_may_write_is_put_back():
         rig.fake.parameters[name] = 4.0
     rig.fake.run(0.5)
     assert rig.fake.parameters == before
+
+
+def test_a_velocity_far_off_the_reference_is_told_once_each_time_it_is_to_be_held():
+    rig = Rig(mode=Mode.BOTH)
+    rig.fake.scripting.velocity_m_s = (2.0, 0.0, 0.0)
+    for mode, times in ((Mode.BOTH, 1), (Mode.ALONE, 1), (Mode.BOTH, 2)):
+        rig.order(mode)
+        for _ in range(20):
+            rig.tick((0, 0, 0))
+        assert len(rig.said("FF surge not held: velocity off by over 0.5 m/s")) == times
