@@ -105,6 +105,24 @@ class Pilot:
         return [decoded(text).words for text in self.texts()]
 
 
+def orders(pilot, switch):
+    """An act: the pilot's ground sends what the switch orders; all that it hears goes to the switch as well."""
+    feed = pilot.framer.feed
+
+    def heard(data):
+        frames = feed(data)
+        for frame in frames:
+            switch.on_frame(frame, pilot.autopilot.clock.boot_s())
+        return frames
+
+    def order():
+        for message in switch.tick(pilot.autopilot.clock.boot_s()):
+            pilot.send(message)
+
+    pilot.framer.feed = heard
+    return order
+
+
 def ready(autopilot, *acts):
     """Wait until the autopilot has started: a simulated ArduSub that is ordered about earlier stands still for good.
 

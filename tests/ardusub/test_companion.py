@@ -3,7 +3,7 @@
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from rig import Aboard, Pilot, arm, ready, taken
+from rig import Aboard, Pilot, arm, orders, ready, taken
 
 from bridge.ardusub.companion import NO_ARDUSUB
 from bridge.links.link import memory_pair
@@ -327,19 +327,7 @@ def test_off_waits_for_a_companion_that_is_known_from_before_until_it_is_heard_o
 
     fake.hear = listen
     switch, pilot = Switch(Mode.OFF, known=(KnownVehicle((1, 191), True, -90.0, behind=True),)), Pilot(fake)
-    feed = pilot.framer.feed
-
-    def order():
-        for message in switch.tick(fake.clock.now_s):
-            pilot.send(message)
-
-    def heard(data):
-        frames = feed(data)
-        for frame in frames:
-            switch.on_frame(frame, fake.clock.now_s)
-        return frames
-
-    pilot.framer.feed = heard
+    order = orders(pilot, switch)
     fake.run(5.0, pilot, order)
     assert (sent, switch.done) == ([], False)
     assert switch.words == (

@@ -8,7 +8,7 @@ import pytest
 from fakes.ardusub import Ardusub
 from fakes.ports import free_port
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from rig import FILE, Aboard, Pilot, ready, taken
+from rig import FILE, Aboard, Pilot, orders, ready, taken
 
 from bridge.ardusub.companion import NO_ARDUSUB
 from bridge.onboard import program
@@ -149,19 +149,8 @@ def test_a_ground_that_comes_later_is_told_of_the_trouble_too():
 def test_who_raises_the_feedforward_is_told_why_the_companion_can_not_act():
     fake, aboard, pilot = told(Mode.OFF)
     fake.run(3.0, aboard, pilot)
-    switch, feed = Switch(Mode.SHADOW, 1), pilot.framer.feed
-
-    def order():
-        for message in switch.tick(fake.clock.now_s):
-            pilot.send(message)
-
-    def heard(data):
-        frames = feed(data)
-        for frame in frames:
-            switch.on_frame(frame, fake.clock.now_s)
-        return frames
-
-    pilot.framer.feed = heard
+    switch = Switch(Mode.SHADOW, 1)
+    order = orders(pilot, switch)
     pilot.heard.clear()
     assert fake.until(lambda: switch.done, 15.0, aboard, pilot, order), switch.words
     assert switch.words.endswith(f"; but {OTHER_FRAME[1]}")

@@ -102,12 +102,17 @@ def test_a_hull_without_quadratic_damping_may_as_well_have_none_and_is_no_fault(
     )
 
 
-def test_a_drag_is_made_of_no_speed_that_runs_away():
+@pytest.fixture(scope="module")
+def problem():
+    """The likelihood of surge, of a hull with both dampings."""
     dive = closed_loop.dive(np.random.default_rng(3), 60.0, quadratic=QUADRATIC)
     file = file_with("both")
     (name,) = file.vehicle.configurations
     axis = build_axes(dive, file, name).axes[0]
-    problem = likelihood_of(axis, file.vehicle.configurations[name], np.full(6, closed_loop.MASS), (), "both")
+    return likelihood_of(axis, file.vehicle.configurations[name], np.full(6, closed_loop.MASS), (), "both")
+
+
+def test_a_drag_is_made_of_no_speed_that_runs_away(problem):
     assert np.isfinite(problem.slowed(problem.prior_mean).shapes).all()
     wild = problem.prior_mean.copy()
     wild[DAMPING] += 20.0
@@ -117,13 +122,8 @@ def test_a_drag_is_made_of_no_speed_that_runs_away():
         problem.score(wild)
 
 
-def test_the_gradient_by_quadratic_drag_is_that_of_the_likelihood():
+def test_the_gradient_by_quadratic_drag_is_that_of_the_likelihood(problem):
     """Drag brakes the hull, and damps what disturbs it: the gradient is the sum of both."""
-    dive = closed_loop.dive(np.random.default_rng(3), 60.0, quadratic=QUADRATIC)
-    file = file_with("both")
-    (name,) = file.vehicle.configurations
-    axis = build_axes(dive, file, name).axes[0]
-    problem = likelihood_of(axis, file.vehicle.configurations[name], np.full(6, closed_loop.MASS), (), "both")
     theta, step = problem.prior_mean, np.zeros(len(problem.prior_mean))
     step[problem.quadratic_index] = 1e-3
     slope = (problem.log_likelihood(theta + step) - problem.log_likelihood(theta - step)) / (2 * step.sum())
