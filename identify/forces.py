@@ -20,7 +20,7 @@ from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.ingest.commands import held_commands, never_known, sampled_seldom, unknown_between
 from identify.rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
-from identify.wrench_history import WrenchHistory, evenly_between, history_of
+from identify.wrench_history import BETWEEN, WrenchHistory, evenly_between, history_of, is_jump
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
@@ -54,7 +54,10 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
         if unknown_between(dive, dive.thruster_commands):
-            return _sampled(from_pwm, curve, "pwm", notes, rounded, breaks_s)
+            straight = evenly_between(from_pwm)
+            bent = _bent_between(dive, vehicle, directory, configuration_name)
+            between = Signal(straight.time_s, straight.value + bent)
+            return _sampled(from_pwm, between, curve, "pwm", notes, rounded, breaks_s)
         likeliest = Signal(from_pwm.time_s, unrounded_by_run(from_pwm, variance, breaks_s))
         history = history_of(likeliest, curve, "pwm", notes, breaks_s)
         hidden = np.sqrt(rounded + _reckoned(dive, vehicle, directory, configuration_name))
@@ -77,7 +80,9 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         )
     notes = (*notes, "The wrench is TAU_CMD as recorded.")
     if unknown_between(dive, commanded):
-        return _sampled(commanded, curve, "tau_cmd", notes, np.zeros(6), breaks_s)
+        return _sampled(
+            commanded, evenly_between(commanded), curve, "tau_cmd", notes, np.zeros(6), breaks_s
+        )
     return history_of(commanded, curve, "tau_cmd", notes, breaks_s)
 
 
@@ -94,6 +99,43 @@ def asked_thrusts(dive: Dive, file: VehicleFile, configuration_name: str) -> Sig
     assert commands is not None
     value = commands.value[:, : len(file.vehicle.configurations[configuration_name].thrusters)]
     return Signal(commands.time_s, _thrust_n(dive, value, file.vehicle, file.path.parent))
+
+
+def thrusts_between(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
+    """The thrust (n, k) in N that each thruster is asked for between slow samples of its command.
+
+    Its pulse changes evenly, for mixers add up pulses, and the thrust curve bends what becomes of it. Where the pulses
+    jump they do so at an unknown time, and the mean thrust is halfway.
+    """
+    commands = dive.thruster_commands
+    assert commands is not None
+    count = len(file.vehicle.configurations[configuration_name].thrusters)
+    return _between(dive, commands.value[:, :count], file.vehicle, file.path.parent)
+
+
+def _between(dive: Dive, commands: Array, vehicle: Vehicle, directory: Path) -> Signal:
+    """As `thrusts_between`, of commands (n, k)."""
+    assert dive.thruster_commands is not None
+    time_s = dive.thruster_commands.time_s
+    straight = evenly_between(Signal(time_s, _thrust_n(dive, commands, vehicle, directory)))
+    if dive.pwm is None:
+        return straight
+    sent = np.where(commands > 0, commands, vehicle.thrust_curve.neutral_us)
+    even = evenly_between(Signal(time_s, sent))
+    bent = _thrust_n(dive, even.value, vehicle, directory)
+    jumps = np.append(np.repeat(is_jump(sent), BETWEEN), True)
+    return Signal(straight.time_s, np.where(jumps[:, None], straight.value, bent))
+
+
+def _bent_between(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
+    """Wrench (n, 6) between slow samples of the commands, beyond that of thrust which changes evenly."""
+    configuration = vehicle.configurations[configuration_name]
+    commands = dive.thruster_commands
+    assert commands is not None
+    held = held_commands(Signal(commands.time_s, commands.value[:, : len(configuration.thrusters)])).value
+    straight = evenly_between(Signal(commands.time_s, _thrust_n(dive, held, vehicle, directory)))
+    bent = _between(dive, held, vehicle, directory).value - straight.value
+    return np.asarray(np.nan_to_num(bent) @ allocation_matrix(configuration).T)
 
 
 def _thrust_n(dive: Dive, commands: Array, vehicle: Vehicle, directory: Path) -> Array:
@@ -135,13 +177,14 @@ def _below_neutral(pulses_us: Array, vehicle: Vehicle) -> list[str]:
 
 def _sampled(
     asked: Signal,
+    between: Signal,
     curve: ThrustCurve,
     source: Literal["pwm", "tau_cmd"],
     notes: tuple[str, ...],
     rounded: Array,
     breaks_s: Array,
 ) -> WrenchHistory:
-    """Return the history for slow samples. A change at an unknown time between two samples is wrong by its size times
+    """Return the history for slow samples (n, 6), with the wrench between them. A change at an unknown time between two samples is wrong by its size times
     the root of a twelfth of the sample interval, per root of that interval; steady changes, of which each sample lies
     halfway between its neighbours, hide less (`_reckoned`). So much is hidden where the commands change: a step of the
     sticks hides more than minutes at rest."""
@@ -160,7 +203,7 @@ def _sampled(
             "judged; record them at 10 Hz or more for that."
         )
         notes = (*notes, note)
-    history = history_of(evenly_between(asked), curve, source, notes, breaks_s)
+    history = history_of(between, curve, source, notes, breaks_s)
     return replace(history, hidden=hidden, hidden_power=by_mean, sampled_s=step_s)
 
 

@@ -20,6 +20,9 @@ from identify.dive import Signal
 BETWEEN = 8
 """Steps between two slow samples."""
 
+JUMP = 2.0
+"""A change of slow samples by this many times those beside it is a step at an unknown time."""
+
 
 @dataclass(frozen=True)
 class WrenchHistory:
@@ -145,6 +148,13 @@ def evenly_between(samples: Signal) -> Signal:
     # A step holds until the next step, so its middle lies half a step later.
     value = [np.interp(at + 0.5 / BETWEEN, number, column) for column in samples.value.T]
     return Signal(np.interp(at, number, samples.time_s), np.column_stack(value))
+
+
+def is_jump(samples: Array) -> NDArray[np.bool_]:
+    """Whether each change (n - 1,) between slow samples (n, k) is a step: far larger than the changes beside it."""
+    size = np.sum(np.diff(samples, axis=0) ** 2, axis=1)
+    beside = np.maximum(np.concatenate([[0.0], size[:-1]]), np.concatenate([size[1:], [0.0]]))
+    return np.asarray(size > JUMP**2 * beside)
 
 
 def history_of(

@@ -19,7 +19,7 @@ from identify.estimators.lateness import FilteredForce
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
-from identify.forces import asked_thrusts, tells_thrusters
+from identify.forces import asked_thrusts, tells_thrusters, thrusts_between
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
 from identify.rounding import unrounded_thrusts
@@ -146,8 +146,9 @@ def _asked(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     configuration = file.vehicle.configurations[configuration_name]
     if tells_thrusters(dive, configuration):
         asked = asked_thrusts(dive, file, configuration_name)
-        if not unknown_between(dive, asked):
-            return unrounded_thrusts(asked, dive, file, configuration_name)
+        if unknown_between(dive, asked):
+            return thrusts_between(dive, file, configuration_name)
+        return unrounded_thrusts(asked, dive, file, configuration_name)
     elif dive.tau_cmd is not None and len(dive.tau_cmd):
         asked = dive.tau_cmd
     else:
