@@ -20,7 +20,14 @@ from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.ingest.commands import held_commands, never_known, sampled_seldom, unknown_between
 from identify.rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
-from identify.wrench_history import BETWEEN, WrenchHistory, evenly_between, history_of, is_jump
+from identify.wrench_history import (
+    BETWEEN,
+    WrenchHistory,
+    evenly_between,
+    halfway_between,
+    history_of,
+    is_jump,
+)
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
@@ -204,7 +211,8 @@ def _sampled(
         )
         notes = (*notes, note)
     history = history_of(between, curve, source, notes, breaks_s)
-    return replace(history, hidden=hidden, hidden_power=by_mean, sampled_s=step_s)
+    stepped = history_of(halfway_between(asked), curve, source, (), breaks_s)
+    return replace(history, hidden=hidden, hidden_power=by_mean, sampled_s=step_s, stepped=stepped)
 
 
 def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:

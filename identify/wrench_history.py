@@ -37,8 +37,9 @@ class WrenchHistory:
     `hidden_power` (k, 6): the power of that force from each of k + 1 slow samples to the next, by its mean; empty where
     it is the same throughout.
     `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
-    commands, 0 if the commands are known at all times. `breaks_s` (r - 1,): times between the runs of a dive; before
-    the first command of each run the wrench is constant.
+    commands, 0 if the commands are known at all times. `stepped`: the history if slow samples step halfway to the next
+    instead of going straight to it; None without such samples. `breaks_s` (r - 1,): times between the runs of a dive;
+    before the first command of each run the wrench is constant.
     """
 
     time_s: Array
@@ -53,6 +54,7 @@ class WrenchHistory:
     hidden_power: Array = field(default_factory=lambda: np.zeros((0, 6)))
     sampled_s: float = 0.0
     breaks_s: Array = field(default_factory=lambda: np.zeros(0))
+    stepped: "WrenchHistory | None" = None
 
     @cached_property
     def firsts(self) -> NDArray[np.intp]:
@@ -76,6 +78,7 @@ class WrenchHistory:
             moment=self.moment[:, axis],
             hidden=self.hidden[axis],
             hidden_power=self.hidden_power[:, axis],
+            stepped=None if self.stepped is None else self.stepped.along(dof),
         )
 
     def at(self, time_s: Array) -> Array:
@@ -155,6 +158,12 @@ def is_jump(samples: Array) -> NDArray[np.bool_]:
     size = np.sum(np.diff(samples, axis=0) ** 2, axis=1)
     beside = np.maximum(np.concatenate([[0.0], size[:-1]]), np.concatenate([size[1:], [0.0]]))
     return np.asarray(size > JUMP**2 * beside)
+
+
+def halfway_between(samples: Signal) -> Signal:
+    """Return slow samples that each hold until halfway to the next, and from halfway to it on."""
+    middle_s = 0.5 * (samples.time_s[1:] + samples.time_s[:-1])
+    return Signal(np.concatenate([samples.time_s[:1], middle_s]), samples.value)
 
 
 def history_of(

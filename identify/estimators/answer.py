@@ -36,7 +36,7 @@ from identify.estimators.alike_runs import Kinds, unlike_doubts
 from identify.estimators.axes import Axes
 from identify.estimators.lacking import lacks_of, widened
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.misfit import Admitted, Doubts, admitted, timing_of
+from identify.estimators.misfit import Admitted, Doubts, admitted, by_hidden_steps, timing_of
 from identify.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.identification import (
     LARGEST_RELATIVE_STD,
@@ -111,7 +111,7 @@ def answer_of(
         if test.is_late and dof in built.pushed and dof not in spoilt
     }
     others = lacks_of(joint, theta, built, dive, spoilt, tests)
-    let_in = widened(admitted(joint, theta, lacking, late, _timing(tests, delay)), joint, theta, others)
+    let_in = widened(admitted(joint, theta, lacking, late, _timing(fitted, tests)), joint, theta, others)
     missing = missing_forces(tuple(lacking), tuple(late), configuration.damping)
     hull = OF_HULL.values() if configuration.damping != "linear" else (*MASSES, *DAMPINGS)
     reasons = spoilt if weighs_others else {}
@@ -161,15 +161,14 @@ def answer_of(
     )
 
 
-def _timing(tests: Mapping[int, Doubts], delay: ThrustDelay | None) -> Array:
-    """Change of the logarithms, (k, 18), for one standard error in the time at which forces act: by the stamps of
-    each degree of freedom, and by the delay, for all at once."""
-    by_stamps = timing_of(tests)
-    if delay is None:
-        return by_stamps
-    return np.vstack(
-        [by_stamps, delay.std_s * np.sum([test.late.leaning for test in tests.values()], axis=0)]
-    )
+def _timing(fitted: Fitted, tests: Mapping[int, Doubts]) -> Array:
+    """Change of the logarithms, (k, 18), for one standard error in the time at which forces act: by the stamps and by
+    the slow samples of the commands of each degree of freedom, and by the delay, for all at once."""
+    delay = fitted.delay
+    known = [timing_of(tests), by_hidden_steps(fitted.joint, fitted.theta)]
+    if delay is not None:
+        known.append(delay.std_s * np.sum([test.late.leaning for test in tests.values()], axis=0)[None, :])
+    return np.vstack(known)
 
 
 def _estimate(

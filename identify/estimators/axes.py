@@ -76,6 +76,9 @@ found to lose: up to this multiple is no sign of another vehicle."""
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) counts as none."""
 
+LEAST_ANSWER = 1e-3
+"""Share of that below which thrust is rounding, and answers to no motion."""
+
 
 @dataclass(frozen=True)
 class Brackets:
@@ -106,7 +109,8 @@ class Axis(Events):
     timing: timing errors of the readings of an autopilot's own filter, of slow samples of the commands, and of stamps.
     trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
-    at all times.
+    at all times. stepped (n,): change of the force if slow samples step halfway to the next instead of going straight
+    to it; None without such samples.
     """
 
     force: Array
@@ -119,6 +123,7 @@ class Axis(Events):
     timing: tuple[Timing, ...] = ()
     smoothing_s: float = 0.0
     sampled_s: float = 0.0
+    stepped: Array | None = None
     trim_of_run: tuple[int, ...] = (0,)
 
     @cached_property
@@ -162,6 +167,11 @@ class Axis(Events):
         return np.concatenate(
             [means_behind_filter(values[run], self.step_s[run], self.smoothing_s) for run in self.runs]
         )
+
+    @property
+    def stamped_s(self) -> float:
+        """Standard error of the time at which thrust acts, as far as stamps tell it."""
+        return self.timing[0].spread if self.timing and not self.is_coloured else STAMPED_S
 
     @property
     def trims(self) -> int:
@@ -256,6 +266,12 @@ def build_axes(
             return _unread(dive, dof)
         if dof in unpushed and read[0].state_read == POSITION and not forces.asked[:, dof].any():
             return f"{unpushed[dof]}, and {read[0].name} alone was read there"
+        if dof in unpushed and forces.sampled_s and np.ptp(forces.asked[:, dof]) > LEAST_ANSWER * least_n:
+            # Thrust that answers to the turning brakes it, and samples of it look like noise.
+            return (
+                f"{unpushed[dof]}, and an autopilot may level it between commands that are known every "
+                f"{forces.sampled_s:.2g} s; record them at 20 Hz or more"
+            )
         events = events_of(dof, read, spans_s)
         if events is None:
             return f"{DOFS[dof]} was recorded only while no thruster command was"
@@ -284,7 +300,9 @@ def build_axes(
         )
         if forces.sampled_s:
             axis = replace(
-                _late_or_early(axis, forces, LATE_SHARE * forces.sampled_s), sampled_s=forces.sampled_s
+                _late_or_early(axis, forces, LATE_SHARE * forces.sampled_s),
+                sampled_s=forces.sampled_s,
+                stepped=_stepped(events, forces, grid, smoothing_s),
             )
         elif dive.stamped_s > STAMPED_S and not axis.is_coloured and dof not in unpushed:
             axis = _late_or_early(axis, forces, dive.stamped_s)
@@ -387,6 +405,19 @@ def _filtered(events: Events, push: FilteredForce, smoothing_s: float) -> tuple[
     force = push.behind(smoothing_s).mean_between(before, events.time_s)
     timing = timing_of(push, smoothing_s, before, events.time_s, events.dof == HEAVE)
     return np.column_stack([force, force]), timing
+
+
+def _stepped(events: Events, forces: WrenchHistory, grid: Array, smoothing_s: float) -> Array | None:
+    """Change of the force of each step (n,), as the readings show it, if slow samples step halfway to the next."""
+    if forces.stepped is None:
+        return None
+    straight, stepped = (history.along(events.dof) for history in (forces, forces.stepped))
+    before = events.before_s
+    if smoothing_s > 0:
+        push = FilteredForce(grid, (stepped.at(grid) - straight.at(grid))[:, 0])
+        return push.behind(smoothing_s).mean_between(before, events.time_s)
+    both = (history.mean_between(before, events.time_s)[:, 0] for history in (stepped, straight))
+    return np.subtract(*both)
 
 
 def _late_or_early(axis: Axis, forces: WrenchHistory, spread_s: float) -> Axis:

@@ -138,11 +138,13 @@ class Doubts:
 
     drag: test of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2, or of a linear damping if the model is quadratic.
     late: test of forces that act later than assumed, in seconds. Their leanings (18,) are of the logarithms of all
-    coefficients, in the order of `OF_HULL`, 0 for those not fitted.
+    coefficients, in the order of `OF_HULL`, 0 for those not fitted. stamped_s: standard error of that time by the
+    stamps.
     """
 
     drag: Multiplier
     late: Multiplier
+    stamped_s: float = STAMPED_S
 
     @property
     def lacks_drag(self) -> bool:
@@ -151,7 +153,7 @@ class Doubts:
     @property
     def is_late(self) -> bool:
         """Beyond the error of the stamps themselves."""
-        return abs(self.late.score) > DOUBTFUL_SCORE and abs(self.late.size) > STAMPED_S
+        return abs(self.late.score) > DOUBTFUL_SCORE and abs(self.late.size) > self.stamped_s
 
     @property
     def clearest(self) -> float:
@@ -172,7 +174,11 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     rows, theta_indices = coefficients(joint)
     tested = [_of_all(test, rows, theta_indices) for test in with_forces(joint, theta, forces).tested()]
     return {
-        problem.axis.dof: Doubts(_undragged(tested[2 * i], problem), _untimed(tested[2 * i + 1], problem))
+        problem.axis.dof: Doubts(
+            _undragged(tested[2 * i], problem),
+            _untimed(tested[2 * i + 1], problem),
+            problem.axis.stamped_s,
+        )
         for i, problem in enumerate(joint.problems)
     }
 
@@ -185,6 +191,22 @@ def _undragged(drag: Multiplier, problem: AxisLikelihood) -> Multiplier:
 def _untimed(late: Multiplier, problem: AxisLikelihood) -> Multiplier:
     """Slowly sampled commands give no information on lateness."""
     return replace(late, score=0.0, size=0.0) if problem.axis.sampled_s else late
+
+
+def by_hidden_steps(joint: JointLikelihood, theta: Array) -> Array:
+    """Effect on the logarithms of all coefficients, (k, 18), of what slow samples of the commands hide: each degree of
+    freedom's thrust may as well step halfway between them as go straight. That counts as one standard error, because a
+    controller's commands in between answer to the motion, and no noise that is independent of it covers them."""
+    forces = [
+        Force(problem.axis.dof, problem.axis.stepped)
+        for problem in joint.problems
+        if problem.axis.stepped is not None and problem.axis.stepped.any()
+    ]
+    if not forces:
+        return np.zeros((0, len(OF_HULL)))
+    rows, indices = coefficients(joint)
+    tested = with_forces(joint, theta, forces).tested()
+    return np.array([_of_all(test, rows, indices).leaning for test in tested])
 
 
 def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
