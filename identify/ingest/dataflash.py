@@ -20,7 +20,6 @@ from identify.checks.impossible import tame
 from identify.dive import Signal
 from identify.ingest import held_pressure, rotation, step_velocity
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
-from identify.ingest.gyro_offset import without_offset
 from identify.ingest.low_pass import before_low_pass
 
 MAGIC = b"\xa3\x95"
@@ -75,8 +74,6 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     log, skipped = _opened(path)
     parameters = _parameters(log)
     signals = before_low_pass(_signals(log), parameters)
-    if (gyro := signals.get("gyro")) is not None:
-        signals["gyro"] = without_offset(gyro, signals.get("attitude"))
     if not signals:
         raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}

@@ -21,7 +21,6 @@ from identify.dive import STAMPED_S, Signal
 from identify.ingest import held_pressure, rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.frames import Frames, load_frames, message_name
-from identify.ingest.gyro_offset import without_offset
 from identify.ingest.low_pass import CORNERS, before_low_pass
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
@@ -242,10 +241,7 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
     if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None:
         return signals
     signals["pwm"] = samples_of_a_loop(signals["pwm"])
-    signals = before_low_pass(signals, _corners_hz(messages))
-    if (gyro := signals["gyro"]) is not None:
-        signals["gyro"] = without_offset(gyro, _attitude(messages))
-    return signals
+    return before_low_pass(signals, _corners_hz(messages))
 
 
 def _corners_hz(messages: Messages) -> dict[str, float]:
