@@ -203,7 +203,7 @@ def diagnose(
         drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
     )
     known_to = LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0) if holds else None
-    left = above_noise(left, heldout, nominal.filtered, known_to)
+    left = above_noise(left, heldout, nominal.inexact, known_to)
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     causes = causes if slow is None else slow.without_step(causes)

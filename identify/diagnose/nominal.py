@@ -162,6 +162,12 @@ class Nominal:
         return tuple(sorted({*self.feedback_unrecorded, *({HEAVE} & {*self.filtered}), *self._by_depth}))
 
     @property
+    def inexact(self) -> tuple[int, ...]:
+        """Degrees of freedom behind an autopilot's filter, and those whose force is unknown between slow samples."""
+        sampled = {axis.dof for axis in self.built.axes if axis.sampled_s}
+        return tuple(sorted({*self.filtered, *sampled}))
+
+    @property
     def force_undetermined(self) -> tuple[int, ...]:
         """Degrees of freedom in which an unknown force can't be separated from an unrecorded reading."""
         return tuple(sorted({*self.velocity_unread, *self.feedback_suspected}))

@@ -79,13 +79,13 @@ OTHERS: dict[Variable, str] = {
 
 
 def above_noise(
-    left: Unexplained, held: Shrink, filtered: Collection[int], known_to: Array | None = None
+    left: Unexplained, held: Shrink, inexact: Collection[int], known_to: Array | None = None
 ) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
     It applies if the causes close enough of the gap on held-out pieces; without a gap there only where even the nominal
-    model is less exact: behind an autopilot's filter, which `filtered` has the degrees of freedom of, and beside
-    accepted effects, which make up forces to `known_to` (6,), N and N m. Elsewhere the floor, of the fitted
+    model is less exact: in the degrees of freedom `inexact`, behind an autopilot's filter or under commands that are
+    sampled slowly, and beside accepted effects, which make up forces to `known_to` (6,), N and N m. Elsewhere the floor, of the fitted
     disturbance, has grown by such a force itself. Slow or rare forces are kept where they are larger than that,
     because a disturbance absorbs them without a drift, and so are reading errors; beside accepted effects none in roll
     and pitch, where an estimate wanders by more than such effects do. In roll and pitch nothing is left where the model
@@ -98,7 +98,7 @@ def above_noise(
     }
     left = _only(left, [k for k, shape in enumerate(left.shapes) if DOFS[shape.dof] not in hushed])
     no_gap = math.isnan(held.value)
-    exact = not filtered and known_to is None
+    exact = not inexact and known_to is None
     if not (held.value >= LEAST_CLOSED or (no_gap and not exact)):
         return left
     least = np.zeros(6) if known_to is None else np.where(np.isin(range(6), LEVELLED), np.inf, known_to)
