@@ -1,8 +1,8 @@
 """Wrench of a dive as a function of time, from the thruster commands (through curve, lag and geometry; commands in
 newtons need no curve) or from TAU_CMD.
 
-Slow samples of quick commands are taken to change evenly from each sample to the next. The difference from the true
-commands is modelled as a white force.
+Slow samples of quick commands are taken to change evenly from each sample to the next, pulses as pulses. The difference
+from the true commands is modelled as a white force.
 """
 
 from dataclasses import replace
@@ -87,9 +87,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         )
     notes = (*notes, "The wrench is TAU_CMD as recorded.")
     if unknown_between(dive, commanded):
-        return _sampled(
-            commanded, evenly_between(commanded), curve, "tau_cmd", notes, np.zeros(6), breaks_s
-        )
+        return _sampled(commanded, evenly_between(commanded), curve, "tau_cmd", notes, np.zeros(6), breaks_s)
     return history_of(commanded, curve, "tau_cmd", notes, breaks_s)
 
 
@@ -191,10 +189,13 @@ def _sampled(
     rounded: Array,
     breaks_s: Array,
 ) -> WrenchHistory:
-    """Return the history for slow samples (n, 6), with the wrench between them. A change at an unknown time between two samples is wrong by its size times
-    the root of a twelfth of the sample interval, per root of that interval; steady changes, of which each sample lies
-    halfway between its neighbours, hide less (`_reckoned`). So much is hidden where the commands change: a step of the
-    sticks hides more than minutes at rest."""
+    """Return the history for slow samples (n, 6), with the wrench between them.
+
+    A change at an unknown time between two samples is wrong by its size times the root of a twelfth of the sample
+    interval, per root of that interval; steady changes, of which each sample lies halfway between its neighbours, hide
+    less (`_reckoned`). So much is hidden where the commands change: a step of the sticks hides more than minutes at
+    rest.
+    """
     step_s = 1.0 / asked.rate_hz
     changes = np.diff(asked.value, axis=0)
     beyond = 0.5 * np.diff(changes, axis=0, prepend=changes[:1], append=changes[-1:])

@@ -73,7 +73,7 @@ from identify.diagnose.simulation import (
     specific_force_of,
     velocity_error_of,
 )
-from identify.diagnose.unexplained import LEAST_FORCE, Unexplained, unexplained_of
+from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
     above_noise,
     beside_accepted,
@@ -90,6 +90,7 @@ from identify.diagnose.wording import shown_note
 from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library
+from identify.estimators.lacking import LEAST_FORCE
 from identify.estimators.likelihood_axis import MASS
 from identify.ingest.commands import unknown_between
 from identify.side_by_side import both

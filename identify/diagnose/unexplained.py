@@ -23,6 +23,7 @@ from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
 from identify.effects.course import Course, lagged
 from identify.effects.effect import Act
+from identify.estimators.lacking import LEAST_FORCE
 from identify.side_by_side import side_by_side
 
 Variable = Literal[
@@ -61,12 +62,6 @@ PAST_S = (1.5, 3.0, 6.0, 12.0)
 
 ZERO_M_S2 = 0.03
 """Usual zero error of an accelerometer, by switching on and by age (Xsens MTi data sheet)."""
-
-LEAST_FORCE = 0.02
-"""Least force, relative to thrust in that degree of freedom, both as standard deviations.
-
-No thrust curve is known better. Forces with a timing of their own may be smaller, because no curve causes these.
-"""
 
 
 @dataclass(frozen=True)
@@ -303,7 +298,8 @@ def _precision(rows: Regression, known: Blocks, k: int, columns: Array) -> Array
 
 
 def _large(weigheds: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
-    """The forces before the first small force, as later forces may be its remainder."""
+    """The forces before the first small force, as later forces may be its remainder; a force with a timing of its own
+    may be small, because no thrust curve causes it."""
     for weighed in weigheds:
         if weighed.size < LEAST_FORCE * thrust and weighed.shape.timing is None:
             return

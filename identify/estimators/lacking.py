@@ -45,6 +45,10 @@ as the dive."""
 TURNING_SCORE = 2.0 * DOUBTFUL_SCORE
 """A DVL's speed is brought to the origin by smoothed rates of turn, so their error looks a little like a lever arm."""
 
+LEAST_FORCE = 0.02
+"""Least force that goes with the thrust, relative to thrust in that degree of freedom, both as rms: no thrust curve is
+known better."""
+
 TOO_ALIKE = 1e-10
 """Responses count as the same if the eigenvalue of their products is a smaller share of the largest."""
 
@@ -176,7 +180,7 @@ def lacks_of(
 
     Not tested are roll and pitch, in which the righting moment of an angle that is read acts, and the axes whose
     controller used an unrecorded reading (`spoilt`), in which the thrust follows the disturbance. Nor is a recording
-    that is hardly of this vehicle.
+    that is hardly of this vehicle. A force that goes with the thrust counts from LEAST_FORCE of it on.
     """
     if built.strange or not joint.problems:
         return ()
@@ -186,6 +190,7 @@ def lacks_of(
         if problem.axis.dof not in (ROLL, PITCH, *spoilt)
     ]
     forms = Forms(built, dive)
+    thrust = {problem.axis.dof: float(np.sqrt(np.mean(problem.axis.force**2))) for problem, _ in pairs}
 
     def tests_of(i: int) -> tuple[Screen, list[Lack], Peak]:
         screen = screen_of(*pairs[i])
@@ -202,10 +207,17 @@ def lacks_of(
     clear: dict[int, Lack] = {}
     for test in sorted(tests, key=lambda test: -test.score):
         doubtful = TURNING_SCORE if test.kind is Kind.TURNING else DOUBTFUL_SCORE
-        if test.score > max(doubtful, doubts[test.dof].clearest):
+        if test.score > max(doubtful, doubts[test.dof].clearest) and not _of_the_curve(
+            test, thrust[test.dof]
+        ):
             # A force resembles others a little: the clearest of an axis explains those.
             clear.setdefault(test.dof, test)
     return tuple(clear.values())
+
+
+def _of_the_curve(lack: Lack, thrust_rms: float) -> bool:
+    """Whether a force is no more than what a thrust curve is off by."""
+    return lack.kind is Kind.THRUST and float(np.sqrt(np.mean(lack.shape**2))) < LEAST_FORCE * thrust_rms
 
 
 def _peak(screen: Screen) -> Peak:

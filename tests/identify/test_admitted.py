@@ -17,7 +17,10 @@ from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.misfit import (
     NOTHING,
     Admitted,
+    Doubts,
+    Multiplier,
     admitted,
+    by_hidden_steps,
     doubts_of,
     timing_of,
 )
@@ -70,6 +73,30 @@ def test_the_error_by_timing_covers_what_readings_that_are_late_by_that_change_o
     late = fitted(replace(recorded, velocity=Signal(read.time_s + times * 0.0005, read.value)))
     change = (late.log_value[SURGE] - fit.log_value[SURGE]) / times
     assert 0.5 < -change / by_timing[SURGE] < 1.0
+
+
+def test_thrust_is_late_only_beyond_what_stamps_are_off_by():
+    none, late = Multiplier(0.0, 0.0, np.zeros(18)), Multiplier(9.0, 2e-3, np.zeros(18))
+    assert Doubts(none, late).is_late
+    assert not Doubts(none, late, stamped_s=2.5e-3).is_late
+    assert not Doubts(none, replace(late, score=4.0)).is_late
+    trusted_less = fitted(replace(closed_loop.dive(np.random.default_rng(4), 60.0), stamped_s=2.5e-3))
+    assert doubts_of(trusted_less.joint, trusted_less.theta)[SURGE].stamped_s == 2.5e-3
+
+
+def test_slow_samples_of_the_commands_leave_a_mass_as_open_as_what_they_do_in_between():
+    recorded = closed_loop.dive(np.random.default_rng(4), 120.0)
+    fit = fitted(recorded)
+    assert by_hidden_steps(fit.joint, fit.theta).shape == (0, 18)
+    command, open_by = recorded.tau_cmd, []
+    for every_s in (0.1, 0.5):
+        every = round(every_s * command.rate_hz)
+        seldom = Signal(command.time_s[::every], command.value[::every])
+        slow = fitted(replace(recorded, tau_cmd=seldom, commands_hold=False))
+        (by_steps,) = by_hidden_steps(slow.joint, slow.theta)
+        assert set(np.flatnonzero(by_steps).tolist()) == {SURGE, DAMPING_OF_SURGE}
+        open_by.append(abs(by_steps[SURGE]))
+    assert 0.0 < open_by[0] < open_by[1] < 0.2
 
 
 @BOTH

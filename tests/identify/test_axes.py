@@ -34,7 +34,7 @@ from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, poses
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
-from identify.wrench_history import WrenchHistory
+from identify.wrench_history import WrenchHistory, halfway_between
 
 TIME_S = np.arange(0.0, 40.0, 0.02)
 LEVER_M = (0.1, 0.3, -0.2)
@@ -237,6 +237,27 @@ def test_slow_samples_hide_force_where_the_commands_change_and_none_while_they_r
     start_s = np.array([5.0, 19.8, 30.0])
     assert forces.hidden_power_between(start_s, start_s + 0.2)[:, 0] == pytest.approx([0.0, 199.0, 0.0])
     assert forces.hidden_power_between(np.array([0.0]), np.array([39.8]))[0, 0] == pytest.approx(1.0)
+
+
+def test_slow_samples_that_step_halfway_give_the_same_impulse_in_the_end() -> None:
+    axis = build_axes(stepping(), vehicle_file(), "only").axes[0]
+    assert axis.stepped is not None
+    beside = np.abs(axis.time_s - 19.9) > 0.3
+    np.testing.assert_allclose(axis.stepped[beside], 0.0, atol=0.01)
+    assert np.max(np.abs(axis.stepped)) > 1.0
+    assert axis.stepped @ axis.step_s == pytest.approx(0.0, abs=1e-3)
+    samples = Signal(np.array([0.0, 1.0, 3.0]), np.array([[2.0], [4.0], [8.0]]))
+    assert halfway_between(samples).time_s.tolist() == [0.0, 0.5, 2.0]
+
+
+def test_an_axis_is_not_judged_where_an_autopilot_may_level_it_between_two_slow_samples() -> None:
+    def missing(rate_hz: float, moment_nm: float) -> str:
+        push = sampled(rate_hz, surge, 0.0, 0.0, lambda t: moment_nm * np.sin(9.0 * t), 0.0, 0.0)
+        rolling = sampled(25.0, lambda t: 0.1 * np.sin(9.0 * t), 0.0, 0.0)
+        return build_axes(dive(tau_cmd=push, gyro=rolling), vehicle_file(), "only").missing.get(ROLL, "")
+
+    assert "may level it between commands that are known every 0.1 s" in missing(10.0, 0.01)
+    assert missing(50.0, 0.01) == missing(10.0, 0.0) == ""
 
 
 def test_the_steps_of_an_axis_know_where_the_log_hides_most() -> None:

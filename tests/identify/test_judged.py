@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import FitError
-from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
+from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
+from bridge.vehicle.thrusters import QuadraticCurve
 from identify.diagnose.nominal import late_samples_s, nominal_of, with_later_commands
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.simulation import simulation_of
@@ -153,6 +154,42 @@ def test_between_slow_samples_the_wrench_changes_evenly_and_what_it_hides_is_a_f
     assert forces.sampled_s == pytest.approx(0.5)
     assert forces.hidden[YAW] == pytest.approx(2.0 * np.sqrt(0.5 / 12.0))
     assert "a delay or a lag of the thrusters can't be judged" in forces.notes[-1]
+
+
+def pushed_by(pulses_us: list[float], every_s: float = 0.1) -> Dive:
+    """A dive of one thruster that turns, its pulses sampled."""
+    time_s = every_s * np.arange(len(pulses_us))
+    return replace(one_axis(YAW), tau_cmd=None, pwm=Signal(time_s, np.array(pulses_us)[:, None]))
+
+
+DEAD_US = 30.0
+TURNING = Configuration(
+    dry_mass_kg=25.0,
+    inertia_kgm2=(2.0, 4.0, 5.0),
+    thrusters=(Thruster((0.0, 1.0, 0.0), (1.0, 0.0, 0.0)),),
+    thruster_limit_n=20.0,
+)
+CURVE = ThrustCurve(kind="quadratic", max_n=20.0, dead_band_us=DEAD_US)
+TURNED = VehicleFile(
+    Path("turned.yaml"), Vehicle("turned", {"only": TURNING}, thrust_curve=CURVE), None, "0" * 64
+)
+
+
+def test_between_slow_samples_a_pulse_leaves_the_dead_zone_on_its_way():
+    rising = [1500.0 + 10.0 * k for k in range(60)]
+    forces = wrench(pushed_by(rising), TURNED, "only")
+    assert forces.sampled_s == pytest.approx(0.1)
+    curve = QuadraticCurve(20.0, 400.0, DEAD_US)
+    truth_nm = curve.thrust(np.linspace(1530.0, 1540.0, 2001)).mean()
+    assert forces.mean_between(np.array([0.3]), np.array([0.4]))[0, YAW] == pytest.approx(truth_nm, rel=0.01)
+    # Thrust that goes straight to its next sample would be a third less.
+    assert curve.thrust([1530.0, 1540.0]).mean() < 0.7 * truth_nm
+
+
+def test_where_pulses_jump_between_slow_samples_the_mean_thrust_is_halfway():
+    jump = [1500.0] * 30 + [1900.0] * 30
+    forces = wrench(pushed_by(jump), TURNED, "only")
+    assert forces.mean_between(np.array([2.9]), np.array([3.0]))[0, YAW] == pytest.approx(10.0)
 
 
 def test_samples_of_a_steady_change_hide_nothing():

@@ -109,6 +109,20 @@ def test_a_force_that_the_model_lacks_is_doubted_by_its_kind_and_sends_to_diagno
     assert (doubt.culprit, doubt.outcome) == (culprit, Outcome.DISAGREES)
 
 
+def test_thrust_that_differs_by_less_than_a_curve_is_known_to_is_not_doubted(monkeypatch):
+    quiet = closed_loop.dive(
+        np.random.default_rng(0),
+        SECONDS,
+        noise=3e-4,
+        disturbance=0.02,
+        push=lambda _, thrust_n: -0.01 * min(thrust_n, 0.0),
+        heading=heading,
+    )
+    assert lacks(quiet) == ()
+    monkeypatch.setattr("identify.estimators.lacking.LEAST_FORCE", 0.0)
+    assert [lack.kind for lack in lacks(quiet)] == [Kind.THRUST]
+
+
 def test_a_dvl_that_reads_the_turning_as_speed_is_doubted():
     dive = dived()
     time_s = dive.velocity.time_s

@@ -29,6 +29,7 @@ from identify.diagnose import (
     unexplained,
     verdict,
 )
+from identify.estimators import lacking
 from identify.estimators import misfit as admitted
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD
@@ -81,7 +82,7 @@ PAGE = re.sub(
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",
-        f"more than {100 * unexplained.LEAST_FORCE:.0f} % of what the thrusters do",
+        f"more than {100 * lacking.LEAST_FORCE:.0f} % of what the thrusters do",
         f"fitted without it ({shrink.FOLDS} folds)",
     ],
 )
