@@ -26,7 +26,7 @@ from bridge.simulator.missions import Mission
 from bridge.simulator.truth import NoiseLevels, Truth
 from bridge.vehicle.coefficients import DAMPINGS, QUADRATICS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.parameters import vehicle_table
+from bridge.vehicle.parameters import COMMIT, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
@@ -128,6 +128,7 @@ class Aboard:
         self._folder = ring
         configuration = next(iter(file.vehicle.configurations))
         self.parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
+        self.parameters.write(COMMIT, float(self.parameters.staged_crc), armed=False)
         self.companion = Companion(file, configuration, self.parameters, Ground(), None)
         self._bridge = Bridge(
             file.vehicle,
