@@ -12,9 +12,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub.firmware import SETTINGS, BodyClock, Firmware, Script, wait_until
 from bridge.ardusub.companion import Companion, companion_file
-from bridge.ardusub.law import ALT_HOLD
 from bridge.ardusub.mixing import Mixer
 from bridge.arrays import Array
+from bridge.firmware.ardusub import ALT_HOLD
 from bridge.links.link import Link
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer

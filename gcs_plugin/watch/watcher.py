@@ -135,7 +135,7 @@ class Watcher:
         configuration = self._configuration()
 
         def hz(signal: str) -> float:
-            return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.is_ardupilot)
+            return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.firmware)
 
         picture = Picture(
             now_s=now_s,
