@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -63,8 +63,8 @@ class Firmware:
 
     How its recordings are read: `corners`, by signal (gyro, specific_force) the parameter with the corner frequency of
     its low-pass filter, Hz; `stamped_s`, how far its stamps and a companion's are apart; `loop_s`, the step of the loop
-    whose pulses SERVO_OUTPUT_RAW samples; `holds_pressure`: SCALED_PRESSURE2 is older than its stamp;
-    `system_names`, the parameters that may have its system id.
+    whose pulses SERVO_OUTPUT_RAW samples, 0 where it sends each change; `holds_pressure`: SCALED_PRESSURE2 is older
+    than its stamp; `system_names`, the parameters that may have its system id.
 
     How it behaves: `serves_unheard`: it executes what is sent to a component that it has not heard;
     `holds_motor_test`: a motor test holds until the next, and its motors count from 0.
@@ -82,25 +82,25 @@ class Firmware:
     kind: int
     way: str
     rates_hz: Mapping[int, float]
-    stream: int | None
-    stream_hz: int
     least_hz: float
-    never_asked: frozenset[int]
-    corners: Mapping[str, str]
     stamped_s: float
-    loop_s: float
-    holds_pressure: bool
-    system_names: tuple[str, ...]
-    serves_unheard: bool
-    holds_motor_test: bool
     frame: str
     frames: tuple[str, ...]
     frame_motors: tuple[int, ...]
     files: Mapping[str, str]
     wiring: Callable[[Values, Mapping[str, int]], Wiring]
-    hints: Callable[[Values], tuple[str, ...]]
     turn: Callable[[int, int], str]
     drive: Callable[[int, int], str]
+    hints: Callable[[Values], tuple[str, ...]] = lambda _: ()
+    stream: int | None = None
+    stream_hz: int = 0
+    never_asked: frozenset[int] = frozenset()
+    corners: Mapping[str, str] = field(default_factory=dict)
+    loop_s: float = 0.0
+    holds_pressure: bool = False
+    system_names: tuple[str, ...] = ()
+    serves_unheard: bool = False
+    holds_motor_test: bool = False
 
     def __post_init__(self) -> None:
         """Raises ValueError for a rate of a message that is never to be asked for."""

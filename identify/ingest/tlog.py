@@ -251,7 +251,8 @@ def _of_autopilots(messages: Messages, firmware: Firmware | None) -> dict[str, S
     }
     if firmware is None:
         return signals
-    signals["pwm"] = samples_of_a_loop(signals["pwm"], firmware.loop_s)
+    if firmware.loop_s:
+        signals["pwm"] = samples_of_a_loop(signals["pwm"], firmware.loop_s)
     return before_low_pass(signals, firmware.corners, _stated(messages, firmware.corners.values()))
 
 
