@@ -156,6 +156,7 @@ ARDUSUB: Final = Firmware(
     # Before version 4.7 and since.
     system_names=("SYSID_THISMAV", "MAV_SYSID"),
     serves_unheard=True,
+    hides_companions=True,
     holds_motor_test=True,
     frame=FRAME,
     frames=FRAMES,

@@ -66,8 +66,9 @@ class Firmware:
     whose pulses SERVO_OUTPUT_RAW samples, 0 where it sends each change; `holds_pressure`: SCALED_PRESSURE2 is older
     than its stamp; `system_names`, the parameters that may have its system id.
 
-    How it behaves: `serves_unheard`: it executes what is sent to a component that it has not heard;
-    `holds_motor_test`: a motor test holds until the next, and its motors count from 0.
+    How it behaves: `serves_unheard`: it executes what is sent to a component that it has not heard; `hides_companions`:
+    it sends what a companion says to those links alone on which it hears somebody; `holds_motor_test`: a motor
+    test holds until the next, and its motors count from 0.
 
     The vehicle in its parameters: `frame`, the one that numbers the frames in `frames`, with the number of motors of
     each in `frame_motors` (0 for any); `files`, the vehicle file of a frame; `wiring`, given the parameters and the
@@ -100,6 +101,7 @@ class Firmware:
     holds_pressure: bool = False
     system_names: tuple[str, ...] = ()
     serves_unheard: bool = False
+    hides_companions: bool = False
     holds_motor_test: bool = False
 
     def __post_init__(self) -> None:
