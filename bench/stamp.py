@@ -47,7 +47,7 @@ MISSIONS = (
 )
 LEARNT = (
     "bench/reproduce/paper.py",
-    "bridge/ardusub/frames.py",
+    "bridge/firmware/*.py",
     "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
     "bridge/wire/whole.py",
@@ -60,7 +60,7 @@ LEARNT = (
 BASELINES = (
     "bench/baselines",
     "bench/reproduce/paper.py",
-    "bridge/ardusub/frames.py",
+    "bridge/firmware/*.py",
     "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
     "bridge/wire/whole.py",

@@ -16,9 +16,9 @@ from typing import Any, Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.applet import APPLET, ENABLE, NAME, applet, wiring_fault
-from bridge.ardusub.frames import FRAME
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified
+from bridge.firmware.ardusub import FRAME
 from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode

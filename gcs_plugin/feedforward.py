@@ -194,7 +194,7 @@ class Switch:
             _, kind, autopilot = reading.values
             beat = Heartbeat(int(kind), int(autopilot), 0, 0, now_s)
             if beat.is_vehicle:
-                self._of(source, now_s).on_beat(source, now_s, beat.is_ardupilot)
+                self._of(source, now_s).on_beat(beat, source, now_s)
 
     def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
         if name == MODE:

@@ -15,6 +15,8 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LinkError
+from bridge.firmware.description import Firmware
+from bridge.firmware.table import firmware_of
 from bridge.links.link import Link
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame
@@ -92,8 +94,14 @@ class Heartbeat:
         return self.is_autopilot or self.kind == int(dialect.MAV_TYPE_ONBOARD_CONTROLLER)
 
     @property
-    def is_ardupilot(self) -> bool:
-        return self.autopilot == int(dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    def firmware(self) -> Firmware | None:
+        """The autopilot's firmware, None for one that is not supported, or none."""
+        return firmware_of(self.autopilot)
+
+    @property
+    def serves_unheard(self) -> bool:
+        """Whether it executes what is sent to a component that it has not heard, such as its companion."""
+        return self.firmware is not None and self.firmware.serves_unheard
 
     @property
     def armed(self) -> bool:
@@ -150,7 +158,7 @@ class Restart:
 @dataclass(frozen=True, slots=True)
 class KnownVehicle:
     """Component of a vehicle; `holds`: it has reported FF_MODE; `heard_s`: time of its last HEARTBEAT or FF_MODE;
-    `behind`: a companion behind ArduPilot, which executes the orders to a companion that it has not heard."""
+    `behind`: a companion behind an autopilot that executes the orders to a companion that it has not heard."""
 
     source: Source
     holds: bool
@@ -319,7 +327,7 @@ class Peers:
     def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
         """The vehicles that an OFF must go to, also if they are out of range now."""
         vehicles = []
-        fronts = {p.source[0] for p in self._peers.values() if p.heartbeat and p.heartbeat.is_ardupilot}
+        fronts = {p.source[0] for p in self._peers.values() if p.heartbeat and p.heartbeat.serves_unheard}
         for peer in self._peers.values():
             beat_s = peer.heartbeat.time_s if peer.heartbeat is not None and peer.is_vehicle else -math.inf
             behind = peer.source[1] in COMPANIONS and peer.source[0] in fronts

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.firmware.table import alone
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import MODE
 from bridge.wire.status_codes import CrewText, Topic
@@ -22,6 +23,7 @@ from gcs_plugin.peers import (
     COMPANIONS,
     COMPANIONS_MAY_FOLLOW_S,
     GROUND_STATION,
+    Heartbeat,
     KnownVehicle,
     parameter_holder,
 )
@@ -36,10 +38,6 @@ REASON_S: Final = 1.0  # the text of a refusal arrives with it, or with the refu
 
 
 ALONE_S: Final = 5.0
-ALONE: Final = (
-    "an autopilot alone has no FF_MODE: start seatrial bridge --ardusub beside it, or seatrial applet deploy"
-)
-"""ArduSub answers nothing at all for a parameter that it does not have."""
 REASONS: Final = {
     Topic.NO_SET: "no active set",
     Topic.UNPROVEN: "armed, shadow not good yet",
@@ -67,11 +65,13 @@ class SwitchedVehicle:
     """A system that is being switched to `mode`.
 
     `holder` is the component that has reported FF_MODE, `beating` are components that send HEARTBEATs, `lacking`
-    components without FF_MODE; `present` are components heard since the switch began, `behind` whether ArduPilot stands
-    before the vehicle's companion; `unheard` are components that OFF is sent to blindly. `before_s` is the time when
-    the vehicle was last heard before the switch, `heard_s` since. `answer` is its last PARAM_VALUE, `telemetry` the
-    mode in its last telemetry, `was` that before the switch; `taken`: it has confirmed a mode other than off once;
-    `lowered`: it then left that mode; `obstacle`: why it can't act in any mode, as it said since the first send.
+    components without FF_MODE; `present` are components heard since the switch began, `behind` whether an autopilot
+    stands before the vehicle's companion, and executes what is sent to that unheard; `unheard` are components that
+    OFF is sent to blindly. `before_s` is the time when the vehicle was last heard before the switch, `heard_s`
+    since. `answer` is its last PARAM_VALUE, `telemetry` the mode in its last telemetry, `was` that before the
+    switch; `taken`: it has confirmed a mode other than off once; `lowered`: it then left that mode; `obstacle`: why
+    it can't act in any mode, as it said since the first send; `alone`: what to do where its autopilot turns out to be
+    alone, "" without one.
     """
 
     mode: Mode
@@ -103,6 +103,7 @@ class SwitchedVehicle:
     other_s: float = 0.0
     lowered: bool = False
     obstacle: str = ""
+    alone: str = ""
 
     @property
     def lacks_it(self) -> bool:
@@ -150,11 +151,12 @@ class SwitchedVehicle:
         if vehicle.holds:
             self.holder = vehicle.source
 
-    def on_beat(self, source: Source, now_s: float, is_ardupilot: bool) -> None:
+    def on_beat(self, beat: Heartbeat, source: Source, now_s: float) -> None:
         self.heard_s = now_s
         self.beating.add(source)
         self.present.add(source)
-        self.behind = self.behind or is_ardupilot
+        self.behind = self.behind or beat.serves_unheard
+        self.alone = self.alone or alone(beat.autopilot)
 
     def tick(self, now_s: float, contested: bool) -> list[Any]:
         self.contested = contested
@@ -290,8 +292,8 @@ class SwitchedVehicle:
         silent_s = now_s - max(self.answered_s, self.first_s)
         if self.answer is None or silent_s >= SHOW_SILENCE_S:
             parts.append(f"no answer for {silent_s:.1f} s")
-            if self.answer is None and self.behind and self.holder is None and silent_s >= ALONE_S:
-                parts.append(ALONE)
+            if self.answer is None and self.alone and self.holder is None and silent_s >= ALONE_S:
+                parts.append(self.alone)
         elif self.answer != self.mode:
             parts.append(f"it answers {word_of(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
         if self.telemetry is None and now_s - self.first_s >= SHOW_SILENCE_S:

@@ -181,7 +181,7 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
         *alarm_words(picture),
         *links,
         recording_words(holding),
-        *filter(None, (fault, picture.twins, picture.stranger)),
+        *filter(None, (fault, picture.twins, picture.stranger, "" if holding else picture.hidden)),
         *texts,
     ]
 

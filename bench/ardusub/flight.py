@@ -12,9 +12,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub.firmware import SETTINGS, BodyClock, Firmware, Script, wait_until
 from bridge.ardusub.companion import Companion, companion_file
-from bridge.ardusub.law import ALT_HOLD
 from bridge.ardusub.mixing import Mixer
 from bridge.arrays import Array
+from bridge.firmware.ardusub import ALT_HOLD
 from bridge.links.link import Link
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
@@ -26,7 +26,7 @@ from bridge.simulator.missions import Mission
 from bridge.simulator.truth import NoiseLevels, Truth
 from bridge.vehicle.coefficients import DAMPINGS, QUADRATICS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.parameters import vehicle_table
+from bridge.vehicle.parameters import COMMIT, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
@@ -128,6 +128,7 @@ class Aboard:
         self._folder = ring
         configuration = next(iter(file.vehicle.configurations))
         self.parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
+        self.parameters.write(COMMIT, float(self.parameters.staged_crc), armed=False)
         self.companion = Companion(file, configuration, self.parameters, Ground(), None)
         self._bridge = Bridge(
             file.vehicle,

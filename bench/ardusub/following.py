@@ -19,9 +19,10 @@ from bench.ardusub.flight import GAIN, Aboard, Pilot, vehicle_file
 from bridge.ardusub.applet import APPLET, FIRST_OUTPUT, NAME, TICK_S, applet
 from bridge.ardusub.companion import companion_file
 from bridge.ardusub.handover import Holder
-from bridge.ardusub.law import ALT_HOLD, StickLaw
-from bridge.ardusub.wiring import mixer_of
+from bridge.ardusub.law import StickLaw
+from bridge.ardusub.mixing import mixer_of
 from bridge.errors import LinkError
+from bridge.firmware.ardusub import ALT_HOLD
 from bridge.simulator.json_plant import FOR_SCRIPTS_HZ, json_body
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle

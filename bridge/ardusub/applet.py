@@ -16,19 +16,23 @@ from typing import Final
 
 import numpy as np
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, FRAMES, OUTPUTS, function_name, whole_number
 from bridge.ardusub.hold import AT_REST_M_S, AT_REST_N, HELD_WITHIN_M_S, HOLD_SHARE
-from bridge.ardusub.law import (
-    ALT_HOLD,
-    FASTEST,
-    HELD_S,
-    MANUAL,
-    REFERENCE_RAD_S,
-    STABILIZE,
-)
-from bridge.ardusub.mixing import LEAST_SHARE, MOTOR_FACTORS
-from bridge.ardusub.wiring import FILES, mixer_of
+from bridge.ardusub.law import FASTEST, HELD_S, REFERENCE_RAD_S
+from bridge.ardusub.mixing import LEAST_SHARE, mixer_of
 from bridge.errors import ConfigError
+from bridge.firmware.ardusub import (
+    ALT_HOLD,
+    FILES,
+    FIRST_MOTOR,
+    FRAME,
+    FRAMES,
+    MANUAL,
+    MOTOR_FACTORS,
+    OUTPUTS,
+    STABILIZE,
+    function_name,
+    whole_number,
+)
 from bridge.onboard.store import hull_mark
 from bridge.vehicle import feedforward, shadow
 from bridge.vehicle.config import VehicleFile

@@ -17,15 +17,17 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.dvl import VisionDeltas
 from bridge.ardusub.handover import Handover, Holder
-from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
-from bridge.ardusub.law import MANUAL, StickLaw
-from bridge.ardusub.rates import Rates
+from bridge.ardusub.heard import FRESH_S, Heard
+from bridge.ardusub.law import StickLaw
+from bridge.ardusub.mixing import mixer_of
 from bridge.ardusub.settings import Settings
 from bridge.ardusub.steering import TICK_S, Steering
-from bridge.ardusub.wiring import mixer_of
 from bridge.arrays import NAN3
 from bridge.attitude import quaternion_of_angles
 from bridge.errors import ConfigError
+from bridge.firmware.ardusub import ARDUSUB, MANUAL
+from bridge.firmware.description import AUTOPILOT
+from bridge.firmware.rates import Rates
 from bridge.flight.flight import State
 from bridge.onboard.flights import Flights
 from bridge.onboard.orders import Ground
@@ -78,7 +80,7 @@ class Companion:
         self._has_imu = vehicle.sensors.imu is not None
         thrusters = len(vehicle.configurations[configuration].thrusters)
         self.heard = Heard(system)
-        self.rates = Rates(system, AUTOPILOT)
+        self.rates = Rates(system, ARDUSUB)
         self.settings = Settings(system, AUTOPILOT, thrusters, vehicle.sensors.dvl is not None)
         self.handover = Handover(system, AUTOPILOT, ground.system, store)
         self.law: StickLaw | None = None

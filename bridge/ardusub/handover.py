@@ -18,8 +18,8 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.ardusub.settings import PILOT
 from bridge.files import read_small, to_disk, whole
+from bridge.firmware.ardusub import PILOT
 
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3

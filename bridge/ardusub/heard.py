@@ -10,10 +10,10 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.firmware.ardusub import ARDUSUB
+from bridge.firmware.description import AUTOPILOT
 from bridge.wire.framing import Frame, decode
 
-AUTOPILOT: Final = dialect.MAV_COMP_ID_AUTOPILOT1
-ARDUSUB: Final = (dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, dialect.MAV_TYPE_SUBMARINE)
 BEAT_WITHIN_S: Final = 3.0
 """A heartbeat comes each second; after as many lost the autopilot counts as silent."""
 FRESH_S: Final = 0.5
@@ -106,7 +106,7 @@ class Heard:
     def _beat(self, link: int, message: Any, now_s: float) -> None:
         if message is None:
             return
-        if (message.autopilot, message.type) != ARDUSUB:
+        if (message.autopilot, message.type) != (ARDUSUB.autopilot, ARDUSUB.kind):
             self.is_other = True
             return
         self.link, self.beat_s = link, now_s

@@ -20,6 +20,7 @@ import numpy as np
 from bridge.ardusub.hold import VelocityHold
 from bridge.ardusub.mixing import Mixer
 from bridge.arrays import Array
+from bridge.firmware.ardusub import FLOWN_BY_STICKS, MANUAL
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.coefficients import QUADRATICS
@@ -55,9 +56,6 @@ HELD_S: Final = 0.02
 """Half the time for which a stick is held, at the 25 Hz of a ground station's joystick."""
 PAUSE_S: Final = 0.5
 """After a longer pause of the sticks the reference starts again from rest."""
-STABILIZE, ALT_HOLD, MANUAL = 0, 2, 19
-FLOWN_BY_STICKS: Final = (STABILIZE, ALT_HOLD, MANUAL)
-"""Modes in which surge and sway go from the stick to the mixer; yaw does in MANUAL alone (measured, 4.5.7)."""
 
 Provider = Callable[[int], Mapping[str, float]]
 

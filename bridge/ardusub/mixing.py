@@ -12,19 +12,12 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import ConfigError
+from bridge.firmware.ardusub import FRAME, FRAMES, MOTOR_FACTORS, whole_number, wiring
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, Pulses, allocation_matrix
 
 SPAN_US: Final = 400.0
-_FORE: Final = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1))
-_VERTICAL: Final = (0, 0, 0)
-MOTOR_FACTORS: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
-    1: (*_FORE, *(_VERTICAL,) * 2),
-    2: (*_FORE, *(_VERTICAL,) * 4),
-}
-"""Factors of forward, lateral and yaw of each motor, by FRAME_CONFIG: `vectored` and `vectored_6dof`."""
-
 LEAST_SHARE: Final = 0.005
 """Below this share of full thrust the inverse runs straight to zero instead of over the dead zone."""
 
@@ -119,3 +112,16 @@ class Mixer:
     def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
         """Wrench (3,) of the pulses of the frame's outputs."""
         return np.asarray(self._matrix @ self._curve.thrust(np.array(pwm_us)[self._driven]))
+
+
+def mixer_of(values: Mapping[str, float], shape: Configuration, curve: Curve) -> Mixer:
+    """The mixer of an autopilot with these parameters, its FRAME_CONFIG among them, for a vehicle file's thrusters.
+
+    Raises ConfigError for a wiring that can't be read, or thrusters that push otherwise than the frame takes them to.
+    """
+    number, count = whole_number(values, FRAME, missing=-1), len(shape.thrusters)
+    if number not in MOTOR_FACTORS:
+        raise ConfigError(f"{FRAME} {number} is not supported: 1 (vectored) and 2 (vectored_6dof) are")
+    wired = wiring(values, {FRAMES[number]: count})
+    directions = [-1.0 if motor in wired.reversed else 1.0 for motor in range(1, count + 1)]
+    return Mixer(number, directions, shape, curve, wired.motors)

@@ -13,9 +13,11 @@ from typing import Any, Final
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.ardusub.heard import AUTOPILOT, FRESH_S, Heard
-from bridge.ardusub.law import FULL_STICK, MANUAL
+from bridge.ardusub.heard import FRESH_S, Heard
+from bridge.ardusub.law import FULL_STICK
 from bridge.ardusub.mixing import Mixer
+from bridge.firmware.ardusub import MANUAL
+from bridge.firmware.description import AUTOPILOT
 from bridge.flight.flight import State
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.coefficients import HEAVE

@@ -1,8 +1,9 @@
 """The vehicle's parameter server: MAVLink's parameter protocol, REAL32 only.
 
 Coefficients are written into a staged set. Writing the CRC of that set to FF_COMMIT makes the whole set active at
-once: the vehicle never runs on half of a model. FF_ACTIVE reads as the CRC of the active set. A commit is refused
-while the vehicle is armed and the feed-forward acts: no model changes under a vehicle that flies by it.
+once: the vehicle never runs on half of a model. Writing 0 leaves no set active. FF_ACTIVE reads as the CRC of the
+active set, 0 for none. A commit is refused while the vehicle is armed and the feed-forward acts: no model changes under
+a vehicle that flies by it.
 """
 
 import math
@@ -45,10 +46,10 @@ class Refusal(IntEnum):
 class ParameterServer:
     """Answers parameter messages for one component. The file `store_path` keeps the committed set and the mode.
 
-    A parameter's index is its row in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. If no set was
-    ever committed, the table's defaults are active, unless all of them are 0. FF_COMMIT reads as FF_ACTIVE. `hull` is
-    the mark of everything that a model depends on (`hull_mark`): if sets were committed only on other hulls, none is
-    active. `trouble` says what was wrong at the start with the file or with the set in it, "" for nothing.
+    A parameter's index is its row in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. If no set
+    was ever committed, none is active: the table's defaults are staged alone. FF_COMMIT reads as FF_ACTIVE. `hull` is
+    the mark of everything that a model depends on (`hull_mark`): sets that were committed on other hulls are not active
+    on this. `trouble` says what was wrong at the start with the file or with the set in it, "" for nothing.
 
     While armed, the mode can be raised only if `unproven` returns "". Otherwise it returns why the feed-forward has
     not been good in shadow, as judged by the controller (`Autopilot.unproven`). Until a controller sets it, nothing
@@ -74,12 +75,8 @@ class ParameterServer:
         self._texts = [*self._memory.texts]
         self._news: list[str] = []
         self._mode, self._is_stored = Mode(int(self._memory.mode)), False
-        defaults = {parameter.name: parameter.default for parameter in table}
-        self._committed = self._memory.committed
-        self._active = self._committed
-        if self._active is None and any(defaults.values()) and not self._memory.why:
-            self._active = defaults
-        self._staged = dict(self._active or defaults)
+        self._active = self._memory.committed
+        self._staged = dict(self._active or {parameter.name: parameter.default for parameter in table})
         self._by_configuration = self._sorted_by_configuration()
         self._cursor = 0
         self._to_list = 0
@@ -196,21 +193,22 @@ class ParameterServer:
         return None
 
     def _commit(self, value: float, armed: bool) -> Refusal | None:
-        if value != self.staged_crc:
+        if value not in (0.0, self.staged_crc):
             self._texts.append("FF_COMMIT refused: CRC is not the staged set's")
             return Refusal.OUT_OF_RANGE
-        before = self._active, self._committed
+        before = self._active
         if armed and self._mode.applies_feedforward:
             self._texts.append("FF_COMMIT refused: armed, force FF off first")
             return Refusal.DENIED
-        self._active = self._committed = dict(self._staged)
+        self._active = dict(self._staged) if value else None
         if not self._save():
-            self._active, self._committed = before
+            self._active = before
             return Refusal.DENIED
-        if self._active != before[0]:
+        if self._active != before:
             self._by_configuration = self._sorted_by_configuration()
             number = self.active_crc
-            self._news.append(coded(Topic.SET_ACTIVE, f"FF set {number} active", number))
+            said = f"FF set {number} active" if number else "no FF set active"
+            self._news.append(coded(Topic.SET_ACTIVE, said, number))
         return None
 
     def _is_mine(self, message: Any, broadcast: bool) -> bool:
@@ -271,7 +269,7 @@ class ParameterServer:
 
     def _save(self) -> bool:
         try:
-            self._memory.save(float(self._mode), self._committed)
+            self._memory.save(float(self._mode), self._active)
             self._is_stored = True
         except ParamError:
             self._texts.append("parameters can't be stored: check the disk")

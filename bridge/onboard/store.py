@@ -106,19 +106,21 @@ OF_ANOTHER: Final = (
     "upload a set, or put the vehicle file back",
 )
 
+NONE_YET: Final = ("FF zero: no set in force", "upload one: seatrial params upload")
+
 
 class Memory:
     """Contents of the file at `path` for the hull with the mark `hull`; nothing is kept if `path` is None.
 
     `mode` is FF_MODE. `committed` is the complete set that was committed on this hull, None if there is none. `why`
-    holds texts for the crew if the store holds only sets of other hulls, so that the feed-forward must stay at zero;
-    else it is (). `texts` and `trouble` say what is wrong with the file or its sets, for STATUSTEXT and as a sentence.
+    holds texts for the crew on why the feed-forward must then stay at zero, and the way out. `texts` and `trouble` say
+    what is wrong with the file or its sets, for STATUSTEXT and as a sentence.
     """
 
     def __init__(self, path: Path | None, hull: str, table: Mapping[str, Parameter]) -> None:
         self.mode = 0.0
         self.committed: dict[str, float] | None = None
-        self.why: tuple[str, ...] = ()
+        self.why = NONE_YET
         self.texts: list[str] = []
         self.trouble = ""
         self._path, self._hull, self._table = path, hull, table
@@ -140,7 +142,7 @@ class Memory:
                 raise ParamError("stored parameters don't fit this vehicle file")
         except ParamError:
             self._others = {}
-            self.texts.append("stored parameters unusable, defaults in force")
+            self.texts.append("stored parameters unusable, no set in force")
             self._put_aside(path)
             return
         if ours is not None:
@@ -177,4 +179,4 @@ class Memory:
         except OSError:
             self.texts.append("damaged parameter file can't be put aside")
             fate = "can't be used, nor put aside"
-        self.trouble = f"{path}: the stored parameters {fate}; defaults are in force"
+        self.trouble = f"{path}: the stored parameters {fate}; no set is in force: upload one"

@@ -39,7 +39,7 @@ def page() -> str:
     modes = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in Mode)
     own = (
         (code(MODE), f"what the feed-forward does: {modes}"),
-        (code(COMMIT), "write the CRC of the staged set: the whole set comes into force at once"),
+        (code(COMMIT), "write the CRC of the staged set: the whole set comes into force at once; 0: none is"),
         (code(ACTIVE), "the CRC of the set in force, 0 for none; read only"),
         (code(VERSION), "the version of the telemetry contract; read only"),
     )

@@ -115,12 +115,13 @@ class MotorTest:
         )
 
 
-class ArduSubOrders:
-    """Repeats every order, and neutral between orders, because ArduSub ignores the timeout and counts motors from 0.
+class HeldOrders:
+    """Repeats every order, and neutral between orders, for firmware that holds an order and counts motors from 0.
 
     Any other vehicle ends each test by itself: a single message is an order to it.
 
-    In ArduSub an order holds until the next, and without an order for 0.5 s it disarms itself (ArduSub/motors.cpp).
+    ArduSub ignores the timeout: an order holds until the next, and without an order for 0.5 s it disarms itself
+    (ArduSub/motors.cpp).
     Its failsafes also expect a pilot and a ground station, and it sends its outputs only twice a second unless asked.
     """
 
@@ -318,7 +319,7 @@ def run_pulses(
     frames: list[Frame] = []
     peers = Peers(link)
     said: list[str] = []
-    ardusub: ArduSubOrders | None = None
+    held: HeldOrders | None = None
 
     def send(messages: list[Any]) -> None:
         for message in messages:
@@ -326,10 +327,10 @@ def run_pulses(
 
     def order(tests: list[MotorTest]) -> None:
         for test in tests:
-            send(ardusub.order(test, clock.boot_s()) if ardusub else [test.message(*target)])
+            send(held.order(test, clock.boot_s()) if held else [test.message(*target)])
 
     def listen() -> None:
-        nonlocal ardusub
+        nonlocal held
         for frame in framer.feed(link.read(POLL_S)):
             peers.on_frame(frame, link.name, clock.boot_s())
             if frame.system == target[0]:
@@ -338,14 +339,15 @@ def run_pulses(
                 said.extend([] if message is None else [printable(message.text)])
             if (frame.system, frame.component) == target:
                 is_beat = frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT
-                if is_beat and ardusub is None and heartbeat_of(frame, 0.0).is_ardupilot:
-                    ardusub = ArduSubOrders(target)
+                firmware = heartbeat_of(frame, 0.0).firmware if is_beat and held is None else None
+                if firmware is not None and firmware.holds_motor_test:
+                    held = HeldOrders(target)
                 order(_heard(run, frame, clock.boot_s()))
         trouble = peers.fault(target[0])
         if trouble:
             order(run.stop(trouble))
-        if ardusub is not None:
-            send(ardusub.meanwhile(clock.boot_s()))
+        if held is not None:
+            send(held.meanwhile(clock.boot_s()))
 
     try:
         while not run.done:

@@ -1,7 +1,7 @@
 """A flight session on a recorded link: every frame of the flight is in the dive folder, orders included.
 
-Beside ArduSub the session is with the companion; the autopilot's own messages that a dive needs, and the parameters
-that tell how late they are, are asked for here, since ArduSub sends each link what was asked for on it.
+Beside an autopilot the session is with the companion; the autopilot's own messages that a dive needs, and the
+parameters that tell how late they are, are asked for here, since it sends each link what was asked for on it.
 
 The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
 """
@@ -11,22 +11,23 @@ from typing import Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.ardusub.heard import AUTOPILOT
-from bridge.ardusub.rates import Rates
-from bridge.ardusub.settings import RECORDED, Questions
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
+from bridge.firmware.description import AUTOPILOT
+from bridge.firmware.questions import Questions
+from bridge.firmware.rates import Rates
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Frame, Framer
 from bridge.wire.framing import decode as decode_message
 from bridge.wire.readings import decode
 from gcs_plugin.flying.session import FlightSession
-from gcs_plugin.peers import COMPANIONS, GROUND_STATION, Peers, Source, ground_heartbeat
+from gcs_plugin.peers import COMPANIONS, GROUND_STATION, Peers, Source, ground_heartbeat, heartbeat_of
 from gcs_plugin.recording.recorder import HEARTBEAT_EVERY_S, Recorder
 from gcs_plugin.watch.hearing import StatusTexts
 
 FIND_S: Final = 5.0
 STEP_S: Final = 0.05
+_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
 _VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 
@@ -144,9 +145,6 @@ class Crew:
         if not flying:
             raise LinkTimeout(f"no vehicle within {FIND_S:g} s; check cable, address and that it is on")
         vehicle = flying.pop()
-        if vehicle[1] in COMPANIONS:
-            self._rates = Rates(vehicle[0], AUTOPILOT)
-            self._questions = Questions(vehicle[0], AUTOPILOT, RECORDED)
         self._session = FlightSession(vehicle, number)
         return self._session
 
@@ -159,7 +157,7 @@ class Crew:
         """Record, hear, and send what is due."""
         self._step()
         now_s = self.clock.boot_s()
-        rates = [] if self._rates is None else self._rates.step(now_s, has_switches=True)
+        rates = [] if self._rates is None else self._rates.step(now_s, has_stream=True)
         questions = [] if self._questions is None else self._questions.step(now_s)
         for message in (*rates, *questions, *self.session.tick(now_s)):
             self._ear.send(self._encoder.encode(message))
@@ -173,8 +171,18 @@ class Crew:
             if self._rates is not None and frame.message_id in (_ACK, _VALUE):
                 self._answered(frame)
             if self._session is not None:
+                self._meet(frame, self._session.vehicle)
                 self._session.on_frame(frame, now_s)
         return frames
+
+    def _meet(self, frame: Frame, vehicle: Source) -> None:
+        """The autopilot beside a companion is known by its first heartbeat."""
+        beats = frame.message_id == _HEARTBEAT and (frame.system, frame.component) == (vehicle[0], AUTOPILOT)
+        if not beats or self._rates is not None or vehicle[1] not in COMPANIONS:
+            return
+        if (firmware := heartbeat_of(frame, 0.0).firmware) is not None:
+            self._rates = Rates(vehicle[0], firmware)
+            self._questions = Questions(vehicle[0], AUTOPILOT, tuple(firmware.corners.values()))
 
     def _answered(self, frame: Frame) -> None:
         """The autopilot acknowledges a rate, or states a parameter."""

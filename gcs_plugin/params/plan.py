@@ -15,6 +15,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_ANY_VEHICLE, Co
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
 from gcs_plugin.params import float32
+from gcs_plugin.params.withdrawal import HULL
 
 MODE_WORDS: Final = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
 READ_ONLY: Final = {
@@ -70,6 +71,11 @@ class Plan:
     rows: tuple[Row, ...]
     present: Mapping[str, float]
     withdraws: bool = False
+
+    @property
+    def restarts_scripts(self) -> bool:
+        """Whether that takes a restart of an applet, which takes no commit of 0."""
+        return self.withdraws and HULL in self.present
 
     def named(self, verdict: Verdict) -> dict[str, float]:
         return {row.name: row.target for row in self.rows if row.verdict is verdict}
@@ -342,7 +348,8 @@ def action_of(plan: Plan) -> str:
     """The upload of a plan in words, for its confirmation prompt: `write 1 parameter and put 9 in force`."""
     changes, staged = len(plan.changes), len(plan.staged)
     if plan.withdraws:
-        return f"write {_count(changes)}, start the autopilot's scripts anew and leave no set in force"
+        first = ", start the autopilot's scripts anew" if plan.restarts_scripts else ""
+        return f"write {_count(changes)}{first} and leave no set in force"
     if changes and staged:
         return f"write {_count(changes)} and put the {staged} staged in force"
     if staged:

@@ -165,8 +165,8 @@ def planned_back(
     """Plan to go back to the values before an upload, of what it and later uploads wrote alone.
 
     The file holds all that the vehicle held then, and what others have set since is theirs. A set is one thing: if any
-    of it was written, all of it goes back, and the mode is lowered with it. Where none was in force in an applet
-    before, none is in the end. A file without a receipt is taken as a whole.
+    of it was written, all of it goes back, and the mode is lowered with it. Where none was in force before,
+    none is in the end. A file without a receipt is taken as a whole.
     """
     wrote, of_set = written_since(receipts, system, file), False
     values, left = wanted.values, left_behind(receipts, system, present, file)
@@ -179,9 +179,10 @@ def planned_back(
             for name, value in values.items()
             if name in wrote or (of_set and (is_staged(name) or name == MODE))
         }
-    withdraws = wrote is not None and HULL in present and wanted.values.get(ACTIVE) == 0.0 and of_set
+    withdraws = wrote is not None and wanted.values.get(ACTIVE) == 0.0 and of_set
     if withdraws:
-        values = {**values, HULL: NO_HULL, MODE: float(Mode.OFF)}
+        mark = {HULL: NO_HULL} if HULL in present else {}
+        values = {**values, **mark, MODE: float(Mode.OFF)}
     plan = replace(make_plan(not_raised(values, present), present), withdraws=withdraws)
     lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
     return Planned(file, wanted, plan, lines, left=left, restores=str(file))

@@ -193,7 +193,7 @@ class Session:
             return
         if against := obstacle(plan.present):
             raise ParamRejected(f"{self._named} {against}; nothing was sent")
-        if plan.withdraws:
+        if plan.restarts_scripts:
             raise ParamRejected(
                 f"{self._named} is armed, and its scripts are to start anew; nothing was sent: disarm it"
             )

@@ -3,8 +3,8 @@
     STAGE (write and verify, confirm the unchanged values of the staged set) -> COMMIT (write the CRC to FF_COMMIT,
     read it back in FF_ACTIVE) -> LIVE (parameters that take effect at once: FF_MODE) -> done
     without COMMIT, and after LIVE -> WITHDRAW, for a plan that leaves no set in force -> done
-    after a failure -> UNDO (restore and verify the values that were written) -> UNDO_COMMIT if the set was active
-    -> done
+    after a failure -> UNDO (restore and verify the values that were written) -> UNDO_COMMIT if the set was active:
+    the old set, or FF_COMMIT 0 where none was in force -> done
 
 STAGE to LIVE share a deadline, and rolling back has a separate deadline, so that a vehicle that reboots or does not
 answer holds nobody up. A vehicle that answers nothing for `UNANSWERED_S` ends either phase at once.
@@ -25,7 +25,7 @@ from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import DEADLINE_S, QUIET_S, RoundTrips, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
-from gcs_plugin.params.withdrawal import Withdrawal
+from gcs_plugin.params.withdrawal import HULL, Withdrawal
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
 OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
@@ -69,6 +69,8 @@ class Upload:
         self._old_set = {name: present[name] for name in staged}
         self._new_set = {name: changes.get(name, present[name]) for name in staged}
         self._crc_old, self._crc_new = (set_crc(s) if s else 0 for s in (self._old_set, self._new_set))
+        if present.get(ACTIVE) == 0.0 and HULL not in present:
+            self._crc_old = 0  # no applet's: FF_COMMIT 0 leaves no set in force
         self._live = {name: value for name, value in changes.items() if self._commits and name not in staged}
         self._direct = {name: value for name, value in changes.items() if name not in self._live}
         self._written: set[str] = set()
@@ -298,18 +300,21 @@ class Upload:
         if not self._withdraws:
             self._finish()
             return
-        within_s = max(self._end_s - time_s, QUIET_S)
         self._stage = Stage.WITHDRAW
-        self._transfer = Withdrawal(self._source, time_s, within_s, self._trips)
+        self._transfer = (
+            Withdrawal(self._source, time_s, max(self._end_s - time_s, QUIET_S), self._trips)
+            if self._plan.restarts_scripts
+            else self._transfer_of([Task(ACTIVE, 0.0, COMMIT)], time_s)
+        )
 
     def _after_withdrawal(self) -> None:
         if self._failure is None:
             self._finish()
             return
-        self._end(
-            Outcome.UNVERIFIED,
-            f"{self._failure.sentence}; reboot the autopilot: no set is in force after its start, as before the upload",
-        )
+        way = "connect again and roll back to the values before"
+        if self._plan.restarts_scripts:
+            way = "reboot the autopilot: no set is in force after its start, as before the upload"
+        self._end(Outcome.UNVERIFIED, f"{self._failure.sentence}; {way}")
 
     def _undo(self, time_s: float) -> None:
         before = self._plan.present

@@ -145,7 +145,8 @@ class Picture:
     newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
     `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
-    from its model, None if unknown, because of `lacks`. `alarms`: the gravest kind first.
+    from its model, None if unknown, because of `lacks`. `hidden` says why who sends nothing may miss a companion, "" if
+    that holds for none. `alarms`: the gravest kind first.
     """
 
     now_s: float
@@ -165,6 +166,7 @@ class Picture:
     stranger: str = ""
     gap: Gap | None = None
     lacks: str = ""
+    hidden: str = ""
     alarms: tuple[Alarm, ...] = ()
     flies: bool = False
 

@@ -1,6 +1,7 @@
 """The table of sensors: names, least rates, tests for valid readings; and the rows made from it.
 
-Names and least rates are those of the telemetry contract in the doctor. ArduPilot vehicles need only lower rates.
+Names and least rates are those of the telemetry contract in the doctor. A vehicle with an autopilot needs only lower
+rates.
 """
 
 import math
@@ -8,14 +9,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from bridge.firmware.description import Firmware
 from bridge.vehicle.config import Vehicle
 from bridge.wire.readings import Values
 from gcs_plugin.doctor.checks import CONTRACT, RATE_TOLERANCE
 from gcs_plugin.watch.hearing import Channel
 from gcs_plugin.watch.picture import STALE_PERIODS, Condition, Freshness, SensorRow, freshness, period_s
-
-ARDUPILOT_HZ: Final = 2.0
-"""The rate at which ground stations request data from an ArduPilot vehicle, at the least."""
 
 COMPANION: Final = 191  # a bridge next to an autopilot keeps to the contract
 LEAST_NORM, MOST_NORM = 0.9, 1.1  # squared norm of an attitude quaternion
@@ -66,12 +65,12 @@ SENSORS: Final = (
 _EXPECTED: Final = {expected.signal: expected for expected in CONTRACT}
 
 
-def expected_hz(signal: str, vehicle: Vehicle | None, component: int, of_ardupilot: bool) -> float:
-    """Least rate of a signal from this component."""
+def expected_hz(signal: str, vehicle: Vehicle | None, component: int, firmware: Firmware | None) -> float:
+    """Least rate of a signal from this component, beside an autopilot with this firmware or none."""
     row = _EXPECTED[signal]
     device = None if vehicle is None else vehicle.sensors.present().get(row.device)
     hz = row.least_hz if device is None or not device.rate_hz else min(row.least_hz, device.rate_hz)
-    return min(hz, ARDUPILOT_HZ) if of_ardupilot and component != COMPANION else hz
+    return min(hz, firmware.least_hz) if firmware is not None and component != COMPANION else hz
 
 
 def is_expected(signal: str, vehicle: Vehicle | None) -> bool:

@@ -20,7 +20,7 @@ from bridge.wire.readings import OF_THE_CONTRACT, Values
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.monitor.live import LiveGap
-from gcs_plugin.peers import GONE_S, Heartbeat, Peer, Peers, Source
+from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
@@ -135,7 +135,7 @@ class Watcher:
         configuration = self._configuration()
 
         def hz(signal: str) -> float:
-            return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.is_ardupilot)
+            return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.firmware)
 
         picture = Picture(
             now_s=now_s,
@@ -158,6 +158,7 @@ class Watcher:
             stranger=self._stranger(),
             gap=self._live_gap.gap,
             lacks=self._live_gap.lacks,
+            hidden=self._hidden(beat),
         )
         return replace(picture, alarms=self._alarms.look(picture))
 
@@ -274,6 +275,15 @@ class Watcher:
             return self._vehicle.configuration_at(veh_cfg)
         except ConfigError:
             return ""
+
+    def _hidden(self, beat: Heartbeat) -> str:
+        firmware, companions = beat.firmware, self._system_beats.keys() & set(COMPANIONS)
+        if companions or firmware is None or not firmware.hides_companions:
+            return ""
+        return (
+            f"no companion is heard, if there is one: {firmware.name} sends its words on to a ground that beats, and "
+            "nothing is sent here; seatrial record hears it, and watch by way of that"
+        )
 
     def _stranger(self) -> str:
         """Why the vehicle file is not this vehicle's, "" for no reason: a configuration that it does not have."""

@@ -47,7 +47,7 @@ PLACE = Path(__file__).resolve().parents[2]
 ANSWERING = (
     "bench/reproduce/paper.py",
     "bridge/*.py",
-    "bridge/ardusub/frames.py",
+    "bridge/firmware/*.py",
     "bridge/vehicle/*.py",
     "bridge/wire/*.py",
     "configs/columns/*.yaml",

@@ -1,24 +1,24 @@
 """The autopilot's own parameters in a recording: PARAM_VALUE of a `.tlog`, PARM of a DataFlash `.BIN`."""
 
 from pathlib import Path
-from typing import Final
 
 import numpy as np
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
+from bridge.firmware import table
+from bridge.firmware.ardusub import ARDUSUB
+from bridge.firmware.description import AUTOPILOT, Firmware
 from bridge.wire.tlog import SUFFIXES
 from identify.ingest.dataflash import dataflash_parameters
 from identify.ingest.frames import Fields, load_frames
 from identify.ingest.open import recording_files
 
-AUTOPILOT: Final = dialect.MAV_COMP_ID_AUTOPILOT1
 
+def autopilot_parameters(path: Path) -> tuple[Firmware, dict[str, float]]:
+    """An autopilot's firmware, and its parameters by name, as a recording or a dive folder last states them; none if it
+    holds none. Where no heartbeat tells the firmware it is taken for the first of the table.
 
-def autopilot_parameters(path: Path) -> dict[str, float]:
-    """Parameters by name, as a recording or a dive folder last states them; empty if it holds none.
-
-    Raises LogError for another form of file, and for an autopilot that is no ArduPilot.
+    Raises LogError for another form of file, and for an autopilot that is not supported.
     """
     files = recording_files(path)
     logs = [file for file in files if file.name.lower().endswith(".bin")]
@@ -27,26 +27,29 @@ def autopilot_parameters(path: Path) -> dict[str, float]:
         raise LogError(
             f"{path}: an autopilot's parameters are in a .tlog or a DataFlash .BIN; give one of these"
         )
-    values = _heard(heard) if heard else {}
+    firmware, values = _heard(heard) if heard else (ARDUSUB, {})
     for log in logs:
         values |= dataflash_parameters(log)
-    return values
+    return firmware, values
 
 
-def _heard(files: list[Path]) -> dict[str, float]:
-    """Values of the autopilot's own component. Raises LogError for an autopilot that is no ArduPilot."""
+def _heard(files: list[Path]) -> tuple[Firmware, dict[str, float]]:
+    """Firmware and values of the autopilot's own component. Raises LogError for one that is not supported."""
     frames = load_frames(files)
     rows = frames.rows("PARAM_VALUE")
     fields = Fields(frames, "PARAM_VALUE", rows[frames.component[rows] == AUTOPILOT])
     beats = frames.rows("HEARTBEAT")
     beating = Fields(frames, "HEARTBEAT", beats[frames.component[beats] == AUTOPILOT])
     kinds = np.unique(beating["autopilot"])
-    if len(kinds) and dialect.MAV_AUTOPILOT_ARDUPILOTMEGA not in kinds:
+    firmware = next((one for one in table.FIRMWARES if one.autopilot in kinds or not len(kinds)), None)
+    if firmware is None:
+        families = " or ".join(one.family for one in table.FIRMWARES)
+        names = " and ".join(f"{one.name}'s" for one in table.FIRMWARES)
         raise LogError(
-            f"{files[0]}: its autopilot is no ArduPilot, and only ArduSub's parameters can be read; write a vehicle "
+            f"{files[0]}: its autopilot is no {families}, and only {names} parameters can be read; write a vehicle "
             "file (docs/howto/write_a_vehicle_file.md)"
         )
-    return {
+    return firmware, {
         name.decode("ascii", "replace"): float(value)
         for name, value in zip(fields["param_id"].tolist(), fields["param_value"].tolist(), strict=True)
     }

@@ -44,11 +44,8 @@ FEWEST = 10
 
 SPREAD_HZ = 20.0
 
-LOOP_S = 2.5e-3
-"""Step of an ArduPilot's main loop (SCHED_LOOP_RATE 400), the least between two changes of its outputs."""
-
 SAMPLES_HZ = 40.0
-"""Pulses at this rate or faster are an ArduPilot's samples of its loop. Slower ones may be all that a loop gave."""
+"""Pulses at this rate or faster are an autopilot's samples of its loop. Slower ones may be all that a loop gave."""
 
 Span = tuple[float, float]
 
@@ -65,15 +62,17 @@ def driven_outputs(time_s: Array, pwm_us: Array) -> Signal | None:
     return Signal(time_s, pwm_us[:, :width]) if width else None
 
 
-def samples_of_a_loop(pulses: Signal | None) -> Signal | None:
-    """Pulses that an ArduPilot sends as samples of its loop's, dated as commands that hold until the next.
+def samples_of_a_loop(pulses: Signal | None, loop_s: float) -> Signal | None:
+    """Pulses that an autopilot sends as samples of its loop's, dated as commands that hold until the next.
+
+    `loop_s` is the loop's step, the least between two changes of its outputs.
 
     The change that a sample is the first to show came half of a step between two samples earlier on average, less half
     of the loop's own: held samples at 50 Hz of a simulated ArduSub 4.5.7 turned its body 9 ms late.
     """
     if pulses is None or pulses.rate_hz < SAMPLES_HZ:
         return pulses
-    return Signal(pulses.time_s - 0.5 * max(1.0 / pulses.rate_hz - LOOP_S, 0.0), pulses.value)
+    return Signal(pulses.time_s - 0.5 * max(1.0 / pulses.rate_hz - loop_s, 0.0), pulses.value)
 
 
 def logged_at_changes(commands: Signal) -> bool:

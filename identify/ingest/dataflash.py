@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.ardusub.frames import FRAME, motors_of
 from bridge.arrays import Array
 from bridge.errors import LogError
+from bridge.firmware.ardusub import ARDUSUB
 from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
 from identify.dive import Signal
@@ -73,13 +73,13 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     """
     log, skipped = _opened(path)
     parameters = _parameters(log)
-    signals = before_low_pass(_signals(log), parameters)
+    signals = before_low_pass(_signals(log), ARDUSUB.corners, parameters)
     if not signals:
         raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and _steps(log) is None
-    motors = motors_of(parameters.get(FRAME, math.nan))
+    motors = ARDUSUB.motors_of(parameters.get(ARDUSUB.frame, math.nan))
     fields = {
         **signals,
         "velocity_is_filtered": filtered,
@@ -289,7 +289,7 @@ def _pwm(log: _Log) -> Signal | None:
     outputs = [f"C{i}" for i in range(1, 15) if f"C{i}" in table.scales]
     if not outputs:
         return None
-    return samples_of_a_loop(driven_outputs(table.time_s, table.columns(*outputs)))
+    return samples_of_a_loop(driven_outputs(table.time_s, table.columns(*outputs)), ARDUSUB.loop_s)
 
 
 def _armed(log: _Log) -> Signal | None:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import LogError
+from bridge.firmware.ardusub import ARDUSUB
 from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Signal
 from identify.ingest import rotation
@@ -64,9 +65,6 @@ STRANGERS: Final = (
 )
 
 ENDING: Final = ".bin"
-ARDUPILOT: Final = 3
-SYSTEM_NAMES: Final = ("SYSID_THISMAV", "MAV_SYSID")
-"""Parameter with the autopilot's system id, before version 4.7 and since."""
 SAME_S: Final = 0.2
 """Largest apparent difference between two times of the same clock: messages are dated when they are sent."""
 APART: Final = 0.3
@@ -319,7 +317,7 @@ def _clock(
 ) -> tuple[ClockLine, str]:
     """The log's clock against the telemetry's, and a description of it. Raises LogError."""
     system, dated_by_autopilot = _vehicle(heard)
-    stated_system = next((parameters[name] for name in SYSTEM_NAMES if name in parameters), None)
+    stated_system = next((parameters[name] for name in ARDUSUB.system_names if name in parameters), None)
     if stated_system is not None and stated_system != system:
         raise LogError(
             f"it is of system {stated_system:.0f}, and the dive of system {system}: check that it is this vehicle's"
@@ -340,7 +338,7 @@ def _vehicle(heard: Sequence[Path]) -> tuple[int, bool]:
     frames = load_frames(heard)
     system, _ = vehicle_system(frames, str(heard[0]))
     run = vehicle_runs(frames, str(heard[0]))[0]
-    beat = run.get("HEARTBEAT", autopilot=ARDUPILOT)
+    beat = run.get("HEARTBEAT", autopilot=ARDUSUB.autopilot)
     if beat is None:
         return system, False
     return system, bool((frames.component[beat.fields.rows] == run.primary).all())

@@ -1,4 +1,4 @@
-"""Undoes ArduPilot's low-pass filters of rates of turn and accelerations.
+"""Undoes an autopilot's low-pass filters of rates of turn and accelerations.
 
 Both filters are Butterworth's of second order, whose delay of all that is slow beside their corner f is
 sqrt(2) / (2 pi f): 11 ms at the 20 Hz that ArduSub has by default. Angles and velocities don't come through them. A
@@ -17,10 +17,6 @@ import numpy as np
 
 from bridge.arrays import Array
 from identify.dive import Signal
-
-CORNERS: Final = {"gyro": "INS_GYRO_FILTER", "specific_force": "INS_ACCEL_FILTER"}
-"""Parameters with the corner frequency of each signal's filter, Hz; 0 for no filter."""
-
 
 REACH: Final = 2
 """Neighbours on each side that a rate of turn is made of too."""
@@ -41,11 +37,14 @@ def delay_s(corner_hz: float) -> float:
 
 
 def before_low_pass(
-    signals: Mapping[str, Signal | None], parameters: Mapping[str, float]
+    signals: Mapping[str, Signal | None], corners: Mapping[str, str], parameters: Mapping[str, float]
 ) -> dict[str, Signal | None]:
-    """The signals of an ArduPilot vehicle, dated before its filters; as far as their corners are known."""
+    """The signals of a vehicle with an autopilot, dated before its filters; as far as their corners are known.
+
+    `corners` are the parameters with the corner frequency of each signal's filter, Hz; 0 for no filter.
+    """
     dated = dict(signals)
-    for name, parameter in CORNERS.items():
+    for name, parameter in corners.items():
         if (signal := dated.get(name)) is not None:
             corner_hz = parameters.get(parameter, 0.0)
             if name == "gyro":

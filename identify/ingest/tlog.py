@@ -1,11 +1,11 @@
-"""Reads a dive from a `.tlog`: messages of the telemetry contract, version 1, otherwise ArduSub's own messages.
+"""Reads a dive from a `.tlog`: messages of the telemetry contract, version 1, otherwise those that autopilots send.
 
 Velocity is that of the best message available, in the axes that MAVLink defines: ODOMETRY in those of `child_frame_id`;
 VISION_POSITION_DELTA as a change of position over `time_delta_usec`, in the body's axes at its end;
 VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED north-east-down.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.ardusub.frames import FRAME, motors_of
 from bridge.arrays import Array
+from bridge.firmware import table
+from bridge.firmware.description import Firmware
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.wire.readings import CONTRACT_VERSION
 from identify.dive import STAMPED_S, Signal
 from identify.ingest import held_pressure, rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.frames import Frames, load_frames, message_name
-from identify.ingest.low_pass import CORNERS, before_low_pass
+from identify.ingest.low_pass import before_low_pass
 from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
 
@@ -36,11 +37,8 @@ FUSED = (3, 5, 8)
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
 DOWNWARD = 25
 ARMED = 128
-ARDUPILOT = 3
-ARDUPILOT_STAMPED_S = 2.5e-3
-"""Its messages are dated as they are sent, and a companion's by when they arrive: so far off was a DVL beside a
-simulated ArduSub."""
-AUTOPILOTS = (ARDUPILOT, 12, 0)  # PX4, generic
+GENERIC = (12, 0)
+"""MAV_AUTOPILOTs that may command thrusters without a firmware of the table: PX4, and a vehicle's own program."""
 FIX_2D = 2
 HAS_DATE_S = 1e9
 MILLI_G = GRAVITY_M_S2 * 1e-3
@@ -141,7 +139,8 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     frames = load_frames(paths)
     messages, restart_notes = _most_driven(vehicle_runs(frames, source))
     signals: dict[str, Signal | None] = _contract(messages)
-    for field, signal in _ardusub(messages).items():
+    firmware = _firmware(messages)
+    for field, signal in _of_autopilots(messages, firmware).items():
         if signals.get(field) is None:
             signals[field] = signal
     velocity = velocity_of(messages, signals.get("attitude"))
@@ -150,16 +149,14 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         if not velocity.filtered and signals.get("pressure") is not None:
             # The autopilot's own depth comes out of its filter, late; a DVL beside it is judged by the pressure.
             signals["depth"] = None
-    if (pressure := signals.get("pressure")) is not None and _holds_pressure(messages):
+    if (pressure := signals.get("pressure")) is not None and _holds_pressure(messages, firmware):
         read = None if velocity is None or velocity.filtered else velocity.signal
         signals["pressure"] = held_pressure.dated(pressure, read, signals.get("attitude"))
     sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
-        "stamped_s": STAMPED_S
-        if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None
-        else ARDUPILOT_STAMPED_S,
+        "stamped_s": STAMPED_S if firmware is None else firmware.stamped_s,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "motors": _motors(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
@@ -168,9 +165,17 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     }
 
 
+def _firmware(messages: Messages) -> Firmware | None:
+    """The firmware of the vehicle's autopilot, None for one that is not supported, or none."""
+    known = (one for one in table.FIRMWARES if messages.get("HEARTBEAT", autopilot=one.autopilot) is not None)
+    return next(known, None)
+
+
 def _motors(messages: Messages) -> int:
-    stated = messages.get("PARAM_VALUE", param_id=FRAME.encode())
-    return 0 if stated is None else motors_of(float(stated.fields["param_value"][-1]))
+    for firmware in table.FIRMWARES:
+        if stated := _stated(messages, (firmware.frame,)):
+            return firmware.motors_of(stated[firmware.frame])
+    return 0
 
 
 def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]:
@@ -216,16 +221,22 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
     return signals
 
 
-def _holds_pressure(messages: Messages) -> bool:
-    """Whether the pressure is an ArduPilot's, not that of another sender, which is of the time of its stamp."""
-    batch, autopilot = messages.get("SCALED_PRESSURE2"), messages.get("HEARTBEAT", autopilot=ARDUPILOT)
+def _holds_pressure(messages: Messages, firmware: Firmware | None) -> bool:
+    """Whether the pressure is that of an autopilot that holds it, not of another sender, which is of the time of its
+    stamp."""
+    if firmware is None or not firmware.holds_pressure:
+        return False
+    batch, autopilot = (
+        messages.get("SCALED_PRESSURE2"),
+        messages.get("HEARTBEAT", autopilot=firmware.autopilot),
+    )
     return (
         batch is not None and autopilot is not None and bool(batch.components[0] == autopilot.components[0])
     )
 
 
-def _ardusub(messages: Messages) -> dict[str, Signal | None]:
-    """ArduSub's messages, for signals without the contract's own message. The simulator's truth is ignored."""
+def _of_autopilots(messages: Messages, firmware: Firmware | None) -> dict[str, Signal | None]:
+    """An autopilot's messages, for signals without the contract's own message. A simulator's truth is ignored."""
     gyro, force = _scaled_imu(messages)
     depth = _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
     if depth is None:
@@ -238,15 +249,16 @@ def _ardusub(messages: Messages) -> dict[str, Signal | None]:
         "sticks": _columns(messages.get_from_anyone("MANUAL_CONTROL"), ("x", "y", "z", "r")),
         "voltage": _supply_voltage(messages.get("SYS_STATUS")),
     }
-    if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None:
+    if firmware is None:
         return signals
-    signals["pwm"] = samples_of_a_loop(signals["pwm"])
-    return before_low_pass(signals, _corners_hz(messages))
+    if firmware.loop_s:
+        signals["pwm"] = samples_of_a_loop(signals["pwm"], firmware.loop_s)
+    return before_low_pass(signals, firmware.corners, _stated(messages, firmware.corners.values()))
 
 
-def _corners_hz(messages: Messages) -> dict[str, float]:
-    """Corner frequencies by parameter, as the run last states them."""
-    stated = ((name, messages.get("PARAM_VALUE", param_id=name.encode())) for name in CORNERS.values())
+def _stated(messages: Messages, names: Iterable[str]) -> dict[str, float]:
+    """Those of these parameters that the run states, as it last does."""
+    stated = ((name, messages.get("PARAM_VALUE", param_id=name.encode())) for name in names)
     return {name: float(batch.fields["param_value"][-1]) for name, batch in stated if batch is not None}
 
 
@@ -347,7 +359,8 @@ def _supply_voltage(batch: Batch | None) -> Signal | None:
 
 def _armed(messages: Messages) -> Signal | None:
     """Armed state from the heartbeats of the thrusters' commander: an autopilot before an onboard computer."""
-    autopilots = (messages.get("HEARTBEAT", autopilot=kind) for kind in AUTOPILOTS)
+    kinds = (*(firmware.autopilot for firmware in table.FIRMWARES), *GENERIC)
+    autopilots = (messages.get("HEARTBEAT", autopilot=kind) for kind in kinds)
     batch = next((heartbeats for heartbeats in autopilots if heartbeats is not None), None) or messages.get(
         "HEARTBEAT"
     )

@@ -3,15 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 import numpy as np
 import yaml
 
-from bridge.ardusub.frames import FIRST_MOTOR, FRAME, direction_name, function_name
-from bridge.ardusub.settings import FAILSAFE, PILOT_FAILSAFE, WARNS_ALONE
-from bridge.ardusub.wiring import FILES, Wiring, wiring
 from bridge.errors import LogError, SeatrialError
+from bridge.firmware.description import Firmware, Wiring
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from identify.checks.gaps import never_armed
@@ -23,8 +21,6 @@ from identify.forces import wrench
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.words import listed
-
-HOLDER: Final = "SYSID_MYGCS"
 
 
 @dataclass(frozen=True)
@@ -38,6 +34,7 @@ class Guess:
 
     by: Literal["parameters", "motion"]
 
+    firmware: Firmware
     base: str
     file: VehicleFile
     configuration: str
@@ -86,21 +83,22 @@ class Guess:
 def guess(path: Path) -> Guess:
     """Propose a vehicle file for a recording, and compare it with the recorded motion.
 
-    Without the autopilot's FRAME_CONFIG the motion alone proposes one: the bundled file and the signs of its thrusters
-    that it follows best.
+    Where the autopilot's parameters name no frame the motion alone proposes one: the bundled file and the signs of its
+    thrusters that it follows best.
 
     Raises LogError for a recording that has neither, ConfigError for parameters that fit no file.
     """
-    values = autopilot_parameters(path)
-    bases = {frame: load_vehicle(name) for frame, name in FILES.items()}
-    if FRAME not in values:
-        return _guessed_by_motion(path, bases, values)
-    wired = wiring(values, {frame: len(_configuration(base)[1].thrusters) for frame, base in bases.items()})
+    firmware, values = autopilot_parameters(path)
+    bases = {frame: load_vehicle(name) for frame, name in firmware.files.items()}
+    if firmware.frame not in values:
+        return _guessed_by_motion(path, firmware, bases, values)
+    thrusters = {frame: len(_configuration(base)[1].thrusters) for frame, base in bases.items()}
+    wired = firmware.wiring(values, thrusters)
     name, _ = _configuration(bases[wired.frame])
     file = _wired_file(bases[wired.frame], wired)
-    findings, judged, unjudged = _by_motion(path, file, name, wired)
-    hints = companion_hints(values)
-    return Guess("parameters", FILES[wired.frame], file, name, wired, findings, judged, unjudged, hints)
+    findings, judged, unjudged = _by_motion(path, file, name, wired, firmware)
+    hints, base = firmware.hints(values), firmware.files[wired.frame]
+    return Guess("parameters", firmware, base, file, name, wired, findings, judged, unjudged, hints)
 
 
 def _configuration(base: VehicleFile) -> tuple[str, Configuration]:
@@ -114,7 +112,9 @@ def _wired_file(base: VehicleFile, wired: Wiring) -> VehicleFile:
     return replace(base, vehicle=vehicle, configuration=name)
 
 
-def _guessed_by_motion(path: Path, bases: Mapping[str, VehicleFile], values: Mapping[str, float]) -> Guess:
+def _guessed_by_motion(
+    path: Path, firmware: Firmware, bases: Mapping[str, VehicleFile], values: Mapping[str, float]
+) -> Guess:
     """The bundled file of the most thrusters, all of them used, that the motion follows, with those turned that it
     shows to be reversed.
 
@@ -132,37 +132,20 @@ def _guessed_by_motion(path: Path, bases: Mapping[str, VehicleFile], values: Map
         file = _wired_file(base, wired)
         if following(dive, file, name) < FOLLOWS:
             continue
-        findings, judged, unjudged = _by_motion(path, file, name, wired)
-        hints = companion_hints(values)
-        return Guess("motion", FILES[frame], file, name, wired, findings, judged, unjudged, hints)
+        findings, judged, unjudged = _by_motion(path, file, name, wired, firmware)
+        hints = firmware.hints(values)
+        return Guess(
+            "motion", firmware, firmware.files[frame], file, name, wired, findings, judged, unjudged, hints
+        )
     raise LogError(
-        f"{path}: holds no {FRAME} of the autopilot, and its motion follows the thrust of no known frame; let the "
-        "ground station read all parameters while it records (QGroundControl does at each connection), give the "
+        f"{path}: holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; let "
+        "the ground station read all parameters while it records (QGroundControl does at each connection), give the "
         "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)"
     )
 
 
-def companion_hints(values: Mapping[str, float]) -> tuple[str, ...]:
-    """Sentences on parameters with which a companion takes no sticks, or a pilot has none."""
-    said = []
-    system = values.get("SYSID_THISMAV", 1.0)
-    if values.get(HOLDER) == system:
-        said.append(
-            f"{HOLDER} is {system:g}, the vehicle's own system: a companion held the sticks and did not give them "
-            "back, and no ground station's sticks are taken; start the companion again, which puts it back, or set "
-            f"{HOLDER} to the ground station's own, usually 255."
-        )
-    said += [
-        f"{name} is {values[name]:g}: without it a companion that dies leaves the last sticks in force, and it takes "
-        "none; set it to 2."
-        for name, least in ((FAILSAFE, WARNS_ALONE), (PILOT_FAILSAFE, 0))
-        if name in values and not values[name] > least
-    ]
-    return tuple(said)
-
-
 def _by_motion(
-    path: Path, file: VehicleFile, configuration_name: str, wired: Wiring
+    path: Path, file: VehicleFile, configuration_name: str, wired: Wiring, firmware: Firmware
 ) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     """Findings, the degrees of freedom that they rest on, and why there are none of these."""
     try:
@@ -181,17 +164,15 @@ def _by_motion(
         return (), (), "every command is neutral, or too small to turn a propeller"
     wrong = miswired(dive, file, configuration_name)
     if wrong is not None:
-        return (_sentence(wrong, wired),), judged, ""
+        return (_sentence(wrong, wired, firmware),), judged, ""
     return mounting_hints(mirrored(axes), swapped(axes)), judged, ""
 
 
-def _sentence(wrong: Miswired, wired: Wiring) -> str:
+def _sentence(wrong: Miswired, wired: Wiring, firmware: Firmware) -> str:
     if wrong.reversed:
         motors = [wired.motors[place - 1] for place in wrong.reversed]
         now, then = (
-            listed(
-                [f"{direction_name(motor)} {sign if motor in wired.reversed else -sign}" for motor in motors]
-            )
+            listed([firmware.turn(motor, sign if motor in wired.reversed else -sign) for motor in motors])
             for sign in (-1, 1)
         )
         many, push, says, wires = (
@@ -208,6 +189,5 @@ def _sentence(wrong: Miswired, wired: Wiring) -> str:
     outputs = " and ".join(str(place) for place in wrong.swapped)
     return (
         f"Motors {first} and {second} are swapped ({wrong.agreement}): swap their plugs on outputs {outputs}, or "
-        f"{function_name(wrong.swapped[0])} {FIRST_MOTOR + second - 1} and {function_name(wrong.swapped[1])} "
-        f"{FIRST_MOTOR + first - 1}."
+        f"{firmware.drive(wrong.swapped[0], second)} and {firmware.drive(wrong.swapped[1], first)}."
     )

@@ -8,7 +8,7 @@ from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.parameters import MODE, vehicle_table
+from bridge.vehicle.parameters import COMMIT, MODE, vehicle_table
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.status_codes import decoded
 
@@ -17,10 +17,16 @@ STICKS_S = 0.04
 
 
 class Aboard:
-    """The companion's computer: a bridge with a companion on the autopilot's second link."""
+    """The companion's computer: a bridge with a companion on the autopilot's second link, to which the vehicle file's
+    model was `uploaded`, or nothing."""
 
-    def __init__(self, autopilot, mode=Mode.OFF, store=None, file=FILE, more_links=(), **options):
+    def __init__(
+        self, autopilot, mode=Mode.OFF, store=None, file=FILE, more_links=(), *, uploaded=True, **options
+    ):
         self.parameters = ParameterServer(None, vehicle_table(file.vehicle), component=191)
+        if uploaded:
+            crc = float(self.parameters.staged_crc)
+            assert self.parameters.write(COMMIT, crc, armed=False) is None
         assert self.parameters.write(MODE, float(mode), armed=False) is None
         configuration = next(iter(file.vehicle.configurations))
         self.companion = Companion(file, configuration, self.parameters, Ground(), store)

@@ -7,6 +7,7 @@ from rig import Aboard, Pilot, arm, orders, ready, taken
 
 from bridge.ardusub.companion import NO_ARDUSUB
 from bridge.links.link import memory_pair
+from bridge.onboard.store import NONE_YET
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.feedforward import Switch
@@ -52,6 +53,18 @@ def test_messages_are_asked_for_one_by_one_and_come_at_their_rate(autopilot):
 
     autopilot.run(2.0, aboard, pilot, look)
     assert len(times) > 60, "2 a second without asking"
+
+
+@pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
+def test_a_companion_to_which_nothing_was_uploaded_leaves_the_sticks_alone_and_says_what_it_lacks(fake, mode):
+    aboard, pilot = under_way(fake, uploaded=False)
+    pilot.sticks["x"] = 300
+    assert aboard.parameters.write("FF_MODE", float(mode), armed=True) is not None
+    assert aboard.parameters.take_texts()[1:] == [*NONE_YET]
+    assert aboard.parameters.write("FF_MODE", float(mode), armed=False) is None
+    fake.run(2.0, aboard, pilot)
+    assert not taken(aboard)
+    assert pwm(aboard)[2] == pytest.approx(stick_pwm(300), abs=1)
 
 
 def test_nothing_is_sent_to_an_autopilot_that_was_not_heard(fake):

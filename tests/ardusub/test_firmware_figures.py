@@ -15,7 +15,7 @@ from bench.ardusub.firmware import Passing
 from bench.ardusub.flight import vehicle_file
 from bench.flying import InTurn
 from bridge.ardusub.companion import companion_file
-from bridge.ardusub.law import MANUAL
+from bridge.firmware.ardusub import MANUAL
 from bridge.flight.flight import End
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from bridge.ardusub.law import ADDED_PER_S, FASTEST, MOST_ADDED, StickLaw, steady_velocity
-from bridge.ardusub.mixing import MOTOR_FACTORS, Mixer
+from bridge.ardusub.mixing import Mixer
 from bridge.errors import ConfigError
+from bridge.firmware.ardusub import MOTOR_FACTORS
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation

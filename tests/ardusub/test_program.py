@@ -9,6 +9,9 @@ from fakes.ardusub import MANUAL
 from fakes.firmware import RealTime
 from rig import Pilot
 
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.parameters import set_crc, vehicle_table
+
 CHECKOUT = Path(__file__).resolve().parents[2]
 
 
@@ -27,6 +30,8 @@ def test_stopped_under_way_the_program_gives_the_sticks_back_and_the_vehicle_sta
         there = lambda: [m for m in pilot.of("HEARTBEAT") if m.get_srcComponent() == 191]  # noqa: E731
         assert firmware.until(there, 30.0, pilot)
         firmware.run(6.0, pilot)
+        staged = {row.name: row.default for row in vehicle_table(load_vehicle("bluerov2").vehicle)}
+        pilot.write("FF_COMMIT", float(set_crc(staged)), component=191)
         pilot.write("FF_MODE", 2.0, component=191)
         assert firmware.until(lambda: "companion holds the sticks" in pilot.texts(), 20.0, pilot)
         assert pilot.read("SYSID_MYGCS") == 1

@@ -219,6 +219,18 @@ def test_what_is_uploaded_twice_is_nothing_to_do_and_one_roll_back_takes_it_back
     assert "M_u" not in vehicle.server.active(1)
 
 
+@pytest.mark.parametrize("more", [(), ("--armed",)], ids=["disarmed", "armed"])
+def test_a_roll_back_of_the_first_upload_leaves_no_set_in_force(vehicle, file, capsys, more):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert vehicle.server.active_crc
+    vehicle.armed = bool(more)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    capsys.readouterr()
+    assert run("rollback", "--yes", *more) == exit_codes.DONE
+    assert "no set is in force, as before the upload" in capsys.readouterr().out
+    assert (vehicle.server.active_crc, vehicle.server.active(1)) == (0, {})
+
+
 def test_a_roll_back_lowers_the_mode_of_the_feed_forward_and_never_raises_it(vehicle, file):
     vehicle.server.write("FF_MODE", 1.0, armed=False)
     assert run("upload", file, "--yes") == exit_codes.DONE

@@ -89,8 +89,9 @@ class FakeLink(QuietLink):
 class FakeVehicle(QuietLink):
     """A link to a vehicle; its faults are attributes.
 
-    With `steps`, a read lets time pass for as long as it waits. `holds` are parameters in place of the vehicle's own,
-    all in force; a vehicle with those keeps what is in force when it starts anew.
+    With `steps`, a read lets time pass for as long as it waits. The model of a given `vehicle` is in force.
+    `holds` are parameters in place of the vehicle's own, all in force; a vehicle with those keeps what is in force when
+    it starts anew.
 
     A write: `drops` are the names of parameters whose writes are ignored, True for all; `stuck`: it is answered with
     the value that stays; `echoes`: with the new value, which is not kept; `stores`: with the new value, and another is
@@ -138,7 +139,7 @@ class FakeVehicle(QuietLink):
         self.server = ParameterServer(self.store, table, system=self.source[0], component=self.source[1])
         for name, value in (self.holds or {}).items():
             self.server.write(name, value, False)
-        if self.holds is not None:
+        if self.holds is not None or (self.vehicle is not None and not self.server.active_crc):
             self.server.write(COMMIT, self.server.staged_crc, False)
 
     def restart(self, silent_s=2.0, *, forgets=True):

@@ -109,6 +109,15 @@ def test_one_refusal_takes_everything_back(seed, fault):
         assert ending.outcome is Outcome.ROLLED_BACK
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_a_refusal_behind_the_first_commit_leaves_no_set_in_force_as_before(seed):
+    vehicle = Reached(OLD, seed, **BAD_LINK, refuses={"FF_MODE"})
+    assert vehicle.server.write("FF_COMMIT", 0.0, False) is None
+    ending = upload_to(vehicle)
+    assert (ending.outcome, vehicle.server.active_crc) == (Outcome.ROLLED_BACK, 0)
+    assert ending.sentence.endswith("every value that was written is back as it was")
+
+
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
 @pytest.mark.parametrize("seed", range(8))
 def test_a_vehicle_armed_in_any_stage_has_the_old_set_or_all_of_the_new(stage, seed):

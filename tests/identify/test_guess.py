@@ -11,8 +11,8 @@ import pytest
 from fakes.shared import shared
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bridge.ardusub.wiring import wiring
 from bridge.errors import ConfigError, LogError
+from bridge.firmware.ardusub import ARDUSUB, wiring
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from identify.checks.motors import miswired, miswired_doubts
@@ -21,7 +21,7 @@ from identify.dive import Dive, Signal
 from identify.identification import Outcome
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
-from identify.run.guess import companion_hints, guess
+from identify.run.guess import guess
 from tui.cli import main
 
 FILE = load_vehicle("bluerov2")
@@ -45,7 +45,7 @@ def tlog(path, values, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA):
 
 
 def test_the_autopilots_parameters_are_read_and_no_companions(tmp_path):
-    assert autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN)) == PLAIN
+    assert autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN)) == (ARDUSUB, PLAIN)
 
 
 def test_a_log_of_another_autopilot_is_refused(tmp_path):
@@ -158,9 +158,9 @@ def test_a_log_of_another_frame_is_refused_with_the_number_of_its_motors(tmp_pat
 
 
 def test_settings_with_which_a_companion_takes_no_sticks_are_named():
-    hints = companion_hints({"SYSID_MYGCS": 1.0, "FS_GCS_ENABLE": 1.0, "FS_PILOT_INPUT": 0.0})
+    hints = ARDUSUB.hints({"SYSID_MYGCS": 1.0, "FS_GCS_ENABLE": 1.0, "FS_PILOT_INPUT": 0.0})
     assert [hint.split()[0] for hint in hints] == ["SYSID_MYGCS", "FS_GCS_ENABLE", "FS_PILOT_INPUT"]
-    assert companion_hints({"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0}) == ()
+    assert ARDUSUB.hints({"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0}) == ()
 
 
 def moved(signs, order, file=FILE, together=0.0):

@@ -255,7 +255,7 @@ def test_samples_of_a_loop_are_dated_when_their_changes_came_on_average(
     """Every 2.5 ms a new pulse; samples that hold until the next are right at the time they are given. Slow samples
     may be those of a slow loop."""
     at_s = np.arange(0.0, 10.0, 1 / rate_hz)
-    pulses = samples_of_a_loop(Signal(at_s, np.floor(at_s / 2.5e-3 + 1e-9)[:, None]))
+    pulses = samples_of_a_loop(Signal(at_s, np.floor(at_s / 2.5e-3 + 1e-9)[:, None]), 2.5e-3)
     assert pulses.time_s == pytest.approx(at_s - earlier_s)
     if earlier_s:
         time_s = 1.0 + (np.arange(32_000) + 0.5) * 2.5e-4

@@ -2,15 +2,28 @@
 
 import random
 import re
+import struct
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.errors import ConfigError, LogError
+from bridge.firmware import table
+from bridge.firmware.ardusub import ARDUSUB
+from bridge.links.link import memory_pair
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.mode import Mode
+from bridge.wire.framing import Encoder, Framer, decode
+from bridge.wire.readings import Reading, encode
+from gcs_plugin.feedforward import Switch
+from gcs_plugin.flying.crew import Crew
 from identify.effects.course import Course
 from identify.effects.effect import Effect
+from identify.run.guess import guess
 
 HOWTO = Path(__file__).resolve().parents[2] / "docs" / "howto"
 
@@ -42,6 +55,96 @@ def test_the_effect_that_is_shown_is_absent_at_none_and_a_cube_elsewhere():
     assert not effect.act(course(nu), effect.none()).wrench.any()
     wrench = effect.act(course(nu), np.array([8.0, 5.0])).wrench
     assert wrench[0] == pytest.approx([-1.0, 0.04, 0.0, 0.0, 0.0, 0.0])
+
+
+@pytest.fixture
+def nautilus(monkeypatch):
+    """The autopilot that is shown, registered."""
+    firmware = shown("add_an_autopilot.md").NAUTILUS
+    monkeypatch.setattr(table, "FIRMWARES", (*table.FIRMWARES, firmware))
+    return firmware
+
+
+def beat(autopilot: int, component: int = 1) -> bytes:
+    return Encoder(1, component).encode(dialect.MAVLink_heartbeat_message(12, autopilot, 0, 0, 4, 3))
+
+
+def test_what_is_asked_for_a_recording_goes_by_the_autopilot_that_is_shown(nautilus, clock):
+    sent, framer = [], Framer()
+    flies = Encoder(1, 191).frame(*encode(Reading("flight", 1.0, (0.0,) * 6)))
+
+    def hear():
+        clock.advance_to(clock.now_s + 0.2)
+        return framer.feed(beat(nautilus.autopilot) + beat(dialect.MAV_AUTOPILOT_INVALID, 191) + flies)
+
+    ear = SimpleNamespace(hear=hear, send=lambda raw: sent.extend(map(decode, Framer().feed(raw))))
+    crew = Crew(ear, memory_pair()[0], clock, lambda _: None)
+    crew.find(1)
+    for _ in range(20):
+        crew.step()
+    asked = {m.param1: 1e6 / m.param2 for m in sent if m.get_type() == "COMMAND_LONG" and m.command == 511}
+    # One at a time: the second follows the answer to the first.
+    assert asked == {dialect.MAVLINK_MSG_ID_ATTITUDE: 50.0}
+    assert {m.param_id for m in sent if m.get_type() == "PARAM_REQUEST_READ"} == {"GYRO_LOWPASS_HZ"}
+
+
+def stated(path: Path, autopilot: int, values: dict[str, float]) -> Path:
+    """A `.tlog` in which an autopilot beats and states its parameters."""
+    said = [
+        dialect.MAVLink_param_value_message(name.encode(), value, 9, len(values), n)
+        for n, (name, value) in enumerate(values.items())
+    ]
+    data = [beat(autopilot), *map(Encoder(1, 1).encode, said)]
+    path.write_bytes(
+        b"".join(struct.pack(">Q", 1_790_000_000_000_000 + n) + raw for n, raw in enumerate(data))
+    )
+    return path
+
+
+def test_a_vehicle_is_guessed_by_the_autopilot_that_is_shown(nautilus, tmp_path):
+    outputs = {f"OUT{n}_MOTOR": float(n) for n in range(1, 9)} | {"OUT1_MOTOR": 2.0, "OUT2_MOTOR": -1.0}
+    guessed = guess(stated(tmp_path / "a.tlog", nautilus.autopilot, {"HULL": 0.0, **outputs}))
+    assert (guessed.firmware, guessed.base) == (nautilus, "bluerov2_heavy")
+    assert (guessed.wiring.motors, guessed.wiring.reversed) == ((2, 1, 3, 4, 5, 6, 7, 8), (1,))
+    with pytest.raises(ConfigError, match="set OUTn_MOTOR"):
+        guess(stated(tmp_path / "b.tlog", nautilus.autopilot, {"HULL": 0.0}))
+
+
+def test_of_an_autopilot_that_is_not_supported_is_said_what_works_until_it_is_registered(
+    clock, tmp_path, request
+):
+    px4, ours = dialect.MAV_AUTOPILOT_PX4, shown("add_an_autopilot.md").NAUTILUS
+
+    def said(autopilot: int) -> str:
+        """By `ff`, where nothing answers beside it."""
+        switch = Switch(Mode.BOTH)
+        for _ in range(160):
+            clock.advance_to(clock.now_s + 0.05)
+            switch.tick(clock.now_s)
+            for frame in Framer().feed(beat(autopilot)):
+                switch.on_frame(frame, clock.now_s)
+        return switch.words
+
+    page = (HOWTO / "add_an_autopilot.md").read_text(encoding="utf-8")
+    assert f"`{table.not_supported(px4)}`" in page
+    assert table.not_supported(px4) in said(px4)
+    assert "is not supported" in said(ours.autopilot)
+    with pytest.raises(
+        LogError, match="its autopilot is no ArduPilot, and only ArduSub's parameters can be read"
+    ):
+        guess(stated(tmp_path / "a.tlog", px4, {"FRAME_CONFIG": 1.0}))
+    request.getfixturevalue("nautilus")
+    assert "an autopilot alone has no FF_MODE: fly by hand" in said(ours.autopilot)
+    assert "use ArduSub or Nautilus for one" in table.not_supported(px4)
+    with pytest.raises(
+        LogError, match="no ArduPilot or Nautilus, and only ArduSub's and Nautilus's parameters"
+    ):
+        guess(stated(tmp_path / "a.tlog", px4, {"FRAME_CONFIG": 1.0}))
+
+
+def test_a_message_that_ends_a_firmware_is_never_asked_for():
+    with pytest.raises(ValueError, match=r"never ask for \[168\]"):
+        replace(ARDUSUB, rates_hz={dialect.MAVLINK_MSG_ID_WIND: 1.0})
 
 
 def test_the_sensor_that_is_shown_reads_what_it_writes_however_the_stream_is_cut():

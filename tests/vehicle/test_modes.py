@@ -164,6 +164,15 @@ class Modes(RuleBasedStateMachine):
             self.committed = dict(self.staged)
             self.keep()
 
+    @rule()
+    def leave_no_set_in_force(self) -> None:
+        acts = self.armed and LEFT_TO_IT[self.mode] > 0
+        taken = self.write("FF_COMMIT", 0.0)
+        assert taken == (not acts and not self.disk_is_full)
+        if taken:
+            self.committed = None
+            self.keep()
+
     @rule(mass=st.sampled_from(FIT + UNFIT), damping=st.sampled_from(FIT + UNFIT))
     def commit_another_model_at_any_moment(self, mass: float, damping: float) -> None:
         self.stage_a_model(mass, damping)

@@ -9,9 +9,11 @@ from scipy.spatial.transform import Rotation
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
 
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import Condition, Freshness, freshness
 from gcs_plugin.watch.quantities import Ring
 from gcs_plugin.watch.watcher import Watcher
+from tui.watch_text import header
 
 
 @pytest.fixture
@@ -102,6 +104,21 @@ def test_ardusub_is_asked_for_two_a_second_and_the_bridge_beside_it_for_the_cont
     assert row(watcher, "pressure", 20.0).expected_hz == 2.0
     assert row(watcher, "pressure", 20.0).condition is Condition.OK
     assert row(watcher, "imu", 19.6).expected_hz == 25.0
+
+
+def test_without_a_heartbeat_of_ones_own_no_companion_is_heard_beside_ardusub_and_this_is_said(watcher):
+    generic = OnAir(watcher)
+    generic.beats(0.0)
+    assert watcher.picture(1.0).hidden == ""
+    generic.beats(1.0, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    picture = watcher.picture(2.0)
+    assert "seatrial record hears it" in picture.hidden
+    assert picture.hidden in header(picture, None)
+    recorded = Holding(1, "", (), "dives/a", "", 0, 0, 0, math.inf, (), 0.0)
+    assert picture.hidden not in header(picture, recorded)
+    companion = {"kind": mav.MAV_TYPE_ONBOARD_CONTROLLER, "autopilot": mav.MAV_AUTOPILOT_INVALID}
+    OnAir(watcher, component=191).beats(2.0, **companion)
+    assert watcher.picture(3.0).hidden == ""
 
 
 RUVIFIST = load_vehicle("ruvifist")

@@ -45,6 +45,14 @@ def server(path: Path | None = None, **model: float) -> ParameterServer:
     return ParameterServer(path, vehicle_table(vehicle(**model)), system=1, component=1)
 
 
+def committed(path: Path | None = None, **model: float) -> ParameterServer:
+    """Parameters with the model of the vehicle file in force."""
+    target = server(path, **model)
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
+    target.take_news()
+    return target
+
+
 def received(message: Any) -> Any:
     """The message as the other side decodes it."""
     (frame,) = Framer().feed(GROUND.encode(message))
@@ -297,7 +305,7 @@ def test_a_set_is_committed_while_armed_where_the_feed_forward_does_not_act(targ
 def test_armed_without_good_shadow_the_mode_may_go_down_and_not_up_and_the_reason_is_told(
     before, after, refused
 ):
-    target = server(M_u=80.0, D_u=40.0)
+    target = committed(M_u=80.0, D_u=40.0)
     target.unproven = lambda: "shadow: 12 of 60 s flown"
     assert target.write("FF_MODE", float(before), False) is None
     assert target.write("FF_MODE", float(after), True) is (Refusal.DENIED if refused else None)
@@ -309,7 +317,7 @@ def test_armed_without_good_shadow_the_mode_may_go_down_and_not_up_and_the_reaso
 
 
 def test_where_no_controller_watches_shadow_nothing_is_proven():
-    target = server(M_u=80.0, D_u=40.0)
+    target = committed(M_u=80.0, D_u=40.0)
     assert target.write("FF_MODE", 3.0, True) is Refusal.DENIED
     assert target.take_texts()[1] == coded(Topic.SHADOW, "shadow: none flown, seatrial ff shadow first")
 
@@ -330,12 +338,33 @@ def test_a_mass_inertia_or_damping_of_zero_is_not_set_and_turns_the_feed_forward
     assert term.faults == (coded(Topic.SET_FAULT, f"FF {DOFS[axis]} off: {unset} is missing"),)
 
 
-def test_the_model_of_the_vehicle_file_is_active_from_the_start():
+def test_the_model_of_the_vehicle_file_is_staged_from_the_start_and_flies_once_committed():
     target = server(M_u=80.0, D_u=40.0)
+    assert (target.value("FF0_M_U"), target.active(0), target.active_crc) == (80.0, {}, 0)
+    assert target.write("FF_MODE", 3.0, True) is Refusal.DENIED
+    refused = coded(Topic.NO_SET, "FF_MODE refused: no active set")
+    assert target.take_texts() == [refused, *store.NONE_YET]
+    assert target.write("FF_MODE", 3.0, False) is None
+    assert tuple(target.take_texts()) == store.NONE_YET
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
     assert target.active(0)["M_u"] == 80.0
-    assert target.active_crc == target.staged_crc != 0
     with pytest.raises(ConfigError, match=r"M_u is -3; give a value from 21\.6 to 2160"):
         server(M_u=-3.0)
+
+
+def test_a_commit_of_0_leaves_no_set_in_force_across_a_restart_and_never_under_a_vehicle_that_flies_by_it(
+    tmp_path,
+):
+    path = tmp_path / "parameters.json"
+    target = committed(path, M_u=80.0, D_u=40.0)
+    before = target.active_crc
+    target.write("FF_MODE", 3.0, False)
+    assert target.write("FF_COMMIT", 0.0, True) is Refusal.DENIED
+    assert target.active_crc == before
+    assert target.write("FF_COMMIT", 0.0, False) is None
+    assert (target.active(0), target.value("FF_ACTIVE"), target.value("FF0_M_U")) == ({}, 0.0, 80.0)
+    assert target.take_news() == [coded(Topic.SET_ACTIVE, "no FF set active", 0)]
+    assert server(path, M_u=80.0).active_crc == 0
 
 
 def test_mode_and_active_set_survive_a_restart_and_a_staged_one_does_not(tmp_path):
@@ -385,16 +414,16 @@ def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path, damage):
     again = server(path)
     assert (again.mode, again.active_crc) == (0, 0)
     assert (tmp_path / "parameters.json.damaged-1").read_text() == damaged
-    assert "parameters.json.damaged-1; defaults are in force" in again.trouble
+    assert "parameters.json.damaged-1; no set is in force: upload one" in again.trouble
     texts = again.take_texts()
-    assert texts[0] == "stored parameters unusable, defaults in force"
+    assert texts[0] == "stored parameters unusable, no set in force"
     assert all(len(text) <= 50 for text in texts)
     assert not path.exists()
 
 
 def test_a_set_that_cannot_be_stored_is_not_active_but_switching_off_still_works(tmp_path):
     path = tmp_path / "parameters.json"
-    target = server(path, M_u=80.0, D_u=40.0)
+    target = committed(path, M_u=80.0, D_u=40.0)
     target.write("FF_MODE", 3.0, False)
     before = target.active_crc
     path.unlink()

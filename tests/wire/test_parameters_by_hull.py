@@ -108,14 +108,14 @@ def test_the_model_of_the_file_does_not_fly_in_place_of_a_set_of_another_hull(pa
     assert other.active(0)["M_u"] == 120.0
 
 
-def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path):
+def test_where_no_set_was_ever_committed_the_model_of_each_file_waits_for_a_commit(path):
     first = boot(path, with_shape(model={"M_u": 80.0}))
     assert first.write("FF_MODE", 3.0, False) is None
     for mass_kg in (80.0, 85.0):
         same = boot(path, with_shape(model={"M_u": mass_kg}))
-        assert (same.active(0)["M_u"], same.mode, same.take_texts()) == (mass_kg, 3, BOTH_ACTS)
+        assert (same.value("FF0_M_U"), same.active(0), same.mode, same.take_texts()) == (mass_kg, {}, 3, [])
     other = boot(path, with_shape(dry_mass_kg=90.0, model={"M_u": 120.0}))
-    assert (other.active(0)["M_u"], other.mode, other.take_texts()) == (120.0, 0, [])
+    assert (other.value("FF0_M_U"), other.active(0), other.mode, other.take_texts()) == (120.0, {}, 0, [])
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from bridge import exit_codes
-from bridge.ardusub.frames import FRAMES
 from identify.run.guess import Guess, guess
 from identify.words import listed
 from tui import show
@@ -30,7 +29,7 @@ def _table(guessed: Guess) -> Table:
         (str(output), str(motor), "reversed" if motor in wiring.reversed else "")
         for output, motor in enumerate(wiring.motors, 1)
     ]
-    number = f"FRAME_CONFIG {FRAMES.index(wiring.frame)}"
+    number = f"{guessed.firmware.frame} {guessed.firmware.frames.index(wiring.frame)}"
     title = f"frame {wiring.frame}, {number if guessed.by == 'parameters' else 'by the motion alone'}"
     return Table(title, ("output", "motor", "direction"), rows)
 

@@ -1,7 +1,6 @@
 """Asks the autopilot for the messages that a dive needs, one by one, and again for each that is not acknowledged.
 
-Never for every id: a simulated ArduSub aborts when it is asked for WIND (168), and a real one denies those that it
-never sends. A message that is denied is not asked for again.
+Never for every id: some end a firmware (`Firmware.never_asked`). A message that is denied is not asked for again.
 """
 
 import math
@@ -9,18 +8,8 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-RATES_HZ: Final = {
-    dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 200.0,
-    dialect.MAVLINK_MSG_ID_ATTITUDE: 50.0,
-    dialect.MAVLINK_MSG_ID_SCALED_IMU2: 50.0,
-    dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 20.0,
-    dialect.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 20.0,
-    dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2: 10.0,
-    dialect.MAVLINK_MSG_ID_SYS_STATUS: 2.0,
-    dialect.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
-}
-SWITCHES_HZ: Final = 2
-"""The joystick's gain and switches come with the stream EXTENDED_STATUS; a rate of their own is denied them."""
+from bridge.firmware.description import AUTOPILOT, Firmware
+
 AGAIN_S: Final = 1.0
 STREAM_AGAIN_S: Final = 3.0
 RENEW_S: Final = 60.0
@@ -32,9 +21,9 @@ _ACCEPTED: Final = (dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_IN_PROGRESS)
 class Rates:
     """One request is under way at a time; `denied` are the ids that the autopilot does not send."""
 
-    def __init__(self, system: int, component: int) -> None:
-        self._target = system, component
-        self._left = list(RATES_HZ)
+    def __init__(self, system: int, firmware: Firmware) -> None:
+        self._target, self._firmware = (system, AUTOPILOT), firmware
+        self._left = list(firmware.rates_hz)
         self._asked: int | None = None
         self._due_s = self._stream_due_s = -math.inf
         self._renew_s = math.inf
@@ -45,20 +34,21 @@ class Rates:
         """Whether every message was granted or denied."""
         return not self._left
 
-    def step(self, now_s: float, has_switches: bool) -> list[Any]:
-        """The request to send now, if any; `has_switches`: the joystick's gain and switches come."""
-        if not has_switches and now_s >= self._stream_due_s:
+    def step(self, now_s: float, has_stream: bool) -> list[Any]:
+        """The request to send now, if any; `has_stream`: what comes with the firmware's stream alone does come."""
+        stream = self._firmware.stream
+        if stream is not None and not has_stream and now_s >= self._stream_due_s:
             # Asked first: it sets the rates of all that the stream carries anew.
             self._stream_due_s = now_s + STREAM_AGAIN_S
             self.begin_anew()
-            stream = dialect.MAV_DATA_STREAM_EXTENDED_STATUS
-            return [dialect.MAVLink_request_data_stream_message(*self._target, stream, SWITCHES_HZ, 1)]
+            rate_hz = self._firmware.stream_hz
+            return [dialect.MAVLink_request_data_stream_message(*self._target, stream, rate_hz, 1)]
         if not self._left and now_s >= self._renew_s:
             self.begin_anew()
         if not self._left or now_s < self._due_s:
             return []
         self._asked, self._due_s = self._left[0], now_s + AGAIN_S
-        interval_us = 1e6 / RATES_HZ[self._asked]
+        interval_us = 1e6 / self._firmware.rates_hz[self._asked]
         return [
             dialect.MAVLink_command_long_message(
                 *self._target,
@@ -87,5 +77,5 @@ class Rates:
 
     def begin_anew(self) -> None:
         """Ask for everything again, but for what was denied."""
-        self._left = [number for number in RATES_HZ if number not in self.denied]
+        self._left = [number for number in self._firmware.rates_hz if number not in self.denied]
         self._asked, self._due_s = None, -math.inf
