@@ -23,7 +23,7 @@ ALL = [
 ]
 
 
-def sampled(mission: Mission, rate_hz: float = 10.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def sampled(mission, rate_hz=10.0):
     time_s = np.arange(0, mission.duration_s, 1 / rate_hz)
     references = [mission.reference(t) for t in time_s]
     return (

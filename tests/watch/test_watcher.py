@@ -341,7 +341,7 @@ def test_what_a_set_lacked_is_past_once_another_is_in_force():
     vehicle = OnAir(watcher)
     vehicle.beats(1.0)
 
-    def said(words: str, at_s: float) -> None:
+    def said(words, at_s):
         vehicle.says(status_texts(words, 4, 1)[0], at_s)
 
     lacks = (coded(Topic.SET_FAULT, f"FF {axis} off") for axis in ("surge", "sway"))

@@ -6,8 +6,6 @@ import resource
 import threading
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pytest
 from device_streams import ON_A_LINE
@@ -30,7 +28,7 @@ PATIENCE_S = 60.0
 HANDLES = "/dev/fd"
 
 
-def targets() -> set[str]:
+def targets():
     """Targets of the open handles of this process."""
     result = set()
     for handle in os.listdir(HANDLES):
@@ -39,7 +37,7 @@ def targets() -> set[str]:
     return result
 
 
-def peak_memory() -> int:
+def peak_memory():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
@@ -51,7 +49,7 @@ class Came:
     more_memory: float
 
 
-def pull_and_plug(folder: Path, dvl: str, times: int, seed: int) -> Came:
+def pull_and_plug(folder, dvl, times, seed):
     """Every device is pulled and plugged so often; what is held meanwhile stays what it was."""
     rng, clock = random.Random(seed), SystemClock()
     devices = Devices(folder, dvl)
@@ -111,11 +109,11 @@ NAMED_WITHIN_S = 5.0
 STEP_S = 0.05
 
 
-def heard_at(data: bytes, times: float) -> bytes:
+def heard_at(data, times):
     """`data` as received by 8N1 if its bits last `times` as long as expected."""
     levels = [level for byte in data for level in (0, *(byte >> bit & 1 for bit in range(8)), 1)]
 
-    def level(at: float) -> int:
+    def level(at):
         sent = int(at / times)
         return levels[sent] if sent < len(levels) else 1
 
@@ -130,7 +128,7 @@ def heard_at(data: bytes, times: float) -> bytes:
     return bytes(result)
 
 
-def told_within(slot: str, kind: Any, say: Any, rate_hz: float, times: float) -> tuple[float, str] | None:
+def told_within(slot, kind, say, rate_hz, times):
     """Time, after 4 s in order, and words with which a bridge names the device; None if it does not."""
     craft = vehicle(**{slot: Device(kind, port="/dev/ttyX")})
     clock = SimulatedClock()
