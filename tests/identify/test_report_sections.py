@@ -248,18 +248,14 @@ def test_dead_reckoning_goes_north_when_turned_about_all_axes():
 
 
 @pytest.mark.parametrize("name", rest_in_soak(["velocity", "pwm", "attitude", "pressure", "ff_mode"]))
-@pytest.mark.parametrize("samples", [0, 1])
-def test_a_dive_with_next_to_nothing_of_a_signal_or_nothing_but_unknowns_still_makes_a_page(
-    name, samples, tmp_path
-):
+def test_a_dive_with_next_to_nothing_of_a_signal_or_nothing_but_unknowns_still_makes_a_page(name, tmp_path):
     dive = straight_dive()
     signal = dive.signals()[name]
-    short = replace(dive, **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
-    alone = Dive("x", Path("x"), "", **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
-    unknown = replace(dive, **{name: Signal(signal.time_s, np.full_like(signal.value, NAN))})
-    sections = tuple(
-        dive_section(each, Water()) for each in (short, alone, unknown, Dive("x", Path("x"), ""))
-    )
+    kept = [Signal(signal.time_s[:samples], signal.value[:samples]) for samples in (0, 1)]
+    unknown = Signal(signal.time_s, np.full_like(signal.value, NAN))
+    alone = [Dive("x", Path("x"), "", **{name: short}) for short in kept]
+    dives = (*(replace(dive, **{name: each}) for each in (*kept, unknown)), *alone, Dive("x", Path("x"), ""))
+    sections = tuple(dive_section(each, Water()) for each in dives)
     report = Report("t", "", "", sections)
     assert write_report(tmp_path / "x.html", report).stat().st_size > 1000
 
