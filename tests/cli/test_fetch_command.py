@@ -99,8 +99,8 @@ class SignedDive(Dive):
     """A dive whose vehicle signs, and hears nobody without the key."""
 
     def on_board(self, link):
-        clock = SystemClock()
-        return SignedLink(link, Gate(self.name, KEY, Times(clock), clock, lambda _: None), clock)
+        gate = Gate(self.name, KEY, Times(self.world), self.world, lambda _: None)
+        return SignedLink(link, gate, self.world)
 
 
 def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_signed(
@@ -111,6 +111,7 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     signed = SignedDive(tmp_path / "ring", bounds=RingSize(10_000_000, 4000))
     signed.dive(5.0)
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: signed)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: signed.world)
     write_key(tmp_path / "lake.key", KEY)
     words = ["fetch", "--new", "--link", "udpin:127.0.0.1:14550", "--json", "came.json"]
     assert cli.main([*words, "--sign-key", "lake.key"]) == exit_codes.DONE
@@ -119,7 +120,6 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     assert made == signed.kept()[: len(made)]
     assert len(made) == data["frames"] > 50
     capsys.readouterr()
-    monkeypatch.setattr("tui.commands.fetch.FIND_S", 4.0)
     other = SigningKey(bytes(32))
     write_key(tmp_path / "other.key", other)
     assert cli.main([*words, "--sign-key", "other.key"]) != exit_codes.DONE
