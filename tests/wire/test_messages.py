@@ -263,10 +263,7 @@ def exact(value):
     return int(value)
 
 
-@pytest.mark.parametrize("name", CONTRACT)
-@settings(max_examples=60)
-@given(data=st.data())
-def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
+def is_read_to_the_bit(name, data):
     values = data.draw(values_of(name))
     kind = kind_of(name)
     raw = bytes(kind(*values).pack(dialect.MAVLink(None, srcSystem=1, srcComponent=191)))
@@ -278,3 +275,18 @@ def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *places, counts={})
     fields = Fields(frames, name, frames.rows(name))
     assert exact([fields[field][0] for field in kind.fieldnames]) == exact(values)
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+@settings(max_examples=20)
+@given(data=st.data())
+def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
+    is_read_to_the_bit(name, data)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", CONTRACT)
+@settings(max_examples=1000)
+@given(data=st.data())
+def test_whatever_pymavlink_writes_we_read_to_the_bit(name, data):
+    is_read_to_the_bit(name, data)
