@@ -16,16 +16,6 @@ from tui.watch_text import header
 RUVIFIST = load_vehicle("ruvifist")
 
 
-@pytest.fixture
-def watcher():
-    return Watcher(RUVIFIST)
-
-
-@pytest.fixture
-def vehicle(watcher):
-    return OnAir(watcher)
-
-
 def test_before_anything_came_the_picture_claims_nothing(watcher):
     picture = watcher.picture(5.0)
     assert picture.armed is Armed.UNKNOWN
