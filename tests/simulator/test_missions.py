@@ -1,6 +1,7 @@
 """Missions, and the true model that a simulated vehicle has."""
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ ALL = [
 ]
 
 
+@cache
 def sampled(mission, rate_hz=10.0):
     time_s = np.arange(0, mission.duration_s, 1 / rate_hz)
     references = [mission.reference(t) for t in time_s]
