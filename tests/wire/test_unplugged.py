@@ -12,6 +12,7 @@ from device_streams import ON_A_LINE
 from figures import keep
 from plugged_devices import Devices
 from service_rig import in_real_time, vehicle
+from soak import rest_in_soak
 from waiting import until
 
 from bridge.clock import SimulatedClock, SystemClock
@@ -154,7 +155,7 @@ def test_at_the_right_rate_the_wire_changes_nothing():
         assert heard_at(data, 1.0) == data
 
 
-@pytest.mark.parametrize("times", [12.0, 2.0, 0.5, 1 / 12])
+@pytest.mark.parametrize("times", rest_in_soak([2.0, 0.5, 12.0, 1 / 12], keep=2))
 @pytest.mark.parametrize("name", ON_A_LINE)
 def test_a_device_at_a_wrong_rate_is_named_within_five_seconds(name, times):
     slot = ON_A_LINE[name][0]
