@@ -11,14 +11,14 @@ ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
 MAP = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 
 
-def row(room: str) -> str:
+def row(room):
     """The line of the map that a package has."""
     (line,) = [line for line in MAP.splitlines() if line.startswith(f"| `{room}`")]
     return line
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_every_folder_of_a_package_is_on_the_map_and_every_folder_on_it_is_there(room: str) -> None:
+def test_every_folder_of_a_package_is_on_the_map_and_every_folder_on_it_is_there(room):
     folders = {path.parent.name for path in (ROOT / room).glob("*/__init__.py")}
     named = set(re.findall(r"`([a-z_]+)`", row(room))) - {room}
     nested = {path.parent.name for path in (ROOT / room).glob("*/*/__init__.py")}
@@ -35,29 +35,29 @@ FILES = {
 }
 
 
-def docstring(init: Path) -> str:
+def docstring(init):
     return ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))) or ""
 
 
-def modules(folder: Path) -> set[str]:
+def modules(folder):
     """Names of the modules and packages of a folder."""
     files = {path.stem for path in folder.glob("*.py")}
     return files - {"__init__", "__main__"} | {path.parent.name for path in folder.glob("*/__init__.py")}
 
 
-def is_module(dotted: str) -> bool:
+def is_module(dotted):
     path = ROOT / dotted.replace(".", "/")
     return path.is_dir() or path.with_suffix(".py").is_file()
 
 
-def files_missing(text: str) -> list[str]:
+def files_missing(text):
     """Files NAME.py and FOLDER/NAME.py in backquotes that are not in the tree."""
     named = re.findall(r"`([a-z_0-9/]+\.py)`", text)
     return [name for name in named if not ((ROOT / name).is_file() if "/" in name else name in FILES)]
 
 
 @pytest.mark.parametrize("init", INITS, ids=lambda init: str(init.relative_to(ROOT).parent))
-def test_every_module_that_a_folder_names_is_there(init: Path) -> None:
+def test_every_module_that_a_folder_names_is_there(init):
     text, room = docstring(init), init.relative_to(ROOT).parts[0]
     names = re.findall(r"`([a-z_0-9]+)`", text)
     assert [name for name in names if name not in modules(init.parent)] == []
@@ -71,7 +71,7 @@ def test_every_module_that_a_folder_names_is_there(init: Path) -> None:
     [init for init in INITS if init.relative_to(ROOT).parts[0] in ROOMS],
     ids=lambda init: str(init.relative_to(ROOT).parent),
 )
-def test_every_module_of_a_folder_is_named(init: Path) -> None:
+def test_every_module_of_a_folder_is_named(init):
     if init.parent.name == "commands":  # a module for each verb
         return
     named = set(re.findall(r"`([a-z_0-9]+)`", docstring(init)))
@@ -81,17 +81,17 @@ def test_every_module_of_a_folder_is_named(init: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_file_that_a_page_names_is_there(page: Path) -> None:
+def test_every_file_that_a_page_names_is_there(page):
     assert files_missing(page.read_text(encoding="utf-8")) == []
 
 
-def test_every_module_that_the_map_names_is_there() -> None:
+def test_every_module_that_the_map_names_is_there():
     named = re.findall(r"`((?:bridge|gcs_plugin|identify|tui)/[a-z_/]+)(?:\.[\w*]+)*`", MAP)
     assert len(named) > 15
     assert [name for name in named if not ((ROOT / name).is_dir() or (ROOT / f"{name}.py").is_file())] == []
 
 
-def test_every_folder_of_the_tests_is_on_the_map() -> None:
+def test_every_folder_of_the_tests_is_on_the_map():
     section = MAP.split("## Tests")[1].split("## ")[0]
     folders = {
         path.name for path in (ROOT / "tests").iterdir() if any(path.glob("*.*")) and path.name[0] not in "_."
@@ -99,5 +99,5 @@ def test_every_folder_of_the_tests_is_on_the_map() -> None:
     assert folders - set(re.findall(r"`(?:tests/)?([a-z_]+)`", section)) == set()
 
 
-def test_the_map_is_one_page() -> None:
+def test_the_map_is_one_page():
     assert len(MAP.splitlines()) < 80

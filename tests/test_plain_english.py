@@ -2,7 +2,6 @@
 
 import ast
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -22,7 +21,7 @@ MOST = {
 aiohttp come to."""
 
 
-def words() -> Iterator[str]:
+def words():
     for room in ROOMS:
         for path in (ROOT / room).rglob("*.py"):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -30,7 +29,7 @@ def words() -> Iterator[str]:
                     yield from str(node.value.value).lower().replace("`", " ").split()
 
 
-def test_words_that_stand_for_nothing_are_rare() -> None:
+def test_words_that_stand_for_nothing_are_rare():
     counted = Counter(word.strip(".,;:()'\"") for word in words())
     share = 1000.0 / counted.total()
     often = {word: counted[word] * share for word in MOST}

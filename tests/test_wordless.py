@@ -10,7 +10,7 @@ from soak import rest_in_soak
 SCRIPT = Path(__file__).with_name("wordless.py")
 
 
-def flows(folder: Path, seconds: str, *words: str) -> str:
+def flows(folder, seconds, *words):
     """The outcome of the main flows, without words, from a process of its own."""
     folder.mkdir()
     line = [sys.executable, str(SCRIPT), str(folder), seconds, *words]
@@ -22,7 +22,7 @@ def flows(folder: Path, seconds: str, *words: str) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", rest_in_soak(("66", "90")))
-def test_without_a_sentence_every_outcome_is_the_same(tmp_path: Path, seconds: str) -> None:
+def test_without_a_sentence_every_outcome_is_the_same(tmp_path, seconds):
     said = flows(tmp_path / "said", seconds)
     assert '"quadratic_drag"' in said
     assert flows(tmp_path / "wordless", seconds, "x") == said

@@ -12,6 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
+from identify.report.figures import error_unit
 from identify.report.page import Figure, Table
 from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack
 from identify.report.traces import Traces
@@ -184,7 +185,7 @@ def growth(gap: Gap) -> Figure:
 
 
 def _growth_panel(gap: Gap, dof: int) -> Panel:
-    unit, scale = _unit_of(dof)
+    scale, unit = error_unit(dof)
     at = np.array([drift.horizon_s for drift in gap.drifts])
     curves = {
         BEFORE: np.array([drift.rms[dof] for drift in gap.drifts]),
@@ -218,18 +219,13 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _over_time(ways: Sequence[tuple[Drift, str]], dof: int) -> Panel:
-    unit, scale = _unit_of(dof)
+    scale, unit = error_unit(dof)
     before, _ = ways[0]
     start_s, end_s = float(before.starts_s[0]), float(before.starts_s[-1])
     lines = [_binned(drift, dof, scale, label, start_s) for drift, label in ways]
     floor = np.full(2, scale * before.floor[dof])
     lines.append(Line(np.array([0.0, end_s - start_s]), floor, NOISE, STYLE_OF[NOISE]))
     return lines_panel(f"{DOFS[dof]}, {unit}", "time, s", lines, (0.0, end_s - start_s), (0.0,))
-
-
-def _unit_of(dof: int) -> tuple[str, float]:
-    """The unit of a drift, and how many of it are 1 m/s or rad/s."""
-    return ("mm/s", 1e3) if dof < 3 else ("deg/s", math.degrees(1.0))
 
 
 def velocities(prediction: Prediction) -> Traces:

@@ -3,6 +3,7 @@
 Times are seconds from the start of the dive.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -59,6 +60,11 @@ def broken_at_gaps(signal: Signal, column: int, longer_than_s: float) -> tuple[A
     time_s, value = signal.time_s, signal.value[:, column]
     after = np.flatnonzero(np.diff(time_s) > longer_than_s) + 1
     return np.insert(time_s, after, time_s[after - 1]), np.insert(value, after, np.nan)
+
+
+def error_unit(dof: int) -> tuple[float, str]:
+    """The unit in which an error of a velocity is shown, behind how many of it are 1 m/s or rad/s."""
+    return (1e3, "mm/s") if dof < 3 else (math.degrees(1.0), "deg/s")
 
 
 def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float = 1.7) -> Panel:

@@ -17,7 +17,7 @@ from identify.align import low_pass
 from identify.dive import Dive, Signal
 from identify.glance.foretold import verdict_of
 from identify.glance.raising import MARKS, Raising
-from identify.report.figures import TIME_TITLE, signal_line, time_panel
+from identify.report.figures import TIME_TITLE, error_unit, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
 from identify.report.traces import MODES, Traces
@@ -160,7 +160,7 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
     begun_s = {label: first_s - AROUND_S for label, (first_s, _) in moving_s.items()}
     longest_s = max(last_s - first_s for first_s, last_s in moving_s.values())
     time_s = np.arange(0.0, longest_s + 2 * AROUND_S, STEP_S)
-    scale, shown = _shown(dof)
+    scale, shown = error_unit(dof)
     push, wrench = ("force", "N") if dof < 3 else ("moment", "N m")
     nothing = np.full(len(time_s), np.nan)
     speeds, errors, pid, fed = [], [], [], []
@@ -199,11 +199,6 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
     )
 
 
-def _shown(dof: int) -> tuple[float, str]:
-    """Factor and unit in which a speed of that axis is shown."""
-    return (1e3, "mm/s") if dof < 3 else (math.degrees(1.0), "deg/s")
-
-
 def _at(signal: Signal | None, column: int, time_s: Array) -> Array:
     """A column of the signal at these times; NaN where it says nothing."""
     if signal is None or not len(signal):
@@ -213,7 +208,7 @@ def _at(signal: Signal | None, column: int, time_s: Array) -> Array:
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
     """Errors of Table 5 as bars: a group for each phase."""
-    scale, shown = _shown(DOFS.index(axis))
+    scale, shown = error_unit(DOFS.index(axis))
     groups = [
         Group(label, tuple(scale * of_axis.phase(phase) for phase in PHASES))
         for label, run in errors.items()
@@ -270,7 +265,7 @@ def _error_table(
     axis: str, wrench_unit: str, errors: Mapping[str, TrackingErrors], paper: Reference | None
 ) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
-    scale, unit = _shown(DOFS.index(axis))
+    scale, unit = error_unit(DOFS.index(axis))
     places = DECIMALS[unit]
 
     def row(
@@ -300,7 +295,7 @@ def _error_table(
 
 
 def _noise_said(errors: Mapping[str, TrackingErrors], axis: str) -> str:
-    scale, unit = _shown(DOFS.index(axis))
+    scale, unit = error_unit(DOFS.index(axis))
     noises = {name: axis_errors.noise for name, run in errors.items() if (axis_errors := run.axis(axis))}
     said = [
         f"{name} {fixed(scale * noise, DECIMALS[unit])}"
@@ -312,7 +307,7 @@ def _noise_said(errors: Mapping[str, TrackingErrors], axis: str) -> str:
 
 def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
-    scale, unit = _shown(DOFS.index(axis))
+    scale, unit = error_unit(DOFS.index(axis))
     held = [{s.speed: s for s in run.speeds} if run else {} for run in runs]
     speeds = sorted({speed for of_run in held for speed in of_run})
     rows = [

@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,11 +17,9 @@ from bench.accuracy_trials import Bound, Stated, Trial
 from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
 from bench.bound import cramer_rao, information, kernel
-from bench.coverage import Tried
-from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.pooled import effective_count, share95
-from bench.remembered import Data, Remembered
+from bench.remembered import Remembered
 from bench.tally import inside95, median_ratio, root_mean_square, tally
 from identify.estimators.likelihood import estimate
 from identify.statistics import Z95 as IDENTIFICATION_Z95
@@ -30,11 +27,11 @@ from identify.statistics import Z95 as IDENTIFICATION_Z95
 Z95 = 1.959963984540054
 
 
-def stated(value: float, std: float, doubted: bool = False) -> Stated:
+def stated(value, std, doubted=False):
     return Stated(value, value * math.exp(-Z95 * std), value * math.exp(Z95 * std), doubted)
 
 
-def efficient(count: int, spread: float = 1.0, claimed: float = 1.0) -> tuple[list[Bound], list[Trial]]:
+def efficient(count, spread=1.0, claimed=1.0):
     """A method that errs by `spread` times the bound and claims `claimed` times it."""
     rng = np.random.default_rng(3)
     bounds, trials = [], []
@@ -49,7 +46,7 @@ def efficient(count: int, spread: float = 1.0, claimed: float = 1.0) -> tuple[li
     return bounds, trials
 
 
-def test_a_method_at_the_bound_has_ratio_one_and_right_intervals() -> None:
+def test_a_method_at_the_bound_has_ratio_one_and_right_intervals():
     tallied = tally("likelihood", *efficient(2000))
     assert root_mean_square(tallied.cases) == pytest.approx(1.0, abs=0.05)
     assert median_ratio(tallied.cases) == pytest.approx(1.0, abs=0.05)
@@ -57,7 +54,7 @@ def test_a_method_at_the_bound_has_ratio_one_and_right_intervals() -> None:
     assert np.std([case.z for case in tallied.cases]) == pytest.approx(1.0, abs=0.05)
 
 
-def test_what_is_refused_counts_apart_by_what_the_bound_allows() -> None:
+def test_what_is_refused_counts_apart_by_what_the_bound_allows():
     bounds, trials = efficient(10)
     trials[0] = Trial(1, "likelihood", {"M_w": stated(10.0, 0.4)}, ("M_u", "D_u"), "converged", 0.5)
     tallied = tally("likelihood", bounds, trials)
@@ -69,7 +66,7 @@ def test_what_is_refused_counts_apart_by_what_the_bound_allows() -> None:
     )
 
 
-def test_a_doubt_or_an_outcome_is_a_warning() -> None:
+def test_a_doubt_or_an_outcome_is_a_warning():
     bounds, trials = efficient(3)
     wild = {"M_u": stated(20.0, 0.02), "D_u": stated(10.0, 0.05)}
     trials[0] = Trial(1, "likelihood", wild, (), "converged", 0.5)
@@ -83,14 +80,14 @@ def test_a_doubt_or_an_outcome_is_a_warning() -> None:
     assert [cell.strip() for cell in row.split("|")][-4:-2] == ["3", "1"]
 
 
-def test_a_method_at_the_bound_meets_every_goal_and_one_that_claims_too_much_misses_them() -> None:
+def test_a_method_at_the_bound_meets_every_goal_and_one_that_claims_too_much_misses_them():
     honest = tally("likelihood", *efficient(2000))
     assert [met for _, met in accuracy.verdicts(honest)] == [True] * 4
     rash = tally("likelihood", *efficient(2000, spread=3.0))
     assert [met for _, met in accuracy.verdicts(rash)] == [False] * 4
 
 
-def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -> None:
+def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out():
     bounds, trials = efficient(10)
     trials[0] = Trial(1, "likelihood", {}, ("M_u", "D_u", "M_w"), "refused", 0.5)
     tallied = tally("likelihood", bounds, trials)
@@ -100,7 +97,7 @@ def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out() -
     assert "| 10.0 % |" in row
 
 
-def test_the_bounds_of_a_coverage_count_a_mission_once_where_its_coefficients_err_together() -> None:
+def test_the_bounds_of_a_coverage_count_a_mission_once_where_its_coefficients_err_together():
     bounds, trials = efficient(400)
     alone = inside95(tally("likelihood", bounds, trials).cases)
     for item in trials:
@@ -110,7 +107,7 @@ def test_the_bounds_of_a_coverage_count_a_mission_once_where_its_coefficients_er
     assert (high - low) / (alone[2] - alone[1]) == pytest.approx(math.sqrt(2), rel=0.15)
 
 
-def test_a_mass_below_zero_is_an_error_like_any_other() -> None:
+def test_a_mass_below_zero_is_an_error_like_any_other():
     bounds, _ = efficient(1)
     below = Trial(1, "PySINDy", {"M_u": Stated(-10.0, math.nan, math.nan, False)}, (), "converged", 0.1)
     (case,) = tally("PySINDy", bounds, [below]).cases
@@ -119,14 +116,14 @@ def test_a_mass_below_zero_is_an_error_like_any_other() -> None:
 
 
 @pytest.fixture(params=rest_in_soak((False, True)), ids=lambda computed: "computed" if computed else "given")
-def bound(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+def bound(request, monkeypatch):
     """A mission's bound; to compile what computes it takes longer than all else in this file."""
     if not request.param:
         monkeypatch.setattr(trial, "cramer_rao", lambda mission: dict.fromkeys(mission.truth, 0.02))
 
 
 @pytest.mark.usefixtures("bound")
-def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
+def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path):
     kept = Remembered(tmp_path / "accuracy.jsonl")
     data = {
         "b": trial.bound_job(100_010),
@@ -150,7 +147,7 @@ def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
 MASS, DAMPING = 20.0, 30.0
 
 
-def clean_axis() -> AxisTerms:
+def clean_axis():
     """An axis that obeys its equation to the letter, and is asked at 20 Hz."""
     time_s = 0.05 * np.arange(1200)
     speed = 0.3 * np.sin(0.7 * time_s) + 0.1 * np.sin(1.9 * time_s)
@@ -160,13 +157,13 @@ def clean_axis() -> AxisTerms:
     return AxisTerms(0, 20.0, force, speed, slope, products)
 
 
-def test_least_squares_is_exact_without_noise() -> None:
+def test_least_squares_is_exact_without_noise():
     fit = least_squares.fitted(clean_axis())
     assert (fit.mass, fit.damping) == pytest.approx((MASS, DAMPING), rel=1e-9)
     assert fit.mass_std < 1e-6
 
 
-def test_least_squares_states_the_textbooks_interval() -> None:
+def test_least_squares_states_the_textbooks_interval():
     axis, rng = clean_axis(), np.random.default_rng(5)
     errors = []
     for _ in range(200):
@@ -177,7 +174,7 @@ def test_least_squares_states_the_textbooks_interval() -> None:
     assert np.std(errors) == pytest.approx(1.0, abs=0.15)
 
 
-def test_only_axes_that_the_dive_pushes_are_fitted() -> None:
+def test_only_axes_that_the_dive_pushes_are_fitted():
     mission = draw_one(100_010)
     answer = least_squares.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     pushed = {axis.dof for axis in axis_terms(mission.dive, mission.file, mission.configuration, 20.0, 1.0)}
@@ -188,7 +185,7 @@ def test_only_axes_that_the_dive_pushes_are_fitted() -> None:
 if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
 
     @pytest.mark.filterwarnings("ignore")
-    def test_sindy_finds_the_true_coefficients_without_noise() -> None:
+    def test_sindy_finds_the_true_coefficients_without_noise():
         from bench.baselines import sindy, sindy_weak
 
         smooth = sindy.fitted(clean_axis(), sindy._differentiated())
@@ -200,7 +197,7 @@ if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
 SEED = 100_002
 
 
-def model_of(mission: Mission) -> kernel.Model:
+def model_of(mission):
     drawn = mission.drawn
     return kernel.Model(
         drawn.mass, drawn.damping, drawn.trim, drawn.righting_nm, 3.0, drawn.disturbance_std,
@@ -209,22 +206,22 @@ def model_of(mission: Mission) -> kernel.Model:
 
 
 @pytest.fixture(scope="module")
-def mission() -> Mission:
+def mission():
     return draw_one(SEED, seconds=60.0)
 
 
 @pytest.fixture(scope="module")
-def state() -> np.ndarray:
+def state():
     return np.random.default_rng(1).uniform(-0.3, 0.3, kernel.STATES)
 
 
-def moved(model: kernel.Model, x: np.ndarray, tau: np.ndarray) -> np.ndarray:
+def moved(model, x, tau):
     out = np.zeros(kernel.STATES)
     kernel._motion(x, tau, model, out)
     return out
 
 
-def test_the_jacobian_is_the_slope_of_the_motion(mission: Mission, state: np.ndarray) -> None:
+def test_the_jacobian_is_the_slope_of_the_motion(mission, state):
     model, tau, jacobian = model_of(mission), np.arange(6.0), np.zeros((kernel.STATES, kernel.STATES))
     kernel._jacobian(state, model.mass, model, jacobian)
     step = 1e-6
@@ -238,7 +235,7 @@ def test_the_jacobian_is_the_slope_of_the_motion(mission: Mission, state: np.nda
     assert jacobian == pytest.approx(slope, abs=1e-6)
 
 
-def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state: np.ndarray) -> None:
+def test_the_slope_by_a_parameter_is_that_of_the_motion(mission, state):
     model, tau = model_of(mission), np.arange(6.0)
     out = np.zeros((kernel.STATES, kernel.PARAMETERS))
     kernel._by_parameter(state, moved(model, state, tau), model, out)
@@ -258,12 +255,12 @@ def test_the_slope_by_a_parameter_is_that_of_the_motion(mission: Mission, state:
             assert out[:6, column] == pytest.approx(slope, abs=1e-5)
 
 
-def likelihood_at(mission: Mission, **changes: np.ndarray) -> float:
+def likelihood_at(mission, **changes):
     return information(replace(mission, drawn=replace(mission.drawn, **changes))).log_likelihood
 
 
 @pytest.mark.soak
-def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
+def test_the_gradient_is_the_slope_of_the_likelihood(mission):
     bound, drawn, step = information(mission), mission.drawn, 1e-4
     spread = np.sqrt(np.diag(bound.information))
     for dof in (0, 1, 5):
@@ -280,7 +277,7 @@ def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
 
 
 @pytest.mark.soak
-def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_bound_says() -> None:
+def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_bound_says():
     errors = []
     for repeat in range(40):
         bound = information(draw_one(100_012, repeat, seconds=30.0))
@@ -317,7 +314,7 @@ def test_a_mass_that_its_own_axis_hardly_weighs_is_known_from_the_others():
     assert abs(np.log(mass.value / dived.truth["M_w"])) < 4 * mass.std / mass.value
 
 
-def _data(configuration: str, seed: int, names: tuple[str, ...] = ("M_u", "D_u"), z: float = 0.5) -> Data:
+def _data(configuration, seed, names=("M_u", "D_u"), z=0.5):
     low, value, high = (
         10.0 * math.exp(0.02 * k) for k in (z - IDENTIFICATION_Z95, z, z + IDENTIFICATION_Z95)
     )
@@ -326,24 +323,24 @@ def _data(configuration: str, seed: int, names: tuple[str, ...] = ("M_u", "D_u")
     return {"configuration": configuration, "seed": seed, "outcome": "converged", "trials": trials}
 
 
-def _kept(path: Path) -> Remembered:
+def _kept(path):
     kept = Remembered(path)
     kept.put("survey 1", _data("survey", 1))
     kept.put("hovering 1", _data("hovering", 1, ()))
     return kept
 
 
-def test_a_dive_of_which_nothing_could_be_told_is_kept_and_counted(tmp_path: Path) -> None:
+def test_a_dive_of_which_nothing_could_be_told_is_kept_and_counted(tmp_path):
     _kept(tmp_path / "kept.jsonl")
     dives = coverage.measured([1], Remembered(tmp_path / "kept.jsonl"))
     assert [len(dive.trials) for dive in dives] == [2, 0]
     assert "nothing could be told: hovering 1 (converged), of 2." in coverage.page(dives)
 
 
-def test_figures_of_other_code_are_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_of_other_code_are_not_taken(tmp_path, monkeypatch):
     asked: list[bool] = []
 
-    def measured(_seeds: list[int], kept: Remembered) -> list[Tried]:
+    def measured(_seeds, kept):
         asked.append("survey 1" in kept)
         return []
 
@@ -355,7 +352,7 @@ def test_figures_of_other_code_are_not_taken(tmp_path: Path, monkeypatch: pytest
     assert asked == [False, True, False]
 
 
-def test_the_page_counts_what_lies_inside_and_how_far_off_the_worst_is() -> None:
+def test_the_page_counts_what_lies_inside_and_how_far_off_the_worst_is():
     dives = [coverage.tried(_data("survey", seed, z=0.5 if seed > 1 else 3.5)) for seed in range(1, 21)]
     page = " ".join(coverage.page(dives).split())
     assert "38 of 40 inside, 95.0 %" in page
@@ -363,13 +360,13 @@ def test_the_page_counts_what_lies_inside_and_how_far_off_the_worst_is() -> None
     assert "| survey | M_u | 20 | 95 % | +0.65 |" in page
 
 
-def test_cases_alike_within_a_group_count_once() -> None:
+def test_cases_alike_within_a_group_count_once():
     hits = np.random.default_rng(1).random(2000) < 0.9
     groups = np.repeat(np.arange(2000), 5)
     assert effective_count(np.repeat(hits, 5).tolist(), groups.tolist()) == pytest.approx(2000, rel=0.01)
 
 
-def test_bounds_of_correlated_cases_hold_the_share_as_often_as_they_say() -> None:
+def test_bounds_of_correlated_cases_hold_the_share_as_often_as_they_say():
     rng = np.random.default_rng(4)
     held = []
     for _ in range(400):

@@ -22,7 +22,7 @@ from bench.missions.mission import draw_one
 from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
-from bench.sections import SECTIONS, Measurement, Run
+from bench.sections import SECTIONS, Measurement
 from bench.stamp import files
 from bench.steady import steady_errors
 from bench.tracking import truly
@@ -35,7 +35,7 @@ from identify.estimators.table import SIDE_BY_SIDE
 from identify.statistics import Z95
 
 
-def test_one_section_is_replaced_and_the_others_stay() -> None:
+def test_one_section_is_replaced_and_the_others_stay():
     order = ("a", "b", "c")
     page = written({"c": Section("## C\nold", "12"), "a": Section("## A", "34")}, order)
     assert page.startswith(HEAD)
@@ -44,7 +44,7 @@ def test_one_section_is_replaced_and_the_others_stay() -> None:
     assert again == {"a": Section("## A", "34"), "c": Section("## C\nnew", "56")}
 
 
-def test_a_section_of_older_code_says_so_and_one_measured_anew_no_longer() -> None:
+def test_a_section_of_older_code_says_so_and_one_measured_anew_no_longer():
     page = written(
         compared({"a": Section("## A", "old"), "b": Section("## B", "new")}, {"a": "x", "b": "new"}),
         ("a", "b"),
@@ -55,10 +55,8 @@ def test_a_section_of_older_code_says_so_and_one_measured_anew_no_longer() -> No
     assert OLDER not in written(compared(read(page), {"a": "old", "b": "new"}), ("a", "b"))
 
 
-def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def page(_run: Run) -> str:
+def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(tmp_path, monkeypatch):
+    def page(_run):
         return "## New"
 
     for name in ("docs", "bench"):
@@ -77,7 +75,7 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(
     }
 
 
-def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top() -> None:
+def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top():
     page = written(
         {
             "a": Section("## A", "12", wall_s=1800.0),
@@ -94,9 +92,7 @@ def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top() -> 
     assert read(page)["c"] == Section("## C", "56", wall_s=9999.0, asked=True)
 
 
-def test_the_time_of_a_section_adds_up_over_the_runs_of_one_code(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_time_of_a_section_adds_up_over_the_runs_of_one_code(tmp_path, monkeypatch):
     clock = iter((0.0, 30.0, 100.0, 112.4, 200.0, 200.6))
     monkeypatch.setattr(document.time, "perf_counter", lambda: next(clock))
     with pytest.raises(KeyboardInterrupt), document.timed(tmp_path, "a", "12"):
@@ -111,12 +107,12 @@ def test_the_time_of_a_section_adds_up_over_the_runs_of_one_code(
 
 
 @pytest.mark.parametrize("name", SECTIONS)
-def test_every_sections_sources_are_there(name: str) -> None:
+def test_every_sections_sources_are_there(name):
     for source in SECTIONS[name].sources:
         assert files(source), source
 
 
-def test_the_published_page_holds_known_sections_alone() -> None:
+def test_the_published_page_holds_known_sections_alone():
     text = (Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     assert set(read(text)) <= set(SECTIONS)
     assert written(read(text), tuple(SECTIONS)) == text
@@ -135,8 +131,8 @@ CODE = '"""Words."""\n\ndef one() -> int:\n    """More."""\n    return 1\n'
     ids=["comments, layout and docstrings", "what code does", "what is no code"],
 )
 def test_a_stamp_changes_with_what_code_does_and_with_any_other_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, text: str, other: str, same: bool
-) -> None:
+    tmp_path, monkeypatch, name, text, other, same
+):
     monkeypatch.setattr(stamps, "ROOT", tmp_path)
     kept_stamps = []
     for content in (text, other):
@@ -148,8 +144,8 @@ def test_a_stamp_changes_with_what_code_does_and_with_any_other_file(
 
 
 def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    tmp_path, monkeypatch
+):
     monkeypatch.setattr(stamps, "ROOT", tmp_path)
     for folder in ("bench", "bridge", "identify"):
         (tmp_path / folder).mkdir()
@@ -168,11 +164,11 @@ def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_mad
     assert modules == ("bench/trials.py", "bridge/clock.py", "identify/dive.py")
 
 
-def _never() -> dict[str, int]:
+def _never():
     raise AssertionError("measured again")
 
 
-def test_a_line_that_a_kill_cut_short_is_measured_again_and_spoils_nothing(tmp_path: Path) -> None:
+def test_a_line_that_a_kill_cut_short_is_measured_again_and_spoils_nothing(tmp_path):
     path = tmp_path / "kept.jsonl"
     Remembered(path).put("one", {"value": 1})
     with path.open("a") as out:
@@ -185,21 +181,21 @@ def test_a_line_that_a_kill_cut_short_is_measured_again_and_spoils_nothing(tmp_p
     assert last.get("three", _never) == {"value": 3}
 
 
-def test_jobs_that_are_known_are_not_run_and_the_others_are(tmp_path: Path) -> None:
+def test_jobs_that_are_known_are_not_run_and_the_others_are(tmp_path):
     kept = Remembered(tmp_path / "kept.jsonl")
     kept.put("known", {"value": 1})
     results = kept.fill({"known": _never, "new": partial(dict, value=2)}, "test")
     assert results == {"known": {"value": 1}, "new": {"value": 2}}
 
 
-def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_told(tmp_path):
     kept = Remembered(tmp_path / "kept.jsonl")
     (tmp_path / "kept.jsonl").mkdir()
     with pytest.raises(LogError, match="can't be written"):
         kept.put("one", {})
 
 
-def test_all_readers_meet_the_same_frames(tmp_path: Path) -> None:
+def test_all_readers_meet_the_same_frames(tmp_path):
     encoder = Encoder(1, 1)
     data = b""
     for k in range(50):
@@ -239,26 +235,26 @@ NAN = math.nan
 FILE = load_vehicle("ruvifist:survey")
 
 
-def _dived(nu: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> Dived:
+def _dived(nu):
     time_s = 0.05 * np.arange(1, len(nu) + 1)
     state = np.column_stack([np.zeros((len(nu), 3)), np.ones((len(nu), 1)), np.zeros((len(nu), 3)), nu])
     fog = Signal(time_s, np.ones((len(nu), 1)))
     return Dived(Dive("flown", Path("flown.tlog"), "0", fog=fog), FILE, "survey", {}, time_s, state)
 
 
-def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered() -> None:
+def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered():
     cell = thrift.cell([110.0, 90.0], [11.0, NAN], 100.0)
     assert cell == thrift.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
 
 
-def test_a_parameter_settles_where_it_last_left_its_end() -> None:
+def test_a_parameter_settles_where_it_last_left_its_end():
     values = np.array([[10.0, 1.0], [98.0, 1.0], [101.5, 1.0], [100.5, 1.0], [100.0, 1.0]])
     empty = np.zeros(5)
     assert TrainingCurves(("M_u", "D_u"), values, empty, empty, empty).settled_at == 3
     assert TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty).settled_at == 0
 
 
-def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way() -> None:
+def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive_either_way():
     legs = (
         (Leg(5.0, "change", "acceleration", surge_m_s=-0.4, transient_s=5.0), 0.0, 5.0),
         (Leg(10.0, "hold", "steady", surge_m_s=-0.4), 5.0, 15.0),
@@ -269,7 +265,7 @@ def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive
     assert steady_errors(_dived(nu), legs) == {"surge 0.4": [pytest.approx(0.01)]}
 
 
-def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
+def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them():
     measured_dive = _dived(np.full((10, 6), 0.3))
     true = truly(measured_dive)
     assert true.gyro is not None
@@ -277,7 +273,7 @@ def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None
     assert (true.velocity.value == 0.3).all()
 
 
-def test_a_refusal_is_an_answer_with_its_reason() -> None:
+def test_a_refusal_is_an_answer_with_its_reason():
     mission = draw_one(100_003)
     empty = replace(mission.dive, velocity=None, gyro=None, fog=None)
     refusal = answer(answered("closed form", empty, mission.file, mission.configuration))
@@ -285,7 +281,7 @@ def test_a_refusal_is_an_answer_with_its_reason() -> None:
     assert "nothing can be identified" in refusal.refusal
 
 
-def test_the_methods_of_others_answer_a_mission_with_finite_values() -> None:
+def test_the_methods_of_others_answer_a_mission_with_finite_values():
     mission = draw_one(100_003, seconds=60.0)
     for name in methods()[-2:]:
         result = answer(answered(name, mission.dive, mission.file, mission.configuration))
@@ -294,7 +290,7 @@ def test_the_methods_of_others_answer_a_mission_with_finite_values() -> None:
         assert set(result.half95) <= set(result.value)
 
 
-def test_the_closed_form_needs_no_training_to_come_near_the_truth() -> None:
+def test_the_closed_form_needs_no_training_to_come_near_the_truth():
     mission = draw_one(100_003)
     fitted = closed_form.estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
     for name, value in fitted.values().items():

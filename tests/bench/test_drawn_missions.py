@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.missions import Mission, draw
+from bench.missions import draw
 from bench.missions.manoeuvres import MANOEUVRES, Leg, sampled
 from bench.missions.mission import draw_one
 from bench.prediction import Starts, moved, run_forward, starts, whole_truth
 from bridge.vehicle.coefficients import BY_NAME
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.dynamics import acceleration, restoring
 from identify.checks.controller import feedback_doubts
 from identify.dive import Dive, Signal
@@ -21,25 +21,25 @@ SEEDS = range(100_000, 100_024)
 
 
 @pytest.fixture(scope="module")
-def missions() -> list[Mission]:
+def missions():
     return draw(SEEDS)
 
 
-def test_a_seed_gives_the_same_mission_alone_and_among_others(missions: list[Mission]) -> None:
+def test_a_seed_gives_the_same_mission_alone_and_among_others(missions):
     alone = draw_one(SEEDS[3])
     assert alone.dive.sha256 == missions[3].dive.sha256
     assert alone.file.sha256 == missions[3].file.sha256
     assert alone.truth == missions[3].truth
 
 
-def test_another_repeat_changes_the_water_and_nothing_else() -> None:
+def test_another_repeat_changes_the_water_and_nothing_else():
     first, second = draw_one(SEEDS[0]), draw_one(SEEDS[0], repeat=1)
     assert first.file == second.file
     assert np.array_equal(first.dive.nu_ref.value, second.dive.nu_ref.value)
     assert not np.array_equal(first.nu, second.nu)
 
 
-def test_vehicles_and_sensors_lie_within_what_the_page_says(missions: list[Mission]) -> None:
+def test_vehicles_and_sensors_lie_within_what_the_page_says(missions):
     for mission in missions:
         shape = mission.drawn.configuration
         assert 11.0 <= shape.dry_mass_kg <= 120.0
@@ -51,7 +51,7 @@ def test_vehicles_and_sensors_lie_within_what_the_page_says(missions: list[Missi
         assert (mission.dive.fog is not None) == (mission.file.vehicle.sensors.fog is not None)
 
 
-def test_vehicles_stay_upright_under_water_and_follow_what_is_asked(missions: list[Mission]) -> None:
+def test_vehicles_stay_upright_under_water_and_follow_what_is_asked(missions):
     for mission in missions:
         _, x, y, _ = mission.attitude.T
         assert np.min(1 - 2 * (x * x + y * y)) > np.cos(np.radians(60.0))
@@ -60,7 +60,7 @@ def test_vehicles_stay_upright_under_water_and_follow_what_is_asked(missions: li
         assert np.max(np.abs(mission.nu[:, :3])) < 2.0
 
 
-def test_the_true_motion_obeys_the_models_equations() -> None:
+def test_the_true_motion_obeys_the_models_equations():
     mission = draw_one(100_002)
     drawn, dive = mission.drawn, mission.dive
     forces = wrench(dive, mission.file, mission.configuration)
@@ -78,7 +78,7 @@ def test_the_true_motion_obeys_the_models_equations() -> None:
         assert left < 0.15 * np.std(nu_dot[inner, dof]), f"axis {dof}"
 
 
-def test_readings_are_the_truth_and_their_own_noise(missions: list[Mission]) -> None:
+def test_readings_are_the_truth_and_their_own_noise(missions):
     for mission in missions[:8]:
         dive, sensors = mission.dive, mission.sensors
         arm = np.array(mission.file.vehicle.sensors.dvl.mounting.position_m)
@@ -93,7 +93,7 @@ def test_readings_are_the_truth_and_their_own_noise(missions: list[Mission]) -> 
         )
 
 
-def test_a_fog_reading_is_the_mean_over_the_interval_around_its_date(missions: list[Mission]) -> None:
+def test_a_fog_reading_is_the_mean_over_the_interval_around_its_date(missions):
     mission = next(m for m in missions if m.dive.fog is not None)
     fog = mission.dive.fog
     expected = np.interp(fog.time_s, mission.time_s, mission.nu[:, 5])
@@ -104,12 +104,12 @@ def test_a_fog_reading_is_the_mean_over_the_interval_around_its_date(missions: l
 
 
 @pytest.mark.soak
-def test_the_controller_used_what_is_recorded(missions: list[Mission]) -> None:
+def test_the_controller_used_what_is_recorded(missions):
     for mission in missions:
         assert feedback_doubts(mission.dive, mission.file.vehicle.water) == ()
 
 
-def test_the_disturbance_is_as_large_and_as_slow_as_it_says() -> None:
+def test_the_disturbance_is_as_large_and_as_slow_as_it_says():
     mission = draw_one(100_001, seconds=2000.0)
     push = mission.disturbance / mission.drawn.disturbance_std
     step = round(1.0 / mission.dive.pwm.rate_hz / (mission.time_s[1] - mission.time_s[0]))
@@ -120,11 +120,11 @@ def test_the_disturbance_is_as_large_and_as_slow_as_it_says() -> None:
 
 
 @pytest.mark.soak
-def test_every_manoeuvre_is_drawn() -> None:
+def test_every_manoeuvre_is_drawn():
     assert {mission.kind for mission in draw(range(100_100, 100_160))} == set(MANOEUVRES)
 
 
-def test_a_ramp_goes_from_speed_to_speed_with_an_acceleration_that_is_its_slope() -> None:
+def test_a_ramp_goes_from_speed_to_speed_with_an_acceleration_that_is_its_slope():
     time_s = 0.01 * np.arange(1000)
     wanted = sampled([Leg(6.0, (0.5, 0.0, 0.0, 0.2), ramp_s=2.0)], time_s, depth_m=3.0)
     slope = np.gradient(wanted[:, 0], time_s)
@@ -134,7 +134,7 @@ def test_a_ramp_goes_from_speed_to_speed_with_an_acceleration_that_is_its_slope(
     assert wanted[700, 12] == pytest.approx(0.2 * (5.0 - 1.0), abs=0.01)
 
 
-def _weightless() -> VehicleFile:
+def _weightless():
     file = load_vehicle("ruvifist:survey")
     shape = replace(file.vehicle.configurations["survey"], net_buoyancy_n=0.0)
     return replace(file, vehicle=replace(file.vehicle, configurations={"survey": shape}))
@@ -148,23 +148,23 @@ MODEL = {
 }  # fmt: skip
 
 
-def _idle(seconds: float = 30.0) -> Dive:
+def _idle(seconds=30.0):
     thrusters = len(FILE.vehicle.configurations["survey"].thrusters)
     time_s = np.arange(0.0, seconds, 0.05)
     return Dive("idle", Path("idle.tlog"), "0", pwm=Signal(time_s, np.full((len(time_s), thrusters), 1500.0)))
 
 
-def _start(velocity: list[float]) -> Starts:
+def _start(velocity):
     return Starts(np.array([1.0]), LEVEL[None], np.array([velocity]))
 
 
-def test_a_vehicle_that_coasts_covers_mass_times_speed_over_damping() -> None:
+def test_a_vehicle_that_coasts_covers_mass_times_speed_over_damping():
     gone = run_forward(_start([0.5, 0, 0, 0, 0, 0]), _idle(), FILE, "survey", MODEL, np.zeros(6))
     whole = 0.5 * MODEL["M_u"] / MODEL["D_u"] * (1 - np.exp(-10.0 * MODEL["D_u"] / MODEL["M_u"]))
     assert gone[0, :2] == pytest.approx([whole, 0.0], abs=1e-6)
 
 
-def test_a_steady_force_alone_moves_it_at_force_over_damping_after_the_transient() -> None:
+def test_a_steady_force_alone_moves_it_at_force_over_damping_after_the_transient():
     trim = np.array([5.0, 0, 0, 0, 0, 0])
     gone = run_forward(_start([0.0] * 6), _idle(), FILE, "survey", MODEL, trim)
     lag_s = MODEL["M_u"] / MODEL["D_u"]
@@ -172,14 +172,14 @@ def test_a_steady_force_alone_moves_it_at_force_over_damping_after_the_transient
     assert gone[0, 0] == pytest.approx(whole, abs=1e-6)
 
 
-def test_a_model_that_runs_away_is_lost_and_the_others_are_not() -> None:
+def test_a_model_that_runs_away_is_lost_and_the_others_are_not():
     begin = Starts(np.array([1.0, 1.0]), np.tile(LEVEL, (2, 1)), np.array([[0.5, 0, 0, 0, 0, 0], [0.0] * 6]))
     gone = run_forward(begin, _idle(), FILE, "survey", {**MODEL, "D_u": -500.0}, np.zeros(6))
     assert np.isnan(gone[0]).all()
     assert gone[1] == pytest.approx([0.0] * 3, abs=1e-9)
 
 
-def test_true_parameters_follow_a_calm_dive_closer_than_wrong_ones() -> None:
+def test_true_parameters_follow_a_calm_dive_closer_than_wrong_ones():
     mission = draw_one(100_003)
     begin = starts(mission.dive, mission.file)
     true = moved(mission.time_s, mission.position, begin.time_s)
@@ -196,7 +196,7 @@ def test_true_parameters_follow_a_calm_dive_closer_than_wrong_ones() -> None:
     assert np.sqrt(np.mean(off[0] ** 2)) < 0.7 * np.sqrt(np.mean(off[1] ** 2))
 
 
-def test_windows_start_at_readings_and_end_within_the_dive() -> None:
+def test_windows_start_at_readings_and_end_within_the_dive():
     mission = draw_one(100_003)
     begin = starts(mission.dive, mission.file)
     assert len(begin) > 3

@@ -5,7 +5,6 @@ import struct
 from collections import Counter
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +14,10 @@ from bench.field import section
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import EACH, STEP_S
-from bench.field.draw import NONE, FieldCase, draw, effects_of, felt, missing_wrench, stays_down
+from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
 from bench.field.export import STATION, euler, positions, telemetry_of, tlog_of
 from bench.field.plants import PLANTS
-from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
+from bench.field.score import delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
 from bench.field.vehicle import draw_vehicle
 from bridge.vehicle.config import GRAVITY_M_S2, Water, load_vehicle
@@ -30,11 +29,11 @@ SECONDS = 25.0
 
 
 @cache
-def case(effect: str = NONE, size: float | None = 1.0) -> FieldCase:
+def case(effect=NONE, size=1.0):
     return draw(7, 3, effect, size, SECONDS)
 
 
-def messages(recording: bytes) -> dict[str, list[tuple[int, Any]]]:
+def messages(recording):
     """By type, with the microseconds of the stamp."""
     decoder, at, by_type = dialect.MAVLink(None), 0, {}
     while at < len(recording):
@@ -46,7 +45,7 @@ def messages(recording: bytes) -> dict[str, list[tuple[int, Any]]]:
     return by_type
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_others():
     first, again, other = (draw(seed, 2, "tether", 1.0, 8.0).files() for seed in (5, 5, 6))
     assert first == again
     assert set(first) == {"dive.tlog.gz", "check.tlog.gz", "vehicle.yaml", "truth.yaml"}
@@ -54,7 +53,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
     assert first["dive.tlog.gz"] != first["check.tlog.gz"]
 
 
-def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
+def test_without_noise_the_messages_hold_the_dive_as_it_was():
     flown = case().flown(0)
     flown = replace(flown, noise=np.zeros_like(flown.noise))
     rng = np.random.default_rng(0)
@@ -84,7 +83,7 @@ def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
     assert volts == pytest.approx(ticks.supply[::20, 0], abs=6e-4)
 
 
-def test_messages_come_as_often_as_a_stock_autopilot_sends_them_and_no_others() -> None:
+def test_messages_come_as_often_as_a_stock_autopilot_sends_them_and_no_others():
     by_type = messages(case().recording(0))
     rates = {name: round(len(rows) / SECONDS) for name, rows in by_type.items()}
     once = dict.fromkeys(("HEARTBEAT", "SYSTEM_TIME", "BATTERY_STATUS"), 1)
@@ -95,7 +94,7 @@ def test_messages_come_as_often_as_a_stock_autopilot_sends_them_and_no_others() 
     assert 0 <= stamp - 1_760_000_000_000_000 < 10_000
 
 
-def test_a_ground_station_logs_pulses_twice_a_second_and_the_sticks_that_it_sends() -> None:
+def test_a_ground_station_logs_pulses_twice_a_second_and_the_sticks_that_it_sends():
     drawn = replace(case(), rates=STATION)
     by_type = messages(drawn.recording(0))
     rates = {name: round(len(rows) / SECONDS, 1) for name, rows in by_type.items()}
@@ -113,7 +112,7 @@ def test_a_ground_station_logs_pulses_twice_a_second_and_the_sticks_that_it_send
 
 
 @pytest.mark.parametrize("straight", [0, 1], ids=["a mixer of thrusts", "a mixer of pulses"])
-def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight: int) -> None:
+def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight):
     drawn = case()
     autopilot = drawn.autopilot._replace(straight=straight)
     asked = np.zeros((3, 5))
@@ -129,7 +128,7 @@ def test_what_a_mixer_makes_of_surge_goes_with_the_stick(straight: int) -> None:
     np.testing.assert_allclose(np.array(made) / made[-1], stick / stick[-1], atol=0.02)
 
 
-def test_three_frames_in_a_thousand_are_lost() -> None:
+def test_three_frames_in_a_thousand_are_lost():
     drawn, rng = case(), np.random.default_rng(1)
     heard = telemetry_of(drawn.flown(0), drawn.sensors, drawn.filter, drawn.autopilot, rng)
     whole = sum(map(len, messages(tlog_of(heard, 0.0, rng)).values()))
@@ -139,19 +138,19 @@ def test_three_frames_in_a_thousand_are_lost() -> None:
 
 
 @pytest.mark.parametrize("effect", PLANTS)
-def test_an_effect_of_no_size_changes_nothing(effect: str) -> None:
+def test_an_effect_of_no_size_changes_nothing(effect):
     assert all(
         np.array_equal(a, b)
         for a, b in zip(case().flown(0).ticks, draw(7, 3, effect, 0.0, SECONDS).flown(0).ticks, strict=True)
     )
 
 
-def test_where_nothing_hides_the_true_model_explains_every_newton() -> None:
+def test_where_nothing_hides_the_true_model_explains_every_newton():
     assert np.abs(missing_wrench(case().flown(0))).max() < 1e-9
 
 
 @pytest.mark.parametrize("effect", PLANTS)
-def test_an_effect_of_middling_size_pushes(effect: str) -> None:
+def test_an_effect_of_middling_size_pushes(effect):
     drawn = case(effect)
     assert felt(drawn.flown(0), drawn.sea.std).of_thrust.max() > 0.01
     assert drawn.truth()["effect"] == [effect]
@@ -162,7 +161,7 @@ def test_an_effect_of_middling_size_pushes(effect: str) -> None:
     )
 
 
-def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it() -> None:
+def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it():
     flown = case().flown(0)
     state = flown.ticks.state.copy()
     state[-10:] = np.nan
@@ -171,7 +170,7 @@ def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it()
     assert not stays_down(away)
 
 
-def test_the_command_delay_is_told_as_it_acts() -> None:
+def test_the_command_delay_is_told_as_it_acts():
     drawn = case("command_delay", 1.0)
     assert drawn.truth()["effect_parameters"] == {"delay": 0.15}
     plain, late = (case(effect).flown(0).ticks.state[:, 7:10] for effect in (NONE, "command_delay"))
@@ -180,7 +179,7 @@ def test_the_command_delay_is_told_as_it_acts() -> None:
     assert not np.array_equal(plain, late)
 
 
-def test_the_filter_is_late_by_what_it_says_and_smooths() -> None:
+def test_the_filter_is_late_by_what_it_says_and_smooths():
     steps = np.arange(4000) * STEP_S
     ramp = np.column_stack([steps, 2 * steps, 0 * steps])
     late = estimated(ramp, STEP_S, 20, VelocityFilter(0.1, 0.0, 0.0, 1.0), np.random.default_rng(0))
@@ -189,7 +188,7 @@ def test_the_filter_is_late_by_what_it_says_and_smooths() -> None:
     assert smooth[50:, 1] == pytest.approx(ramp[::20, 1][50:] - 2 * 0.3, abs=0.01)
 
 
-def test_the_filter_adds_coloured_noise_and_position_is_reckoned_from_what_it_tells() -> None:
+def test_the_filter_adds_coloured_noise_and_position_is_reckoned_from_what_it_tells():
     still = np.zeros((200_000, 3))
     seen = estimated(still, STEP_S, 20, VelocityFilter(0.1, 0.2, 0.02, 1.0), np.random.default_rng(0))
     assert seen.std() == pytest.approx(0.02, rel=0.1)
@@ -197,7 +196,7 @@ def test_the_filter_adds_coloured_noise_and_position_is_reckoned_from_what_it_te
     assert np.diff(reckoned(seen, 0.1), axis=0) == pytest.approx(0.05 * (seen[1:] + seen[:-1]))
 
 
-def test_vehicles_are_small_rovs_whose_file_is_read_back_and_knows_no_drag(tmp_path: Any) -> None:
+def test_vehicles_are_small_rovs_whose_file_is_read_back_and_knows_no_drag(tmp_path):
     for number in range(12):
         vehicle = draw_vehicle(np.random.default_rng(number), f"rov-{number}")
         (tmp_path / "vehicle.yaml").write_text(vehicle.text, encoding="utf-8")
@@ -210,7 +209,7 @@ def test_vehicles_are_small_rovs_whose_file_is_read_back_and_knows_no_drag(tmp_p
         assert vehicle.quadratic[0] * 0.4 > vehicle.linear[0]
 
 
-def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_eight() -> None:
+def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_eight():
     counts = Counter(effects_of(1, 240))
     assert counts.pop(NONE) == 30
     assert set(counts) == set(PLANTS)
@@ -218,7 +217,7 @@ def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_e
     assert effects_of(1, 240) != effects_of(2, 240)
 
 
-def test_a_written_dive_is_read_as_any_other_recording(tmp_path: Any) -> None:
+def test_a_written_dive_is_read_as_any_other_recording(tmp_path):
     drawn = case()
     (tmp_path / "vehicle.yaml").write_text(drawn.vehicle.text, encoding="utf-8")
     (tmp_path / "dive.tlog").write_bytes(gzip.decompress(drawn.files()["dive.tlog.gz"]))
@@ -229,22 +228,18 @@ def test_a_written_dive_is_read_as_any_other_recording(tmp_path: Any) -> None:
     assert dive.pwm.value.shape[1] == len(drawn.vehicle.configuration.thrusters)
 
 
-def cause(
-    name: str, probability: float = 0.9, also: tuple[str, ...] = (), **parameters: float
-) -> dict[str, Any]:
+def cause(name, probability=0.9, also=(), **parameters):
     values = {key: {"value": v, "unit": "1", "low95": None, "high95": None} for key, v in parameters.items()}
     return {"name": name, "also": list(also), "probability": probability, "parameters": values}
 
 
-def dive(
-    hidden: str, *named: dict[str, Any], verdict: str = "explained", size: float = 2.0, **truth: float
-) -> Judged:
+def dive(hidden, *named, verdict="explained", size=2.0, **truth):
     sealed = {"name": "000", "effect": [hidden], "effect_parameters": truth, "size_over_sea": size}
     answer = {"verdict": verdict, "effects": list(named)}
     return judged({"truth": sealed, "answer": answer, "refusal": "", "seconds": 9.0, "drifts": {}})
 
 
-def test_a_cause_is_named_that_is_first_or_accepted_where_the_verdict_explains() -> None:
+def test_a_cause_is_named_that_is_first_or_accepted_where_the_verdict_explains():
     assert dive("tether", cause("tether")).by_name()
     assert dive("tether", cause("tether", 0.3), verdict="partly").by_name()
     assert dive("tether", cause("waves", 0.9), cause("tether", 0.6)).by_name()
@@ -253,7 +248,7 @@ def test_a_cause_is_named_that_is_first_or_accepted_where_the_verdict_explains()
     assert not dive("tether", cause("tether"), verdict="no_gap").by_name()
 
 
-def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_itself() -> None:
+def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_itself():
     cases = [
         dive("tether", cause("waves", 0.9, ("tether",))),
         dive("tether", cause("tether", 0.9, ("waves",))),
@@ -263,14 +258,14 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     assert "counted by half, 75.0 % are named" in " ".join(section.beside_goals(cases))
 
 
-def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict() -> None:
+def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict():
     assert len(dive(NONE, cause("waves", 0.5), verdict="no_gap").false()) == 1
     assert not dive(NONE, cause("waves", 0.49)).false()
     assert [item.name for item in dive("tether", cause("tether"), cause("waves", 0.7)).false()] == ["waves"]
 
 
-def test_of_a_thruster_the_number_has_to_match_where_it_is_told() -> None:
-    def weak(number: float) -> Judged:
+def test_of_a_thruster_the_number_has_to_match_where_it_is_told():
+    def weak(number):
         return dive(
             "weak_thruster", cause("weak_thruster", thruster=number, gain=0.7), thruster=2.0, gain=0.6
         )
@@ -280,7 +275,7 @@ def test_of_a_thruster_the_number_has_to_match_where_it_is_told() -> None:
     assert len(weak(3.0).false()) == 1
 
 
-def test_sizes_are_judged_over_the_truth_and_delays_in_seconds() -> None:
+def test_sizes_are_judged_over_the_truth_and_delays_in_seconds():
     late = dive("command_delay", cause("command_delay", delay=0.13), delay=0.1)
     assert magnitudes([late]) == pytest.approx([0.3])
     assert delays_s([late]) == pytest.approx([0.03])
@@ -289,7 +284,7 @@ def test_sizes_are_judged_over_the_truth_and_delays_in_seconds() -> None:
     assert magnitudes([dive("tether", cause("waves", force_amplitude=1.0), stiffness=0.1)]) == []
 
 
-def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity() -> None:
+def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity():
     time_s = np.tile(0.1 * np.arange(1, 51), 2)
     measured = np.zeros((100, 6))
     way = np.zeros((100, 6))

@@ -1,7 +1,5 @@
 """Sections of the benchmark by themselves: the ladder, flying, the gap monitor, bags."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -84,7 +82,7 @@ SECONDS = 3
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path: Path, form: str) -> None:
+def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path, form):
     bag, columns = hour(form, tmp_path, SECONDS), tmp_path / "map.yaml"
     columns.write_text(MAP, encoding="utf-8")
     dive = read_dive(bag, columns)
@@ -96,11 +94,11 @@ def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path: Pat
     assert hour(form, tmp_path, SECONDS).stat().st_mtime_ns == written
 
 
-def measured(bare_s: float, ours_s: float) -> dict[str, object]:
+def measured(bare_s, ours_s):
     return {"bytes": 2e6, "messages": 900, "seconds": {BARE: bare_s, OURS: ours_s, DECODED: 9.0}}
 
 
-def test_the_slowest_form_is_judged_by_the_goal() -> None:
+def test_the_slowest_form_is_judged_by_the_goal():
     lines = lines_of({".bag": measured(2.0, 1.0), ".mcap": measured(1.0, 2.5)})
     assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in lines
     assert "Goal of 3 times bare: 2.5 at most, met." in lines

@@ -29,7 +29,7 @@ PRODUCT = "from importlib import import_module\nfrom identify.estimators.table i
 )
 
 
-def _read(work: str) -> set[Path]:
+def _read(work):
     """The repository's files that some work reads, those of its compilers' caches and of mere packages left out."""
     code = READ.format(work=work)
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
@@ -44,23 +44,23 @@ def _read(work: str) -> set[Path]:
 
 @pytest.mark.soak
 @pytest.mark.parametrize("method", [name for name in OWN if "SINDy" not in name or find_spec("pysindy")])
-def test_a_baseline_reads_nothing_outside_its_sources(method: str) -> None:
+def test_a_baseline_reads_nothing_outside_its_sources(method):
     read = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
     assert read - set(files(*SOURCES["own"])) == set()
 
 
 @pytest.mark.soak
-def test_the_bound_reads_nothing_outside_its_sources() -> None:
+def test_the_bound_reads_nothing_outside_its_sources():
     read = _read(MISSION + "from bench.bound import cramer_rao\ncramer_rao(m)")
     assert read - set(files(*SOURCES["bound"])) == set()
 
 
-def test_the_products_methods_load_nothing_outside_their_sources() -> None:
+def test_the_products_methods_load_nothing_outside_their_sources():
     assert _read(MISSION + PRODUCT) - set(files(*SOURCES["product"])) == set()
 
 
 @pytest.mark.soak
-def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage() -> None:
+def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage():
     from bench import coverage
 
     work = "import bench.coverage\nimport identify.estimators.likelihood\n"
@@ -71,7 +71,7 @@ def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_cov
 
 
 @pytest.mark.soak
-def test_a_diagnosis_loads_nothing_outside_its_sources() -> None:
+def test_a_diagnosis_loads_nothing_outside_its_sources():
     from bench.diagnosis.sources import ANSWERS
 
     keeping = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py", "diagnosis/sources.py")}

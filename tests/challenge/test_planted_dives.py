@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.arrays import Array
-from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.challenge.case import Case, check_of, dive_of, draw_case
+from bridge.vehicle.config import load_vehicle
+from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
 from identify.challenge.plants import PLANTS
 from identify.challenge.plants_novel import NOVEL
@@ -26,9 +25,7 @@ from identify.challenge.site import (
     PULSE,
     THRUST,
     VELOCITY,
-    DrawnForce,
     Planted,
-    Site,
     no_force,
     past_of,
     remembered,
@@ -36,7 +33,6 @@ from identify.challenge.site import (
     signal_of,
 )
 from identify.challenge.world import STATES
-from identify.dive import Dive
 from identify.effects.library import library
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
@@ -47,11 +43,11 @@ LIBRARY = library(load_vehicle("ruvifist:hovering").vehicle.configurations["hove
 
 
 @pytest.fixture(scope="module")
-def honest() -> Case:
+def honest():
     return draw_case(SEED, names=[], seconds=150.0)
 
 
-def test_a_vehicle_that_hides_nothing_moves_by_its_nominal_model_alone(honest: Case) -> None:
+def test_a_vehicle_that_hides_nothing_moves_by_its_nominal_model_alone(honest):
     for which in (0, 1):
         site, simulated = honest.simulated(which)
         assert np.abs(simulated.ticks.nu_dot).max() > 0.1
@@ -60,7 +56,7 @@ def test_a_vehicle_that_hides_nothing_moves_by_its_nominal_model_alone(honest: C
 
 
 @pytest.fixture(scope="module")
-def recorded(honest: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[VehicleFile, Dive]:
+def recorded(honest, tmp_path_factory):
     """The vehicle file and the dive, written and read back."""
     folder = tmp_path_factory.mktemp("recorded")
     (folder / "vehicle.yaml").write_text(honest.vehicle.text, encoding="utf-8")
@@ -69,7 +65,7 @@ def recorded(honest: Case, tmp_path_factory: pytest.TempPathFactory) -> tuple[Ve
     return file, read_dive(folder / "dive.tlog", vehicle=file)
 
 
-def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, recorded) -> None:
+def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest, recorded):
     (file, read), made = recorded, dive_of(honest)
     assert file.vehicle == honest.file.vehicle
     assert set(read.signals()) == set(made.signals())
@@ -81,7 +77,7 @@ def test_a_recording_opens_as_the_dive_that_it_was_made_from(honest: Case, recor
         assert np.allclose(other.value[:, :width], signal.value, rtol=1e-5, atol=6e-3, equal_nan=True), name
 
 
-def test_its_masses_are_identified_from_the_recording(honest: Case, recorded) -> None:
+def test_its_masses_are_identified_from_the_recording(honest, recorded):
     file, dive = recorded
     fit = estimator("likelihood")(dive, file, honest.configuration, lambda *_: None)
     by_name = {parameter.name: parameter for parameter in fit.parameters}
@@ -92,13 +88,13 @@ def test_its_masses_are_identified_from_the_recording(honest: Case, recorded) ->
         assert abs(value - truth[name]) < 4 * std, name
 
 
-def test_a_seed_gives_the_same_case_again() -> None:
+def test_a_seed_gives_the_same_case_again():
     first, second = (draw_case(SEED + 1, seconds=20.0) for _ in range(2))
     assert first.truth() == second.truth()
     assert dive_of(first).sha256 == dive_of(second).sha256
 
 
-def test_of_two_effects_each_has_a_size_of_its_own() -> None:
+def test_of_two_effects_each_has_a_size_of_its_own():
     pair = draw_case(SEED + 1, names=["quadratic_drag", "dvl_bias"], size=0.5, seconds=20.0)
     alone = draw_case(SEED + 1, names=["quadratic_drag"], size=0.5, seconds=20.0)
     drag, bias = (effect["size"] for effect in pair.truth()["effects"])
@@ -106,14 +102,14 @@ def test_of_two_effects_each_has_a_size_of_its_own() -> None:
     assert 0 < bias != drag
 
 
-def test_the_check_is_another_mission_with_the_same_effect() -> None:
+def test_the_check_is_another_mission_with_the_same_effect():
     case = draw_case(SEED + 2, names=["quadratic_drag"], size=0.5, seconds=20.0)
     assert dive_of(case).sha256 != check_of(case).sha256
     assert np.array_equal(case.simulated(0)[0].hull.drag, case.simulated(1)[0].hull.drag)
 
 
 @pytest.mark.parametrize("name", [*PLANTS, *NOVEL])
-def test_every_effect_can_be_planted_and_larger_ones_show_more(name: str) -> None:
+def test_every_effect_can_be_planted_and_larger_ones_show_more(name):
     small, large = (draw_case(SEED + 3, names=[name], size=size, seconds=30.0) for size in (0.0, 1.0))
     for case in (small, large):
         assert np.isfinite(case.simulated(0)[1].ticks.state).all()
@@ -134,13 +130,11 @@ def test_every_effect_can_be_planted_and_larger_ones_show_more(name: str) -> Non
 @pytest.mark.parametrize(
     ("name", "left"), [("entrained_water", 1e-9), ("added_payload", 1e-9), ("dvl_scale", 0.3)]
 )
-def test_what_a_refit_takes_up_leaves_nothing_but_what_turning_adds_at_the_dvl(
-    name: str, left: float
-) -> None:
+def test_what_a_refit_takes_up_leaves_nothing_but_what_turning_adds_at_the_dvl(name, left):
     assert draw_case(SEED + 4, names=[name], size=1.0, seconds=60.0).truth()["size"] < left
 
 
-def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
+def test_there_is_a_plant_for_every_name_that_an_answer_may_give():
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     names = schema["properties"]["effects"]["items"]["properties"]["name"]["enum"]
     assert set(PLANTS) == set(names)
@@ -154,7 +148,7 @@ def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
                 assert bounds[key].low < truth[key] < bounds[key].high, (name, key, size)
 
 
-def test_every_gyro_aboard_reads_its_bias_beyond_the_turning() -> None:
+def test_every_gyro_aboard_reads_its_bias_beyond_the_turning():
     case = draw_case(NEAREST_SEED, names=["gyro_bias"], size=1.0, seconds=40.0)
     dive, turned = dive_of(case), case.simulated(0)[1].ticks.state[:, 13]
     rate = (turned[-1] - turned[0]) / (dive.pwm.time_s[-1] - dive.pwm.time_s[0])
@@ -162,12 +156,12 @@ def test_every_gyro_aboard_reads_its_bias_beyond_the_turning() -> None:
         assert readings.mean() - rate == pytest.approx(parameters_of(case)["z"], rel=0.1)
 
 
-def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there() -> None:
+def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there():
     """By a controller that takes no reading of it, with the same noise, both dives move alike."""
     case, off = draw_case(NEAREST_SEED, names=[], seconds=40.0), np.array([3.0, -2.0, 1.0])
 
-    def dived(arm: Array) -> tuple[Dive, Array]:
-        def apply(site: Site, _: np.random.Generator) -> None:
+    def dived(arm):
+        def apply(site, _):
             site.faults = site.faults._replace(arm=site.faults.arm + arm, unseen=1)
 
         simulated = replace(case, planted=(Planted("dvl_lever_arm", {}, apply, 1.0),)).simulated(0)[1]
@@ -183,7 +177,7 @@ def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there() ->
         assert places == pytest.approx([off[last], off[after]], abs=0.05), "xyz"[axis]
 
 
-def test_an_accelerometer_reads_the_weight_by_the_hull_s_tilt_beside_its_motion() -> None:
+def test_an_accelerometer_reads_the_weight_by_the_hull_s_tilt_beside_its_motion():
     simulated = draw_case(NEAREST_SEED, names=[], seconds=40.0).simulated(0)[1]
     dive, ticks = simulated.dive, simulated.ticks
     w, x, y, z = ticks.state[:, 3:7].T
@@ -195,14 +189,14 @@ def test_an_accelerometer_reads_the_weight_by_the_hull_s_tilt_beside_its_motion(
         assert shares[0] == pytest.approx(1.0, abs=0.3), "xy"[axis]
 
 
-def test_a_tilted_accelerometer_is_turned_and_not_stretched() -> None:
+def test_a_tilted_accelerometer_is_turned_and_not_stretched():
     case = draw_case(NEAREST_SEED, names=["imu_gravity_leak"], size=1.0, seconds=20.0)
     tilt, angles = case.simulated(0)[0].faults.tilt, parameters_of(case)
     assert tilt @ tilt.T == pytest.approx(np.eye(3), abs=1e-12)
     assert (tilt @ [0.0, 0.0, -1.0])[:2] == pytest.approx([angles["pitch"], -angles["roll"]], rel=1e-3)
 
 
-def test_all_kinds_are_drawn_of_vehicles_that_settle_within_seconds() -> None:
+def test_all_kinds_are_drawn_of_vehicles_that_settle_within_seconds():
     cases = [draw_case(200_000 + seed) for seed in range(60)]
     assert {case.kind for case in cases} == {"none", "one", "two", "novel"}
     assert len({case.configuration for case in cases}) == 3
@@ -214,28 +208,28 @@ def test_all_kinds_are_drawn_of_vehicles_that_settle_within_seconds() -> None:
 STEP_S = 0.01
 
 
-def state(u: float = 0.0, depth: float = 0.0, heading: float = 0.0) -> Array:
+def state(u=0.0, depth=0.0, heading=0.0):
     out = np.zeros(STATES)
     out[2], out[3], out[6], out[7] = depth, math.cos(0.5 * heading), math.sin(0.5 * heading), u
     return out
 
 
-def by(*signal: int, even: tuple[int, int] = (0, 0), power: tuple[float, float] = (1.0, 1.0)) -> DrawnForce:
+def by(*signal, even=(0, 0), power=(1.0, 1.0)):
     both = np.full(2, -1)
     both[: len(signal)] = signal
     return no_force()._replace(signal=both, even=np.array(even), power=np.array(power))
 
 
-def shape(force: DrawnForce, u: float, depth: float = 0.0) -> float:
+def shape(force, u, depth=0.0):
     return shape_of(force, state(u, depth), np.zeros(6), np.zeros(6), np.zeros(2))
 
 
-def course(force: DrawnForce, product: Array) -> Array:
+def course(force, product):
     past = past_of(force, STEP_S)
     return np.array([remembered(force, x, i, STEP_S, past) for i, x in enumerate(product.tolist())])
 
 
-def test_a_signal_is_what_its_place_says() -> None:
+def test_a_signal_is_what_its_place_says():
     now = state(0.3, 2.5, 0.5)
     rate, thrust, pulse = np.arange(6.0), 10 + np.arange(6.0), 20 + np.arange(3.0)
     seen = [
@@ -245,7 +239,7 @@ def test_a_signal_is_what_its_place_says() -> None:
     assert seen == pytest.approx([0.3, 5.0, 11.0, math.sin(0.5), 2.5, 22.0])
 
 
-def test_factors_are_odd_or_even_powers_of_their_signals_in_typical_sizes_and_multiplied() -> None:
+def test_factors_are_odd_or_even_powers_of_their_signals_in_typical_sizes_and_multiplied():
     odd, even = by(VELOCITY, power=(2.0, 1.0)), by(VELOCITY, even=(1, 0), power=(2.0, 1.0))
     assert [shape(odd, u) for u in (-0.5, 0.5)] == pytest.approx([-0.25, 0.25])
     assert [shape(even, u) for u in (-0.5, 0.5)] == pytest.approx([0.25, 0.25])
@@ -270,14 +264,14 @@ SWING = np.array([0.4, 1.0, 2.0, 1.5, 1.0, 0.5, -1.0])
     ],
     ids=["lag", "delay", "leaky integral", "hysteresis"],
 )
-def test_a_memory_follows_its_product(memory: dict[str, float], product: Array, seen: Array) -> None:
+def test_a_memory_follows_its_product(memory, product, seen):
     assert course(no_force()._replace(**memory), product) == pytest.approx(seen)
 
 
-def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing() -> None:
+def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing():
     case = draw_case(391_001, kind="none", seconds=60.0)
 
-    def apply(site: Site, _: np.random.Generator) -> None:
+    def apply(site, _):
         gone = (site.time_s > 30.0).astype(np.float64)
         size = np.array([0.0, 3.0, 0.0, 0.0, 0.0, 0.0])
         site.drawn = by(VELOCITY, even=(1, 0))._replace(size=size, when=gone)
@@ -296,16 +290,16 @@ def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing() -> None
 NEAREST_SEED, SECONDS = 310_900, 90.0
 
 
-def drawn(*names: str) -> Case:
+def drawn(*names):
     return draw_case(NEAREST_SEED, names=names, size=0.6, seconds=SECONDS)
 
 
-def parameters_of(case: Case, k: int = 0) -> dict[str, float]:
+def parameters_of(case, k=0):
     parameters: dict[str, float] = case.truth()["effects"][k]["parameters"]
     return parameters
 
 
-def test_an_offset_of_mass_is_told_in_metres_whether_of_the_body_or_of_the_water() -> None:
+def test_an_offset_of_mass_is_told_in_metres_whether_of_the_body_or_of_the_water():
     case = drawn("cg_offset")
     site, _ = case.simulated(0)
     moment = float((site.rigid + site.added)[1, 5])
@@ -313,20 +307,20 @@ def test_an_offset_of_mass_is_told_in_metres_whether_of_the_body_or_of_the_water
     assert parameters_of(case)["x"] == pytest.approx(moment / mass, rel=1e-3)
 
 
-def test_more_drag_astern_is_told_as_how_many_times_as_much() -> None:
+def test_more_drag_astern_is_told_as_how_many_times_as_much():
     case = drawn("drag_asymmetry")
     assert parameters_of(case)["ratio"] == pytest.approx(case.planted[0].parameters["ratio"], rel=0.01)
     assert parameters_of(case)["ratio"] > 1.1
 
 
-def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit() -> None:
+def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit():
     case = drawn("quadratic_drag")
     site, simulated = case.simulated(0)
     nu, std = simulated.ticks.state[:, 7:13], site.vehicle.disturbance
     columns = (nominal_columns(nu, simulated.ticks.nu_dot) / std[None, :, None]).reshape(-1, 12)
     gap, values = missing_wrench(site, simulated), np.array([*parameters_of(case).values()])
 
-    def left(size: np.ndarray) -> float:
+    def left(size):
         remainder = ((gap + size * nu * np.abs(nu)) / std).reshape(-1)
         return float(np.sum((remainder - columns @ np.linalg.lstsq(columns, remainder, rcond=None)[0]) ** 2))
 
@@ -338,19 +332,19 @@ def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit() -
             assert left(other) > nearest
 
 
-def test_of_several_forms_the_nearest_tells_and_names_its_thruster() -> None:
+def test_of_several_forms_the_nearest_tells_and_names_its_thruster():
     case = drawn("weak_thruster")
     assert parameters_of(case)["thruster"] == case.planted[0].number
     assert parameters_of(case)["gain"] == pytest.approx(case.planted[0].parameters["gain"], abs=0.03)
 
 
-def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_its_own() -> None:
+def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_its_own():
     case = drawn("dvl_bias", "net_buoyancy")
     assert parameters_of(case) == case.planted[0].parameters
     assert parameters_of(case, 1)["force"] == pytest.approx(case.planted[1].parameters["force"], rel=0.05)
 
 
-def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power() -> None:
+def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power():
     case = drawn("varying_current")
     site, _ = case.simulated(0)
     water = site.moving_water()[:, :2]

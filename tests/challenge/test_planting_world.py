@@ -5,28 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from bridge.arrays import Array
-from identify.challenge.hull import Hull, Propellers, bare_hull, growth, shafts_want, turn
-from identify.challenge.world import STATES, WORK, Body, body, rates, solve6
+from identify.challenge.hull import Propellers, bare_hull, growth, shafts_want, turn
+from identify.challenge.world import STATES, WORK, body, rates, solve6
 
 
-def full_mass(rng: np.random.Generator) -> Array:
+def full_mass(rng):
     """A symmetric positive 6 x 6 matrix with everything off its diagonal."""
     half = rng.standard_normal((6, 6))
     return half @ half.T + 6 * np.eye(6)
 
 
-def floating(rigid: Array, added: Array, damping: Array, weight_n: float = 0.0, low_m: float = 0.0) -> Body:
+def floating(rigid, added, damping, weight_n=0.0, low_m=0.0):
     return body(rigid, added, damping, np.array([0.0, 0.0, low_m]), weight_n, 0.0, 0.0)
 
 
-def slope_of(
-    solid: Body,
-    state: Array,
-    tau: Array | None = None,
-    water: Array | None = None,
-    hull: Hull | None = None,
-) -> Array:
+def slope_of(solid, state, tau=None, water=None, hull=None):
     """The state's time derivative (STATES,), without a wrench in still water far from the bottom unless told."""
     slope, tau = np.empty(STATES), np.zeros(6) if tau is None else tau
     water, hull = np.zeros(12) if water is None else water, bare_hull(1e3) if hull is None else hull
@@ -34,10 +27,7 @@ def slope_of(
     return slope
 
 
-def moved(
-    solid: Body, start: Array, tau: Array, seconds: float, step_s: float, water: Array | None = None,
-    hull: Hull | None = None,
-) -> Array:  # fmt: skip
+def moved(solid, start, tau, seconds, step_s, water=None, hull=None):
     """States (n, STATES) by fourth-order Runge-Kutta under a constant wrench."""
     out = [start]
     for _ in range(round(seconds / step_s)):
@@ -49,7 +39,7 @@ def moved(
     return np.array(out)
 
 
-def level(**nu: float) -> Array:
+def level(**nu):
     state = np.zeros(STATES)
     state[3] = 1.0
     for name, value in nu.items():
@@ -57,7 +47,7 @@ def level(**nu: float) -> Array:
     return state
 
 
-def test_energy_is_kept_without_forces() -> None:
+def test_energy_is_kept_without_forces():
     rng = np.random.default_rng(2)
     rigid, added = full_mass(rng), 0.5 * full_mass(rng)
     start = level(u=0.5, v=-0.3, w=0.2, p=0.4, q=-0.5, r=0.6)
@@ -67,7 +57,7 @@ def test_energy_is_kept_without_forces() -> None:
     assert energy == pytest.approx(np.full(len(nu), energy[0]), rel=1e-8)
 
 
-def test_momentum_over_ground_is_kept_without_forces() -> None:
+def test_momentum_over_ground_is_kept_without_forces():
     rng = np.random.default_rng(3)
     mass = full_mass(rng)
     states = moved(
@@ -89,7 +79,7 @@ def test_momentum_over_ground_is_kept_without_forces() -> None:
     assert rotation @ after[:3] == pytest.approx(before[:3], abs=1e-7)
 
 
-def test_a_constant_push_comes_to_the_push_over_the_damping() -> None:
+def test_a_constant_push_comes_to_the_push_over_the_damping():
     solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0, 60.0, 90.0, 20.0, 20.0, 20.0]))
     states = moved(solid, level(), np.array([20.0, 0, 0, 0, 0, 0]), 60.0, 0.05)
     assert states[-1, 7] == pytest.approx(20.0 / 50.0, rel=1e-9)
@@ -97,7 +87,7 @@ def test_a_constant_push_comes_to_the_push_over_the_damping() -> None:
     assert states[round(after_s / 0.05), 7] == pytest.approx(0.4 * (1 - math.exp(-1)), rel=1e-6)
 
 
-def test_it_rolls_with_the_period_of_a_pendulum() -> None:
+def test_it_rolls_with_the_period_of_a_pendulum():
     weight_n, low_m, inertia = 700.0, 0.05, 5.0
     solid = floating(np.diag([70.0] * 3 + [inertia] * 3), np.zeros((6, 6)), np.zeros((6, 6)), weight_n, low_m)
     start = level()
@@ -108,7 +98,7 @@ def test_it_rolls_with_the_period_of_a_pendulum() -> None:
     assert roll[250] == pytest.approx(-roll[0], rel=1e-3)
 
 
-def test_a_free_body_drifts_with_the_current() -> None:
+def test_a_free_body_drifts_with_the_current():
     solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0] * 6))
     water = np.zeros(12)
     water[:3] = 0.2, -0.1, 0.0
@@ -120,7 +110,7 @@ def test_a_free_body_drifts_with_the_current() -> None:
 
 
 @pytest.mark.parametrize("hull", [bare_hull(1e3), bare_hull(0.4)._replace(bottom=0.5)])
-def test_water_that_speeds_up_carries_a_body_and_the_mass_that_a_boundary_adds_along(hull: Hull) -> None:
+def test_water_that_speeds_up_carries_a_body_and_the_mass_that_a_boundary_adds_along(hull):
     added = np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
     solid = body(np.diag([70.0] * 6), added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
     water = np.zeros(12)
@@ -128,14 +118,14 @@ def test_water_that_speeds_up_carries_a_body_and_the_mass_that_a_boundary_adds_a
     assert slope_of(solid, level(), water=water, hull=hull)[7:10] == pytest.approx([0.3, -0.2, 0.1])
 
 
-def test_planted_drag_has_its_own_power() -> None:
+def test_planted_drag_has_its_own_power():
     solid = floating(np.eye(6), np.zeros((6, 6)), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(drag=np.array([7.0, 0, 0, 0, 0, 0]))
     for u in (-0.4, 0.4):
         assert slope_of(solid, level(u=u), hull=hull)[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
 
 
-def test_a_heavier_added_mass_near_the_surface_slows_the_same_push() -> None:
+def test_a_heavier_added_mass_near_the_surface_slows_the_same_push():
     solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(surface=0.5, surface_m=0.5)
     slope = slope_of(solid, level(), tau=np.array([0, 10.0, 0, 0, 0, 0]), hull=hull)
@@ -143,7 +133,7 @@ def test_a_heavier_added_mass_near_the_surface_slows_the_same_push() -> None:
 
 
 @pytest.mark.parametrize("which", ["surface", "bottom"])
-def test_a_boundary_neither_gives_nor_takes_energy(which: str) -> None:
+def test_a_boundary_neither_gives_nor_takes_energy(which):
     """A body that tumbles beside it keeps its energy and its water's, though its added mass changes by half."""
     rigid, added = np.diag([70.0, 70.0, 70.0, 8.0, 11.0, 15.0]), np.diag([30.0, 60.0, 80.0, 3.0, 4.0, 5.0])
     hull = bare_hull(2.0)._replace(**{which: 0.9})
@@ -157,7 +147,7 @@ def test_a_boundary_neither_gives_nor_takes_energy(which: str) -> None:
     assert energy == pytest.approx(energy[0], rel=1e-8)
 
 
-def test_the_hand_written_solver_solves() -> None:
+def test_the_hand_written_solver_solves():
     rng = np.random.default_rng(4)
     matrix, right = full_mass(rng), rng.standard_normal(6)
     answer = right.copy()
@@ -165,13 +155,13 @@ def test_the_hand_written_solver_solves() -> None:
     assert matrix @ answer == pytest.approx(right)
 
 
-def propellers(**hidden: float) -> Propellers:
+def propellers(**hidden):
     return Propellers(
         np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3)), np.ones(1), np.zeros(4), np.zeros(1), 0.03, 40.0
     )._replace(**hidden)
 
 
-def test_the_dead_zone_is_soft_inside_and_takes_its_width_outside() -> None:
+def test_the_dead_zone_is_soft_inside_and_takes_its_width_outside():
     out = np.empty(1)
     for asked, given in ((20.0, 19.2), (-20.0, -19.2), (0.0, 0.0)):
         shafts_want(np.array([asked]), 0.0, False, propellers(dead_n=0.8), np.zeros((2, 1)), 0.0, out)
@@ -180,7 +170,7 @@ def test_the_dead_zone_is_soft_inside_and_takes_its_width_outside() -> None:
     assert 0.0 < out[0] < 0.05
 
 
-def test_two_lags_in_a_row_delay_a_ramp_by_their_sum() -> None:
+def test_two_lags_in_a_row_delay_a_ramp_by_their_sum():
     first, second, half_s = np.zeros(1), np.zeros(1), 0.0005
     keep = math.exp(-half_s / 0.1)
     for i in range(8000):

@@ -3,22 +3,18 @@
 import hashlib
 import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from bridge.errors import LogError
 from identify.challenge.case import draw_case, left_out
 from identify.challenge.plants_novel import NOVEL
-from identify.challenge.score import Answer, Rate, Score, answer_of, errors, read_answer, score
+from identify.challenge.score import Rate, answer_of, errors, read_answer, score
 from identify.challenge.seal import hash_path, key_path, locked, read_key, seal, unsealed, write_key
 from tui.cli import main
 
 
-def truth(
-    name: str, kind: str, *effects: str, rpm: bool = True, size: float = 2.0, number: int = 0
-) -> dict[str, Any]:
+def truth(name, kind, *effects, rpm=True, size=2.0, number=0):
     planted = [
         {
             "name": effect,
@@ -41,10 +37,7 @@ def truth(
     }
 
 
-def answer(
-    verdict: str, *names: str, also: tuple[str, ...] = (), dof: str = "surge", probability: float = 0.9,
-    parameters: dict[str, Any] | None = None, shrink: tuple[float, float] | None = None,
-) -> Answer:  # fmt: skip
+def answer(verdict, *names, also=(), dof="surge", probability=0.9, parameters=None, shrink=None):
     effects = [
         {"name": name, "also": list(also), "probability": probability, "parameters": parameters or {}}
         for name in names
@@ -62,19 +55,19 @@ def answer(
     )
 
 
-def judged(*pairs: tuple[dict[str, Any], Answer | None]) -> Score:
+def judged(*pairs):
     answers = {hidden["name"]: given for hidden, given in pairs if given is not None}
     return score([hidden for hidden, _ in pairs], answers)
 
 
-def hits(result: Score, beginning: str) -> tuple[int, int]:
+def hits(result, beginning):
     (rate,) = [rate for name, rate in result.rates.items() if name == beginning] or [
         rate for name, rate in result.rates.items() if name.startswith(beginning)
     ]
     return rate.hits, rate.of
 
 
-def test_a_cause_counts_by_its_name_or_its_true_class() -> None:
+def test_a_cause_counts_by_its_name_or_its_true_class():
     result = judged(
         (truth("a", "one", "tether"), answer("explained", "tether")),
         (truth("b", "one", "tether"), answer("explained", "waves")),
@@ -88,7 +81,7 @@ def test_a_cause_counts_by_its_name_or_its_true_class() -> None:
     assert result.numbers["mean class size"] == pytest.approx((5 * 1 + 3) / 6)
 
 
-def test_of_causes_named_for_one_that_hides_only_the_first_counts() -> None:
+def test_of_causes_named_for_one_that_hides_only_the_first_counts():
     delay = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
     result = judged(
         (truth("a", "one", "dvl_delay"), answer("explained", "dvl_delay", "waves", parameters=delay)),
@@ -103,7 +96,7 @@ def test_of_causes_named_for_one_that_hides_only_the_first_counts() -> None:
     assert row.rate == Rate(1, 3)
 
 
-def test_a_degree_of_freedom_is_right_where_the_largest_share_of_the_gap_is_told() -> None:
+def test_a_degree_of_freedom_is_right_where_the_largest_share_of_the_gap_is_told():
     """Seven tenths are told in surge, and three in yaw."""
     cases = [
         (["surge"], True), (["yaw", "surge"], True), (["yaw"], False), (["heave", "yaw"], False), (["sway"], False)
@@ -114,7 +107,7 @@ def test_a_degree_of_freedom_is_right_where_the_largest_share_of_the_gap_is_told
         assert hits(result, "where a gap is told: right degree") == (int(right), 1)
 
 
-def test_a_weak_thruster_counts_only_with_its_number() -> None:
+def test_a_weak_thruster_counts_only_with_its_number():
     right, wrong = ({"thruster": {"value": number, "unit": "1"}} for number in (3.0, 4.0))
     result = judged(
         (
@@ -129,7 +122,7 @@ def test_a_weak_thruster_counts_only_with_its_number() -> None:
     assert hits(result, "one hidden: named first") == (1, 2)
 
 
-def test_both_of_two_need_a_cause_each() -> None:
+def test_both_of_two_need_a_cause_each():
     result = judged(
         (truth("a", "two", "waves", "tether"), answer("explained", "tether", "waves")),
         (truth("b", "two", "waves", "tether"), answer("explained", "tether")),
@@ -140,7 +133,7 @@ def test_both_of_two_need_a_cause_each() -> None:
     assert result.unanswered == ("d",)
 
 
-def test_pairs_of_which_one_is_too_small_to_show_are_counted_apart_too() -> None:
+def test_pairs_of_which_one_is_too_small_to_show_are_counted_apart_too():
     small = truth("b", "two", "waves", "tether")
     small["effects"][1]["size"] = 0.4
     result = judged(
@@ -151,7 +144,7 @@ def test_pairs_of_which_one_is_too_small_to_show_are_counted_apart_too() -> None
     assert hits(result, "two hidden, each 0.5 or more") == (1, 1)
 
 
-def test_verdicts_are_counted_where_they_belong() -> None:
+def test_verdicts_are_counted_where_they_belong():
     result = judged(
         (truth("a", "none"), answer("no_gap")),
         (truth("b", "none"), answer("explained", "waves")),
@@ -174,14 +167,14 @@ def test_verdicts_are_counted_where_they_belong() -> None:
     assert hits(result, "one hidden: named first") == (0, 1)
 
 
-def test_an_answer_that_is_missing_is_no_false_alarm_and_is_counted_by_itself() -> None:
+def test_an_answer_that_is_missing_is_no_false_alarm_and_is_counted_by_itself():
     result = judged((truth("a", "none"), answer("explained", "waves")), (truth("b", "none"), None))
     assert hits(result, "false alarms where nothing") == (1, 1)
     assert hits(result, "false alarms where the disturbance") == (1, 1)
     assert hits(result, "without an answer") == (1, 2)
 
 
-def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:
+def test_sizes_of_the_named_and_the_missed_are_told_by_effect():
     result = judged(
         (truth("a", "one", "waves", size=0.4), answer("no_gap")),
         (truth("b", "one", "waves", size=0.7), answer("explained", "waves")),
@@ -192,7 +185,7 @@ def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:
     assert hits(result, "one hidden, 0.5 or more") == (2, 2)
 
 
-def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
+def test_magnitudes_and_shrinks_are_held_beside_the_truth():
     delay = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
     result = judged(
         (
@@ -207,7 +200,7 @@ def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
     assert result.numbers["calibration error of probabilities"] == pytest.approx(0.2)
 
 
-def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes() -> None:
+def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes():
     delay = {"delay": {"value": 0.12, "unit": "s", "low95": 0.11, "high95": 0.13}}
     both = answer("explained", "waves", "dvl_delay", parameters=delay)
     single = answer("explained", "waves", parameters=delay)
@@ -220,7 +213,7 @@ def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes() -> 
     assert result.numbers["magnitude error, median"] is None
 
 
-def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_vector() -> None:
+def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_vector():
     gain = answer("explained", "weak_thruster", parameters={"gain": {"value": 0.85, "unit": "1"}}).named[0]
     assert errors({"gain": 0.8, "thruster": 2.0}, gain) == {"gain": pytest.approx(0.25)}
     place = {"north": {"value": 0.0, "unit": "m/s"}, "east": {"value": 0.04, "unit": "m/s"}}
@@ -228,14 +221,14 @@ def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_
     assert errors({"north": 0.03, "east": 0.04}, current) == pytest.approx({"north": 0.6, "east": 0.0})
 
 
-def test_the_gap_that_is_closed_is_pooled_over_check_dives() -> None:
+def test_the_gap_that_is_closed_is_pooled_over_check_dives():
     wide, narrow = answer("explained", "waves"), answer("explained", "waves")
     wide, narrow = replace(wide, before=5.0, after=1.4), replace(narrow, before=1.5, after=1.5)
     result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
     assert result.numbers["share of all gaps on check dives that is closed"] == pytest.approx(3.6 / 4.5)
 
 
-def test_a_shrink_is_predicted_well_or_badly_where_there_is_a_gap_to_close() -> None:
+def test_a_shrink_is_predicted_well_or_badly_where_there_is_a_gap_to_close():
     wide = replace(answer("explained", "waves", shrink=(0.9, 0.8)), before=2.0)
     narrow = replace(answer("explained", "waves", shrink=(0.9, 0.1)), before=1.1)
     result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
@@ -244,7 +237,7 @@ def test_a_shrink_is_predicted_well_or_badly_where_there_is_a_gap_to_close() -> 
     assert result.numbers["predicted less measured shrink, mean size"] == pytest.approx(0.45)
 
 
-def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else() -> None:
+def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else():
     lacking = left_out("thruster_lag")
     assert lacking == ("command_delay", "thruster_lag")
     assert draw_case(300_400, names=["thruster_lag"], without=lacking).kind == "novel"
@@ -260,13 +253,13 @@ def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else() -> 
             left_out(name)
 
 
-def test_wilson_bounds_are_those_of_the_book() -> None:
+def test_wilson_bounds_are_those_of_the_book():
     low, high = Rate(8, 10).bounds()
     assert (low, high) == pytest.approx((0.4902, 0.9433), abs=1e-4)
     assert Rate(0, 300).bounds()[1] == pytest.approx(0.01264, abs=1e-5)
 
 
-def test_what_is_no_answer_is_refused_by_name(tmp_path: Path) -> None:
+def test_what_is_no_answer_is_refused_by_name(tmp_path):
     path = tmp_path / "case_001.json"
     assert read_answer(path) is None
     for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}'):
@@ -276,12 +269,12 @@ def test_what_is_no_answer_is_refused_by_name(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def sealed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def sealed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hidden") / "cases"
     return folder, seal(folder, 1, 31, "a key", lambda *_: None)
 
 
-def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed: tuple[Path, str]) -> None:
+def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed):
     folder, digest = sealed
     assert {path.name for path in (folder / "case_001").iterdir()} == {
         "dive.tlog",
@@ -294,12 +287,12 @@ def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed: tuple[Pa
     assert "310001" not in (folder / "case_001" / "vehicle.yaml").read_text(encoding="utf-8")
 
 
-def test_an_existing_folder_is_never_sealed_over(sealed: tuple[Path, str]) -> None:
+def test_an_existing_folder_is_never_sealed_over(sealed):
     with pytest.raises(LogError, match="exists already"):
         seal(sealed[0], 1, 31, "a key", lambda *_: None)
 
 
-def test_nothing_in_the_folder_says_what_hides_and_the_key_is_its_owners(sealed: tuple[Path, str]) -> None:
+def test_nothing_in_the_folder_says_what_hides_and_the_key_is_its_owners(sealed):
     folder, _ = sealed
     assert {path.name for path in folder.iterdir()} == {"case_001", "answers.sealed"}
     data = (folder / "answers.sealed").read_bytes()
@@ -308,7 +301,7 @@ def test_nothing_in_the_folder_says_what_hides_and_the_key_is_its_owners(sealed:
     assert key_path(folder).stat().st_mode & 0o777 == 0o600
 
 
-def copied(sealed: tuple[Path, str], into: Path) -> Path:
+def copied(sealed, into):
     """A sealed folder's answers, key and hash somewhere else."""
     folder = into / "copy"
     folder.mkdir()
@@ -318,7 +311,7 @@ def copied(sealed: tuple[Path, str], into: Path) -> Path:
     return folder
 
 
-def test_changed_answers_are_not_scored(sealed: tuple[Path, str], tmp_path: Path) -> None:
+def test_changed_answers_are_not_scored(sealed, tmp_path):
     folder = copied(sealed, tmp_path)
     assert unsealed(folder) == unsealed(sealed[0])
     with (folder / "answers.sealed").open("ab") as file:
@@ -329,9 +322,7 @@ def test_changed_answers_are_not_scored(sealed: tuple[Path, str], tmp_path: Path
         unsealed(tmp_path / "nowhere")
 
 
-def test_answers_that_were_changed_with_their_hash_are_not_those_that_were_published(
-    sealed: tuple[Path, str], tmp_path: Path
-) -> None:
+def test_answers_that_were_changed_with_their_hash_are_not_those_that_were_published(sealed, tmp_path):
     folder = copied(sealed, tmp_path)
     other = locked(b'{"cases": []}', read_key(key_path(folder)))
     (folder / "answers.sealed").write_bytes(other)
@@ -341,7 +332,7 @@ def test_answers_that_were_changed_with_their_hash_are_not_those_that_were_publi
         unsealed(folder, sealed[1])
 
 
-def test_a_key_opens_what_it_locked_and_nothing_else(sealed: tuple[Path, str], tmp_path: Path) -> None:
+def test_a_key_opens_what_it_locked_and_nothing_else(sealed, tmp_path):
     assert locked(locked(b"to be hidden " * 9, "a"), "a") == b"to be hidden " * 9
     wrong = tmp_path / "wrong.key"
     write_key(wrong, "another")
@@ -351,9 +342,7 @@ def test_a_key_opens_what_it_locked_and_nothing_else(sealed: tuple[Path, str], t
         unsealed(sealed[0], key=tmp_path / "none.key")
 
 
-def test_the_command_scores_a_folder_of_answers(
-    sealed: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_scores_a_folder_of_answers(sealed, tmp_path, capsys):
     line = [
         "challenge",
         "score",

@@ -95,7 +95,8 @@ def test_validate_shows_its_errors_and_writes_its_page(dive, full, tmp_path, cap
     assert page.exists()
 
 
-def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tmp_path, capsys):
+def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("identify.planning.propose.PERIODS_S", (4.0,))
     words = ("--vehicle", "ruvifist:hovering", "--axes", "yaw", "--minutes", "1")
     places = ("--out", full / "plan.yaml", "--json", tmp_path / "plan.json")
     assert cli.main(["plan", *words, *map(str, places)]) == exit_codes.BAD_INPUT

@@ -13,18 +13,18 @@ def bridge(folder, *more):
     return cli.main(["bridge", "--vehicle", VEHICLE, *link, "--ring", str(folder), *more])
 
 
-def test_a_ring_of_too_few_files_is_refused_before_anything_begins(tmp_path, capsys) -> None:
+def test_a_ring_of_too_few_files_is_refused_before_anything_begins(tmp_path, capsys):
     assert bridge(tmp_path / "ring", "--ring-mb", "3") == exit_codes.BAD_INPUT
     assert "holds fewer than 4 files of --segment-mb 4" in capsys.readouterr().err
     assert not (tmp_path / "ring").exists()
 
 
-def test_files_of_which_nobody_could_ask_for_the_end_are_refused(tmp_path, capsys) -> None:
+def test_files_of_which_nobody_could_ask_for_the_end_are_refused(tmp_path, capsys):
     assert bridge(tmp_path / "ring", "--ring-mb", "20000", "--segment-mb", "4001") == exit_codes.BAD_INPUT
     assert "reaches no more than 4000 MB" in " ".join(capsys.readouterr().err.split())
 
 
-def test_a_ring_that_would_lie_in_a_file_is_refused(tmp_path, capsys) -> None:
+def test_a_ring_that_would_lie_in_a_file_is_refused(tmp_path, capsys):
     (tmp_path / "ring").write_text("")
     assert bridge(tmp_path / "ring") == exit_codes.BAD_INPUT
     assert "is no folder" in capsys.readouterr().err

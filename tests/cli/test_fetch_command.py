@@ -62,7 +62,7 @@ def fetch(dive, tmp_path, monkeypatch):
     return run
 
 
-def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, fetch, capsys) -> None:
+def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, fetch, capsys):
     code, answer = fetch()
     assert code == exit_codes.DONE
     assert answer["recording"] == str(folder.path / WHOLE)
@@ -70,9 +70,7 @@ def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, fetch, capsy
     assert "had not been heard; the dive is whole in" in capsys.readouterr().out
 
 
-def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(
-    dive, fetch, tmp_path, capsys
-) -> None:
+def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(dive, fetch, tmp_path, capsys):
     made = dived(dive, tmp_path, unheard_s=30.0)
     segments = [segment for segment, _ in segments_in(dive.folder)]
     for segment in segments[len(segments) // 3 : 2 * len(segments) // 3]:
@@ -86,9 +84,7 @@ def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(
     )
 
 
-def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(
-    dive, folder, fetch, tmp_path, capsys
-) -> None:
+def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(dive, folder, fetch, tmp_path, capsys):
     before = dive.world.now_s
     with Mirror(tmp_path / "dives" / MIRROR).alone():
         assert fetch()[0] == exit_codes.BAD_INPUT
@@ -103,18 +99,19 @@ class SignedDive(Dive):
     """A dive whose vehicle signs, and hears nobody without the key."""
 
     def on_board(self, link):
-        clock = SystemClock()
-        return SignedLink(link, Gate(self.name, KEY, Times(clock), clock, lambda _: None), clock)
+        gate = Gate(self.name, KEY, Times(self.world), self.world, lambda _: None)
+        return SignedLink(link, gate, self.world)
 
 
 def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_signed(
     tmp_path, monkeypatch, capsys
-) -> None:
+):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
     signed = SignedDive(tmp_path / "ring", bounds=RingSize(10_000_000, 4000))
     signed.dive(5.0)
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: signed)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: signed.world)
     write_key(tmp_path / "lake.key", KEY)
     words = ["fetch", "--new", "--link", "udpin:127.0.0.1:14550", "--json", "came.json"]
     assert cli.main([*words, "--sign-key", "lake.key"]) == exit_codes.DONE
@@ -123,14 +120,13 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     assert made == signed.kept()[: len(made)]
     assert len(made) == data["frames"] > 50
     capsys.readouterr()
-    monkeypatch.setattr("tui.commands.fetch.FIND_S", 4.0)
     other = SigningKey(bytes(32))
     write_key(tmp_path / "other.key", other)
     assert cli.main([*words, "--sign-key", "other.key"]) != exit_codes.DONE
     assert "another key" in capsys.readouterr().err
 
 
-def test_what_can_not_be_meant_is_refused(tmp_path, capsys) -> None:
+def test_what_can_not_be_meant_is_refused(tmp_path, capsys):
     out = ["--out", str(tmp_path), "--link", "udpin:127.0.0.1:14550"]
     assert cli.main(["fetch", *out]) == exit_codes.BAD_INPUT
     assert "holds no dive to make whole" in capsys.readouterr().err
@@ -140,7 +136,7 @@ def test_what_can_not_be_meant_is_refused(tmp_path, capsys) -> None:
     assert "--minutes is for --new" in capsys.readouterr().err
 
 
-def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_path) -> None:
+def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_path):
     clock, stop = SystemClock(), threading.Event()
     hub = Hub(clock)
     after = new_folder(tmp_path / "dives", 1_790_000_900.0, "after")

@@ -26,7 +26,7 @@ FLAT = Signal(np.array([0.0, 1.0]), np.ones((2, 1)))
 DIVE = Dive("d", Path("d"), "x", veh_cfg=FLAT)
 
 
-def kept(path: Path, about: Sidecar | None) -> str:
+def kept(path, about):
     write_parameters(path, {"FF1_M_U": 111.0})
     if about is not None:
         write_sidecar(path, about)

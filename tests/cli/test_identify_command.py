@@ -48,9 +48,29 @@ def cut(path, start_s, end_s):
     with TlogWriter(path) as writer:
         for stamp, frame in read_tlog(DIVE):
             first = first or stamp
-            if start_s <= (stamp - first) / 1e6 < end_s:
+            if (stamp - first) / 1e6 >= end_s:
+                break
+            if start_s <= (stamp - first) / 1e6:
                 writer.write(stamp, frame.raw)
     return path
+
+
+def answer(method, mass):
+    values = (estimate("M_u", mass, 1.0, mass - 2, mass + 2), estimate("D_u", 50.0, 1.0, 48.0, 52.0))
+    return Identification(
+        method, Outcome.CONVERGED, values, "hovering", "dive-7", "1" * 64, load_vehicle(VEHICLE).vehicle.name, "0" * 64,
+        100.0, 1000, np.eye(2), ("M_u", "D_u"),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Every estimator answers the same at once."""
+
+    def estimator_of(name, *_):
+        return lambda dive, *_: replace(answer(name, 100.0), dive=dive.name)
+
+    monkeypatch.setattr(command, "estimator_of", estimator_of)
 
 
 @pytest.mark.slow
@@ -87,6 +107,7 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatc
 
 
 @needs_shared
+@pytest.mark.usefixtures("quick")
 def test_files_are_written_though_the_reader_of_the_table_leaves_at_its_first_line(
     minute, tmp_path, monkeypatch
 ):
@@ -128,6 +149,7 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
 
 
 @needs_shared
+@pytest.mark.usefixtures("quick")
 def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(minute, capsys):
     assert identify(minute, minute, "--json", "-") == exit_codes.DONE
     shown = capsys.readouterr()
@@ -208,8 +230,9 @@ def test_a_dive_without_velocity_says_what_can_not_be_identified(capsys):
 
 
 @needs_shared
-def test_validate_shows_dives_in_the_order_of_their_modes(minute, tmp_path, capsys):
-    files = {mode: in_mode(minute, tmp_path / f"{mode}.tlog", mode) for mode in (3, 1, 0, 2)}
+def test_validate_shows_dives_in_the_order_of_their_modes(tmp_path, capsys):
+    short = cut(tmp_path / "short.tlog", 120.0, 150.0)
+    files = {mode: in_mode(short, tmp_path / f"{mode}.tlog", mode) for mode in (3, 1, 0, 2)}
     assert (
         cli.main(["validate", *map(str, files.values()), "--vehicle", VEHICLE, "--json", "-"])
         == exit_codes.DONE
@@ -276,14 +299,6 @@ def test_validate_of_a_dive_with_nothing_to_compare_is_a_no_with_a_sentence(tmp_
     shown = capsys.readouterr()
     assert why in shown.err
     assert shown.out == ""
-
-
-def answer(method, mass):
-    values = (estimate("M_u", mass, 1.0, mass - 2, mass + 2), estimate("D_u", 50.0, 1.0, 48.0, 52.0))
-    return Identification(
-        method, Outcome.CONVERGED, values, "hovering", "dive-7", "1" * 64, load_vehicle(VEHICLE).vehicle.name, "0" * 64,
-        100.0, 1000, np.eye(2), ("M_u", "D_u"),
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("mass", "disagrees"), [(110.0, True), (100.5, False)])

@@ -4,7 +4,6 @@ import asyncio
 import json
 import os
 import subprocess
-from pathlib import Path
 
 import pytest
 from soak import rest_in_soak
@@ -14,11 +13,11 @@ from bridge.reports import FORM, VARIABLE, Report, Written, line, read
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from tui import show
-from tui.app.jobs import Done, work
+from tui.app.jobs import work
 
 
 @pytest.fixture(scope="module", params=rest_in_soak((45.0, 100.0)))
-def dive(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> tuple[str, ...]:
+def dive(tmp_path_factory, request):
     """The words that identify a short dive without a hidden effect."""
     case = draw_case(300_001, kind="none", seconds=request.param)
     folder = tmp_path_factory.mktemp("dive")
@@ -32,12 +31,12 @@ def dive(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReques
     )
 
 
-def ran(*words: str) -> tuple[Done, list[Report]]:
+def ran(*words):
     heard: list[Report] = []
     return asyncio.run(work(words, heard.append, lambda: 0)), heard
 
 
-def test_what_a_program_is_told_it_reads_back() -> None:
+def test_what_a_program_is_told_it_reads_back():
     for report in (
         Report("pinn", 0.25, "pass 2", values={"M_u": (110.5, 3.1), "D_r": (-0.02, 1e-5)}),
         Report("pinn", 1.0, "answered", answered=True),
@@ -54,20 +53,18 @@ def test_what_a_program_is_told_it_reads_back() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "seatrial: no such dive", "[1, 2]", '{"of": "x"}', "{"])
-def test_a_line_that_is_no_progress_is_none(text: str) -> None:
+def test_a_line_that_is_no_progress_is_none(text):
     assert read(text) is None
 
 
-def test_progress_is_lines_of_json_for_who_asks_for_them(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_progress_is_lines_of_json_for_who_asks_for_them(monkeypatch, capsys):
     monkeypatch.setenv(VARIABLE, FORM)
     with show.progress("diving") as tell:
         tell(0.5, "half of it")
     assert read(capsys.readouterr().err) == Report("diving", 0.5, "half of it")
 
 
-def test_an_identification_tells_its_values_as_they_converge(dive: tuple[str, ...]) -> None:
+def test_an_identification_tells_its_values_as_they_converge(dive):
     done, heard = ran(*dive, "--method", "pinn")
     assert done.code in (exit_codes.DONE, exit_codes.NO)
     passes = [report.values for report in heard if report.values]
@@ -79,7 +76,7 @@ def test_an_identification_tells_its_values_as_they_converge(dive: tuple[str, ..
         assert abs(value - final[name]) < half
 
 
-def test_a_verb_that_fails_says_why_and_has_no_json(tmp_path: Path) -> None:
+def test_a_verb_that_fails_says_why_and_has_no_json(tmp_path):
     done, heard = ran("identify", str(tmp_path / "none.tlog"), "--vehicle", "ruvifist:survey")
     assert done.code == exit_codes.BAD_INPUT
     assert done.result is None
@@ -89,7 +86,7 @@ def test_a_verb_that_fails_says_why_and_has_no_json(tmp_path: Path) -> None:
     assert done.said == ()
 
 
-def test_a_result_lies_where_the_words_want_it_and_an_older_one_is_nobodys(tmp_path: Path) -> None:
+def test_a_result_lies_where_the_words_want_it_and_an_older_one_is_nobodys(tmp_path):
     target = tmp_path / "dives.json"
     target.write_text("{}", encoding="utf-8")
     done, _ = ran("dives", str(tmp_path / "none"), "--json", str(target))
@@ -99,20 +96,18 @@ def test_a_result_lies_where_the_words_want_it_and_an_older_one_is_nobodys(tmp_p
     assert json.loads(target.read_text(encoding="utf-8")) == []
 
 
-def test_cancelling_ends_the_process_and_leaves_no_file(
-    dive: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypatch):
     started: list[subprocess.Popen[bytes]] = []
     start = subprocess.Popen
 
-    def noted(*words: object, **options: object) -> subprocess.Popen[bytes]:
+    def noted(*words, **options):
         started.append(start(*words, **options))  # type: ignore[call-overload]
         return started[-1]
 
     monkeypatch.setattr("gcs_plugin.job.subprocess.Popen", noted)
     page = tmp_path / "report.html"
 
-    async def cancelled() -> None:
+    async def cancelled():
         heard = asyncio.Event()
         job = asyncio.create_task(
             work((*dive, "--method", "likelihood", "--report", str(page)), lambda _: heard.set(), lambda: 0)
@@ -129,7 +124,7 @@ def test_cancelling_ends_the_process_and_leaves_no_file(
     assert not page.exists()
 
 
-def test_a_result_that_was_cut_off_is_none(tmp_path: Path) -> None:
+def test_a_result_that_was_cut_off_is_none(tmp_path):
     from tui.app.jobs import _json
 
     (tmp_path / "r.json").write_text(json.dumps({"a": 1})[:-1], encoding="utf-8")

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import pytest
 
@@ -16,7 +15,7 @@ WEAK_IN_THE_WATER = "disturbance_time_s: 1.5\n  effects: {T1_gain: 0.8}"
 WEAK_ON_BOARD = "[0.42, -0.32, 0.0], gain: 0.8}"
 
 
-def vehicle(folder: Path, name: str, *, in_the_water: bool = False, on_board: bool = False) -> Path:
+def vehicle(folder, name, *, in_the_water=False, on_board=False):
     """A copy of the simulated vehicle: its first thruster weak in the water alone, or as its own file knows, too."""
     path, shipped = folder / f"{name}.yaml", CONFIGS / "vehicles" / "ruvifist.yaml"
     text = shipped.read_text(encoding="utf-8")

@@ -21,7 +21,7 @@ def folder(tmp_path):
     return made
 
 
-def test_a_log_is_merged_by_one_command_and_again_without_harm(folder, tmp_path, capsys) -> None:
+def test_a_log_is_merged_by_one_command_and_again_without_harm(folder, tmp_path, capsys):
     log = logged(tmp_path / "00000042.BIN", Turning(), lambda boot_s: boot_s + 12.7)
     for _ in range(2):
         words = ["merge", str(folder), str(log), "--json", str(tmp_path / "came.json")]
@@ -36,7 +36,7 @@ def test_a_log_is_merged_by_one_command_and_again_without_harm(folder, tmp_path,
     assert "00000042.BIN is merged" in capsys.readouterr().out
 
 
-def test_a_log_of_another_vehicle_is_refused_and_not_copied(folder, tmp_path, capsys) -> None:
+def test_a_log_of_another_vehicle_is_refused_and_not_copied(folder, tmp_path, capsys):
     log = logged(tmp_path / "1.BIN", Turning(5), lambda boot_s: boot_s)
     assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
     assert "it turned otherwise than the vehicle of this dive did" in " ".join(
@@ -45,7 +45,7 @@ def test_a_log_of_another_vehicle_is_refused_and_not_copied(folder, tmp_path, ca
     assert [file.name for file in folder.iterdir()] == ["telemetry.tlog"]
 
 
-def test_another_log_of_the_same_name_is_never_written_over(folder, tmp_path, capsys) -> None:
+def test_another_log_of_the_same_name_is_never_written_over(folder, tmp_path, capsys):
     (folder / "1.BIN").write_bytes(b"mine")
     log = logged(tmp_path / "1.BIN", Turning(), lambda boot_s: boot_s)
     assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
@@ -53,7 +53,7 @@ def test_another_log_of_the_same_name_is_never_written_over(folder, tmp_path, ca
     assert (folder / "1.BIN").read_bytes() == b"mine"
 
 
-def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> None:
+def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch):
     page = Path(__file__).resolve().parents[2] / "docs" / "howto" / "merge_recordings.md"
     shown = [
         line
@@ -80,7 +80,7 @@ def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> No
     ]  # fmt: skip
 
 
-def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tmp_path, capsys) -> None:
+def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tmp_path, capsys):
     os.mkfifo(folder / "1.BIN")
     log = logged(tmp_path / "1.BIN", Turning(), lambda boot_s: boot_s)
     assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
@@ -89,7 +89,7 @@ def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tm
 
 def test_one_file_that_can_not_be_merged_keeps_none_of_the_others_out_and_is_named_at_the_end(
     folder, tmp_path, capsys
-) -> None:
+):
     data = (folder / "telemetry.tlog").read_bytes()
     (tmp_path / "a.tlog").write_bytes(data)
     (tmp_path / "b.tlog").write_bytes(data)
@@ -113,7 +113,7 @@ def test_one_file_that_can_not_be_merged_keeps_none_of_the_others_out_and_is_nam
     )
 
 
-def test_a_file_that_may_not_be_read_is_told_as_any_other(folder, monkeypatch, capsys) -> None:
+def test_a_file_that_may_not_be_read_is_told_as_any_other(folder, monkeypatch, capsys):
     def refused(*_):
         raise PermissionError(13, "Permission denied", "secret.tlog")
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
@@ -34,11 +33,11 @@ tau_cmd: {columns: [/commands/wrench.tau_x_n, /commands/wrench.tau_y_n, /command
 """
 
 
-def columns(count: int, size: float) -> np.ndarray:
+def columns(count, size):
     return size * np.sin(np.outer(TIME_S, np.arange(1.0, count + 1.0)))
 
 
-def made() -> Dive:
+def made():
     velocity = columns(3, 0.7)
     velocity[5] = np.nan
     attitude = columns(4, 0.1) + np.array([1.0, 0.0, 0.0, 0.0])
@@ -52,14 +51,14 @@ def made() -> Dive:
     )  # fmt: skip
 
 
-def written(folder: Path, dive: Dive) -> Path:
+def written(folder, dive):
     file = folder / "made.mcap"
     with file.open("wb") as opened:
         write_mcap(opened, list(topics(dive)), dive.unix_at_boot_s, {"dive": dive.name})
     return file
 
 
-def test_each_signal_is_a_topic_whose_fields_end_in_their_units_at_the_vehicles_time(tmp_path: Path) -> None:
+def test_each_signal_is_a_topic_whose_fields_end_in_their_units_at_the_vehicles_time(tmp_path):
     dive = made()
     with written(tmp_path, dive).open("rb") as opened:
         reader = make_reader(opened)
@@ -84,7 +83,7 @@ def test_each_signal_is_a_topic_whose_fields_end_in_their_units_at_the_vehicles_
     assert struct.unpack("<4s2d", depths[1].data) == (b"\0\1\0\0", 3.25, dive.depth.value[1, 0])
 
 
-def test_the_decoder_of_ros_reads_the_same_numbers_and_an_unknown_one_stays_unknown(tmp_path: Path) -> None:
+def test_the_decoder_of_ros_reads_the_same_numbers_and_an_unknown_one_stays_unknown(tmp_path):
     dive = made()
     with AnyReader([written(tmp_path, dive)]) as reader:
         of = [c for c in reader.connections if c.topic == "/velocity"]
@@ -95,7 +94,7 @@ def test_the_decoder_of_ros_reads_the_same_numbers_and_an_unknown_one_stays_unkn
     assert [m.time_s for m in said] == TIME_S.tolist()
 
 
-def test_imported_again_the_numbers_and_times_are_equal(tmp_path: Path) -> None:
+def test_imported_again_the_numbers_and_times_are_equal(tmp_path):
     dive, columns_file = made(), tmp_path / "map.yaml"
     columns_file.write_text(MAP, encoding="utf-8")
     again = read_dive(written(tmp_path, dive), columns_file)
@@ -105,7 +104,7 @@ def test_imported_again_the_numbers_and_times_are_equal(tmp_path: Path) -> None:
         np.testing.assert_array_equal(after.time_s, before.time_s, err_msg=name)
 
 
-def test_its_own_names_are_proposed_as_a_column_map(tmp_path: Path) -> None:
+def test_its_own_names_are_proposed_as_a_column_map(tmp_path):
     drawn = draw_one(100_300, seconds=30.0).dive
     file = written(tmp_path, replace(drawn, nu_fb=Signal(TIME_S, columns(6, 1.0)), velocity_is_filtered=True))
     proposal = propose(read_bag([file]).streams, file)
@@ -118,7 +117,7 @@ def test_its_own_names_are_proposed_as_a_column_map(tmp_path: Path) -> None:
     assert [choice.mends for choice in proposal.choices] == [()] * len(taken)
 
 
-def test_times_before_zero_are_counted_from_the_whole_second_before_the_first(tmp_path: Path) -> None:
+def test_times_before_zero_are_counted_from_the_whole_second_before_the_first(tmp_path):
     dive = Dive("made", Path("made.csv"), "", depth=Signal(TIME_S - 5.5, columns(1, 1.0)))
     file = tmp_path / "early.mcap"
     with file.open("wb") as opened:
@@ -129,7 +128,7 @@ def test_times_before_zero_are_counted_from_the_whole_second_before_the_first(tm
     assert struct.unpack("<4sd", first.data[:12])[1] == -2.5
 
 
-def test_the_model_of_a_dive_without_a_gap_flies_as_it_was_measured() -> None:
+def test_the_model_of_a_dive_without_a_gap_flies_as_it_was_measured():
     mission = draw_one(100_300, seconds=120.0)
     model, measured = flown(mission.dive, mission.file, mission.configuration)
     assert (model.name, measured.name) == ("/model/velocity", "/model/measured")
@@ -142,9 +141,7 @@ def test_the_model_of_a_dive_without_a_gap_flies_as_it_was_measured() -> None:
     assert 0 < np.sqrt(np.mean(off**2)) < 0.3 * np.std(measured.value[:, surge])
 
 
-def test_the_verb_writes_a_dive_and_says_its_clock(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verb_writes_a_dive_and_says_its_clock(tmp_path, capsys):
     log, columns_file, out = tmp_path / "log.csv", tmp_path / "map.yaml", tmp_path / "out.mcap"
     lines = [f"{time},{depth}" for time, depth in zip(TIME_S, columns(1, 2.0)[:, 0], strict=True)]
     log.write_text("\n".join(["t,d", *lines]), encoding="utf-8")
@@ -160,9 +157,7 @@ def test_the_verb_writes_a_dive_and_says_its_clock(
         assert make_reader(opened).get_summary().statistics.message_count == 40
 
 
-def test_without_a_file_or_without_the_library_it_says_what_to_do(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_file_or_without_the_library_it_says_what_to_do(tmp_path, capsys, monkeypatch):
     log, columns_file = tmp_path / "log.csv", tmp_path / "map.yaml"
     log.write_text("t,d\n0,1\n1,2\n2,1\n", encoding="utf-8")
     columns_file.write_text("time: {column: t}\ndepth: {columns: [d], unit: m}\n", encoding="utf-8")
@@ -175,6 +170,6 @@ def test_without_a_file_or_without_the_library_it_says_what_to_do(
     assert not (tmp_path / "out.mcap").exists()
 
 
-def test_a_column_map_has_no_use_for_a_simulators_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_column_map_has_no_use_for_a_simulators_file(capsys):
     assert cli.main(["export", "ruvifist", "--to", "gazebo", "--columns", "map"]) == exit_codes.BAD_INPUT
     assert "--columns: has no use with --to gazebo" in capsys.readouterr().err

@@ -5,6 +5,7 @@ import math
 import os
 import signal
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from fakes.vehicle import FakeVehicle
@@ -19,11 +20,11 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
 from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
-from gcs_plugin.dives.folder import new_folder
+from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.dives.recordings import length_s
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
-from gcs_plugin.flying.run import PlanFlight, Wanted, known_so_far
+from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, known_so_far
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
@@ -252,13 +253,8 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
-def command(*more, plan="plan.yaml"):
-    return [
-        "fly",
-        plan,
-        *["--limits", "limits.yaml", "--vehicle", "ruvifist:hovering", "--link", "memory:sea"],
-        *more,
-    ]
+def command(*more, link=("--link", "memory:sea")):
+    return ["fly", "plan.yaml", "--limits", "limits.yaml", "--vehicle", "ruvifist:hovering", *link, *more]
 
 
 @pytest.mark.usefixtures("files")
@@ -299,11 +295,11 @@ def on_a_simulated_vehicle(monkeypatch, *answers):
     monkeypatch.setattr(fly.clocks, "SystemClock", lambda: clock)
     monkeypatch.setattr(fly.secured.Opener, "open", lambda *_: link)
     monkeypatch.setattr(fly, "Alongside", lambda *_: identifying)
-    return link.vehicle
+    return link
 
 
 def test_fly_flies_the_plan_and_writes_how_it_went(files, capsys, monkeypatch):
-    vehicle = on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    vehicle = on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02}).vehicle
     assert cli.main(command("--armed", "--countdown", "3", "--json", "out.json")) == 0
     out = json.loads((files / "out.json").read_text())
     assert (out["end"], out["widths_percent"]) == ("finished", {"M_u": 1.0, "D_u": 2.0})
@@ -364,20 +360,21 @@ class OfRecording(Link):
         return tuple(folder.path for folder in self.folders[-2:])
 
 
-def test_by_way_of_a_recording_a_flight_has_a_folder_of_its_own_and_beats_itself(files, monkeypatch):
-    link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
-    identifying = Scripted({"M_u": 0.01, "D_u": 0.02})
-    identifying.close = lambda: None
-    hub = OfRecording(link, clock, files / "dives")
-    monkeypatch.setattr(fly.clocks, "SystemClock", lambda: clock)
+def by_way_of_a_recording(files, monkeypatch, *answers):
+    """A simulated vehicle on the link of a recording that runs."""
+    link = on_a_simulated_vehicle(monkeypatch, *answers)
+    hub = OfRecording(link, fly.clocks.SystemClock(), files / "dives")
     monkeypatch.setattr(fly.links, "link_for", lambda _: hub)
-    monkeypatch.setattr(fly, "Alongside", lambda *_: identifying)
     monkeypatch.setattr(orders, "next_dive", hub.go_on)
-    words = [
-        word for word in command("--armed", "--countdown", "3", "--json", "out.json") if word[:3] != "mem"
-    ]
-    words.remove("--link")
-    assert cli.main(words) == 0
+    return link, hub
+
+
+OF_RECORDING = command("--armed", "--countdown", "3", link=())
+
+
+def test_by_way_of_a_recording_a_flight_has_a_folder_of_its_own_and_beats_itself(files, monkeypatch):
+    _, hub = by_way_of_a_recording(files, monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    assert cli.main([*OF_RECORDING, "--json", "out.json"]) == 0
     _, flown, after = hub.folders
     out = json.loads((files / "out.json").read_text())
     assert (out["end"], out["folder"]) == ("finished", str(flown.path))
@@ -396,12 +393,8 @@ def test_by_way_of_a_recording_a_flight_has_a_folder_of_its_own_and_beats_itself
 def test_a_recording_that_ends_in_mid_flight_ends_the_verb_and_the_vehicle_goes_back(
     files, capsys, monkeypatch
 ):
-    link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
-    hub = OfRecording(link, clock, files / "dives")
-    identifying = Scripted({})
-    identifying.close = lambda: None
-    flight = link.vehicle._flights.flight
-    read = hub.read
+    link, hub = by_way_of_a_recording(files, monkeypatch, {})
+    flight, read = link.vehicle._flights.flight, hub.read
 
     def ends(timeout_s):
         if flight.state is State.FLYING:
@@ -409,29 +402,33 @@ def test_a_recording_that_ends_in_mid_flight_ends_the_verb_and_the_vehicle_goes_
         return read(timeout_s)
 
     hub.read = ends
-    monkeypatch.setattr(fly.clocks, "SystemClock", lambda: clock)
-    monkeypatch.setattr(fly.links, "link_for", lambda _: hub)
-    monkeypatch.setattr(fly, "Alongside", lambda *_: identifying)
-    monkeypatch.setattr(orders, "next_dive", lambda clock, wait: hub.go_on(clock, wait))
-    words = [word for word in command("--armed", "--countdown", "3") if word not in ("--link", "memory:sea")]
-    assert cli.main(words) == 3
+    assert cli.main(OF_RECORDING) == 3
     assert (
         "has ended; begin another, and ask again; a vehicle under way goes back by itself"
         in capsys.readouterr().err
     )
-    end_s = clock.boot_s() + 100.0
-    while flight.state is not State.IDLE and clock.boot_s() < end_s:
+    end_s = hub.clock.boot_s() + 100.0
+    while flight.state is not State.IDLE and hub.clock.boot_s() < end_s:
         link.read(0.05)
     assert (flight.end, link.vehicle.bridge.armed) == (End.LINK, False)
 
 
 @pytest.mark.usefixtures("files")
 def test_a_vehicle_in_another_configuration_is_not_flown(capsys, monkeypatch):
-    vehicle = on_a_simulated_vehicle(monkeypatch, {})
+    vehicle = on_a_simulated_vehicle(monkeypatch, {}).vehicle
     words = [word.replace("ruvifist:hovering", "ruvifist:survey") for word in command("--armed")]
     assert cli.main(words) == 1
     assert "the vehicle is in configuration 1, and --vehicle names 'survey'" in capsys.readouterr().err
     assert not vehicle.bridge.armed
+
+
+CALIBRATE = ["calibrate", *command("--armed", "--countdown", "3")[2:]]
+
+
+def flown(monkeypatch, known_s):
+    """The flight of `calibrate` ends so at once: `fly` has its own tests."""
+    outcome = Outcome(End.FINISHED, "finished", 1, 8.0, known_s)
+    monkeypatch.setattr(fly, "flown", lambda *_: (outcome, DiveFolder(Path("dives/flown"))))
 
 
 def foretell(folder, **widths):
@@ -445,8 +442,7 @@ def foretell(folder, **widths):
 def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, capsys, monkeypatch):
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
     monkeypatch.setattr(calibrate, "step", lambda *_: foretell(files / "dives", D_u=0.066))
-    words = "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed"
-    assert cli.main(words.split()) == 1
+    assert cli.main(CALIBRATE) == 1
     assert (
         "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, more "
         "--minutes, or wider limits, or --know M_u" in " ".join(capsys.readouterr().out.split())
@@ -464,7 +460,7 @@ def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, 
 def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     files, monkeypatch, capsys, ends_at, way_out
 ):
-    on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
+    flown(monkeypatch, 30.0)
     names = ["identify", "params", "ff"]
     taken = names[: names.index(ends_at) + 1]
     steps, codes = [], {name: int(name == ends_at) for name in taken}
@@ -474,10 +470,7 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
         return foretell(files / "dives") if name == "plan" else codes[name]
 
     monkeypatch.setattr(calibrate, "step", step)
-    words = (
-        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
-    )
-    assert cli.main([*words.split(), "--json", "out.json"]) == 1
+    assert cli.main([*CALIBRATE, "--json", "out.json"]) == 1
     assert [name for name, *_ in steps] == ["plan", *taken]
     within = "--minutes 5 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml "
     within += "--json dives/calibrate-plan.json"
@@ -494,15 +487,12 @@ def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkey
     foretell(files)
     steps = []
     monkeypatch.setattr(calibrate, "step", lambda name, *_: steps.append(name) or 0)
-    words = (
-        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
-    )
-    assert cli.main([*words.split(), "--plan", "calibrate-plan.yaml"]) == 0
+    assert cli.main([*CALIBRATE, "--plan", "calibrate-plan.yaml"]) == 0
     assert steps == ["identify", "params", "ff"]
 
 
 def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, monkeypatch):
-    on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.2})
+    flown(monkeypatch, math.nan)
     steps = []
 
     def step(name, *words):
@@ -510,8 +500,5 @@ def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, m
         return foretell(files / "dives")
 
     monkeypatch.setattr(calibrate, "step", step)
-    words = (
-        "calibrate --limits limits.yaml --vehicle ruvifist:hovering --link memory:sea --armed --countdown 3"
-    )
-    assert cli.main(words.split()) == 1
+    assert cli.main(CALIBRATE) == 1
     assert [name for name, *_ in steps] == ["plan"]

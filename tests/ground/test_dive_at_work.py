@@ -70,7 +70,7 @@ def of_a_recorder(folder):
     return telling(hub="", links=("serial:/dev/x:9600",), folder=str(folder.path))
 
 
-def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> None:
+def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path):
     path = tmp_path / "telemetry.tlog"
     with LockedTlogWriter(path):
         assert is_being_written(path)
@@ -78,7 +78,7 @@ def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> Non
     assert not is_being_written(path)
 
 
-def test_a_lock_that_somebody_has_for_a_moment_is_had_with_the_next_sync(tmp_path) -> None:
+def test_a_lock_that_somebody_has_for_a_moment_is_had_with_the_next_sync(tmp_path):
     path = tmp_path / "telemetry.tlog"
     with LockedTlogWriter(path) as writer:
         writer.close()
@@ -91,14 +91,14 @@ def test_a_lock_that_somebody_has_for_a_moment_is_had_with_the_next_sync(tmp_pat
         assert is_being_written(path)
 
 
-def test_a_pipe_and_an_absent_file_are_written_by_nobody(tmp_path) -> None:
+def test_a_pipe_and_an_absent_file_are_written_by_nobody(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     assert not is_being_written(tmp_path / "pipe")
     assert not is_being_written(tmp_path / "absent")
     assert holder_of(tmp_path / "absent") is None
 
 
-def test_a_merge_into_a_dive_that_a_second_recorder_writes_is_refused(folder, frames, other) -> None:
+def test_a_merge_into_a_dive_that_a_second_recorder_writes_is_refused(folder, frames, other):
     with recorded(folder, frames[: len(frames) // 2]) as writer:
         with pytest.raises(LogError) as refused:
             merge(folder, other)
@@ -114,7 +114,7 @@ def test_a_merge_into_a_dive_that_a_second_recorder_writes_is_refused(folder, fr
     assert frames[-1][1] in raws(folder.path / WHOLE)
 
 
-def test_a_merge_into_the_dive_of_the_recording_that_runs_is_refused(folder, frames, other) -> None:
+def test_a_merge_into_the_dive_of_the_recording_that_runs_is_refused(folder, frames, other):
     write_records(folder.path / "telemetry.tlog", frames)
     write_holding(of_a_recorder(folder))
     with pytest.raises(LogError) as refused:
@@ -126,9 +126,7 @@ def test_a_merge_into_the_dive_of_the_recording_that_runs_is_refused(folder, fra
     assert not (folder.path / WHOLE).exists()
 
 
-def test_a_second_recording_is_known_by_its_own_word_where_its_disk_knows_no_locks(
-    folder, frames, other
-) -> None:
+def test_a_second_recording_is_known_by_its_own_word_where_its_disk_knows_no_locks(folder, frames, other):
     write_records(folder.path / "telemetry.tlog", frames)
     write_holding(replace(of_a_recorder(folder), folder="/dives/elsewhere", pid=os.getppid()))
     write_holding(of_a_recorder(folder), second=True)
@@ -139,7 +137,7 @@ def test_a_second_recording_is_known_by_its_own_word_where_its_disk_knows_no_loc
     assert merge(folder, other).into == folder.path / WHOLE
 
 
-def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothing(tmp_path, folder) -> None:
+def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothing(tmp_path, folder):
     dive = Dive(tmp_path / "fetched")
     dive.dive(5.0)
     before_s = dive.world.now_s
@@ -148,9 +146,7 @@ def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothin
     assert dive.world.now_s == before_s
 
 
-def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
-    folder, frames, other, monkeypatch
-) -> None:
+def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(folder, frames, other, monkeypatch):
     telemetry = folder.path / "telemetry.tlog"
     write_records(telemetry, frames[:-10])
     made_whole = merging.made_whole
@@ -167,7 +163,7 @@ def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
     assert not (folder.path / WHOLE).exists()
 
 
-def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder, frames, other) -> None:
+def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder, frames, other):
     write_records(folder.path / "telemetry.tlog", frames)
     with merge_lock(folder.path, ""), pytest.raises(LogError, match="another merge or fetch") as refused:
         merge(folder, other)
@@ -181,7 +177,7 @@ def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder,
     assert not (folder.path / WHOLE).exists()
 
 
-def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, monkeypatch) -> None:
+def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, monkeypatch):
     monkeypatch.setattr(locks, "MERGE_S", 60.0)
     rng = random.Random(4)
     write_records(folder.path / "telemetry.tlog", heard_by(frames, lambda unix_s: unix_s, rng, 0.4))
@@ -222,7 +218,7 @@ def after(folder, frames, other, name):
 @pytest.mark.parametrize("name", ["telemetry.tlog", "telemetry.2.tlog"])
 def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_put_in(
     folder, frames, other, name, capsys
-) -> None:
+):
     after(folder, frames, other, name)
     words = f"{name} went on, or came, after {WHOLE} was made, and what that lacks of it is not read"
     for verb in (["dives", str(folder.path)], ["import", str(folder.path)]):
@@ -238,7 +234,7 @@ def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_
     assert "is this dive's own recording" in capsys.readouterr().err
 
 
-def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder) -> None:
+def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder):
     dive = Dive(tmp_path / "fetched")
     dive.dive(20.0)
     write_records(folder.path / "telemetry.tlog", dive.heard[: len(dive.heard) // 2])
@@ -250,7 +246,7 @@ def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder) -> Non
     assert {raw for _, raw in dive.heard} <= set(raws(folder.path / WHOLE))
 
 
-def test_heartbeats_of_the_ground_and_files_that_went_by_are_not_lacked(folder, frames, other) -> None:
+def test_heartbeats_of_the_ground_and_files_that_went_by_are_not_lacked(folder, frames, other):
     write_records(folder.path / "telemetry.tlog", frames)
     merge(folder, other)
     ground, vehicle = Encoder(255, 190), Encoder(1, 191)

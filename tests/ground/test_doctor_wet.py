@@ -78,8 +78,9 @@ def test_every_reversed_and_every_dead_thruster_is_named(key, sign, words):
 
 @pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
 @pytest.mark.parametrize("sensor", ["dvl", "imu"])
-def test_every_turn_and_mirror_of_a_sensor_is_named(right, key, sensor):
-    for turn in TURNS[1:]:
+@pytest.mark.parametrize("every", rest_in_soak([3, 1]))
+def test_every_turn_and_mirror_of_a_sensor_is_named(right, key, sensor, every):
+    for turn in TURNS[1::every]:
         result = diagnosis_of(key, turned(right[key], sensor, turn))
         assert np.array_equal(result.turn[sensor], turn), describe(turn)
         assert all(is_identity(m) for name, m in result.turn.items() if name != sensor)

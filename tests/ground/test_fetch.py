@@ -42,7 +42,7 @@ def is_mirrored(mirror, dive, listing):
 
 
 @pytest.mark.parametrize("seed", rest_in_soak(range(5)))
-def test_a_ring_is_fetched_whole_over_a_link_that_loses_doubles_reorders_and_delays(tmp_path, seed) -> None:
+def test_a_ring_is_fetched_whole_over_a_link_that_loses_doubles_reorders_and_delays(tmp_path, seed):
     dive, mirror = Dive(tmp_path / "ring", seed), Mirror(tmp_path / "mirror")
     dive.dive(20.0)
     dive.link.outgoing.__dict__.update(BAD)
@@ -84,7 +84,7 @@ def killed():
     raise KilledError
 
 
-def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path) -> None:
+def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path):
     messages = requests_of(tmp_path)
     assert messages > 10
     for number in range(1, messages + 1):
@@ -99,7 +99,7 @@ def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path) -> None:
         assert again.fetched == again.total_bytes - there
 
 
-def test_a_vehicle_that_starts_anew_at_any_message_is_fetched_whole(tmp_path) -> None:
+def test_a_vehicle_that_starts_anew_at_any_message_is_fetched_whole(tmp_path):
     for number in range(1, requests_of(tmp_path) + 1):
         dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
         dive.dive(5.0)
@@ -107,7 +107,7 @@ def test_a_vehicle_that_starts_anew_at_any_message_is_fetched_whole(tmp_path) ->
         assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
 
 
-def test_a_link_cut_at_any_message_for_a_while_only_costs_that_while(tmp_path) -> None:
+def test_a_link_cut_at_any_message_for_a_while_only_costs_that_while(tmp_path):
     for number in range(1, requests_of(tmp_path) + 1):
         dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
         dive.dive(5.0)
@@ -118,7 +118,7 @@ def test_a_link_cut_at_any_message_for_a_while_only_costs_that_while(tmp_path) -
         assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
 
 
-def test_a_segment_that_is_damaged_on_the_way_to_the_disk_is_fetched_again(tmp_path) -> None:
+def test_a_segment_that_is_damaged_on_the_way_to_the_disk_is_fetched_again(tmp_path):
     dive, mirror = Dive(tmp_path / "ring"), Mirror(tmp_path / "mirror")
     dive.dive(10.0)
     first = segments_in(dive.folder)[0][0].name
@@ -126,7 +126,7 @@ def test_a_segment_that_is_damaged_on_the_way_to_the_disk_is_fetched_again(tmp_p
     assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
 
 
-def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path) -> None:
+def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path):
     dive, mirror = Dive(tmp_path / "ring", bounds=RingSize(16_000, 4000)), Mirror(tmp_path / "mirror")
     dive.dive(10.0)
     oldest = segments_in(dive.folder)[0][0].name
@@ -142,7 +142,7 @@ def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path) -
     )
 
 
-def test_a_vehicle_without_a_ring_is_named() -> None:
+def test_a_vehicle_without_a_ring_is_named():
     fetching = Fetching(Mirror(None), everything, 0.0)
     (asked,) = fetching.tick(0.0)
     fetching.on_packet(Packet(asked.sequence + 1, 0, Op.NAK, 1, Op.LIST, data=b"\7"), 0.1)
@@ -176,7 +176,7 @@ def span(dive):
 
 
 @pytest.mark.parametrize("seed", rest_in_soak(range(3)))
-def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed) -> None:
+def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed):
     dive, folder, beat = a_dive_under_water(tmp_path, seed=seed, **BAD)
     before = [path.read_bytes() for path in folder.heard()]
     sent = span(dive)
@@ -192,7 +192,7 @@ def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed) ->
     assert abs(stamps[-1] - stamps[0] - 40e6) < 1e6
 
 
-def test_all_that_reads_a_dive_reads_the_whole_one(tmp_path) -> None:
+def test_all_that_reads_a_dive_reads_the_whole_one(tmp_path):
     dive, folder, _ = a_dive_under_water(tmp_path)
     assert folder.telemetry() == recording_files(folder.path) == folder.heard()
     made_whole(dive, folder)
@@ -201,7 +201,7 @@ def test_all_that_reads_a_dive_reads_the_whole_one(tmp_path) -> None:
     assert Reel(folder.telemetry()).length_s > 39.0
 
 
-def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path) -> None:
+def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path):
     dive = Dive(tmp_path / "ring")
     dive.dive(5.0)
     for _ in range(2):  # the boot between is heard by nobody
@@ -217,7 +217,7 @@ def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path) -> None:
     assert len(sent) > 0.8 * len(dive.kept())
 
 
-def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path) -> None:
+def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path):
     dive = Dive(tmp_path / "ring")
     dive.cut(True)
     dive.dive(10.0)
@@ -232,13 +232,13 @@ def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path)
     assert 0.5 < Reel([last.path]).length_s <= 3.0
 
 
-def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path) -> None:
+def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path):
     folder = dive_of(tmp_path, [(1, Encoder(255, 190).encode(ground_heartbeat()))])
     with pytest.raises(LogError, match="must run with --ring"):
         made_whole(Dive(tmp_path / "ring"), folder)
 
 
-def test_segments_of_other_dives_are_not_fetched() -> None:
+def test_segments_of_other_dives_are_not_fetched():
     listing = [(Segment(boot, 70 + boot, n, n * 60_000), 10) for boot in (1, 2, 3) for n in range(10)]
     boots = [Boot(72, SOURCE, 150_000, 310_000)]
     assert [(s.boot, s.number) for s, _ in segments_of_dive(listing, boots)] == [

@@ -65,7 +65,7 @@ def fetched_words(made):
 )
 def test_what_the_vehicle_kept_between_two_times_heard_goes_in_and_the_rest_is_told(
     tmp_path, frames, kept, hole
-) -> None:
+):
     made = made_of(tmp_path, frames, *kept)
     known = {
         raw
@@ -79,7 +79,7 @@ def test_what_the_vehicle_kept_between_two_times_heard_goes_in_and_the_rest_is_t
     assert not is_whole
 
 
-def test_a_dive_of_which_all_is_there_is_whole(tmp_path, frames) -> None:
+def test_a_dive_of_which_all_is_there_is_whole(tmp_path, frames):
     made = made_of(tmp_path, frames, (0.0, 50.0), (50.0, 80.0))
     assert bytes_of(made.records) == bytes_of(frames)
     words, is_whole = fetched_words(made)
@@ -87,7 +87,7 @@ def test_a_dive_of_which_all_is_there_is_whole(tmp_path, frames) -> None:
     assert is_whole
 
 
-def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(tmp_path, frames) -> None:
+def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(tmp_path, frames):
     gone = {raw for _, raw in frames[500:900:10]}
     left = [frame for frame in frames if frame[1] not in gone]
     folder = dive_of(tmp_path, of_it(left, 0.0, 18.0) + of_it(left, 70.0))
@@ -97,9 +97,7 @@ def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(t
 
 
 @pytest.mark.parametrize("order", ["ab", "ba"])
-def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
-    tmp_path, frames, order
-) -> None:
+def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(tmp_path, frames, order):
     heard = of_it(frames, 0.0, 18.0) + of_it(frames, 70.0)
     folder = dive_of(tmp_path, heard)
     parts = {"a": (10.0, 48.0, 2), "b": (42.0, 80.0, -3)}
@@ -111,7 +109,7 @@ def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
     assert "the dive is whole" in last.words
 
 
-def test_what_was_sent_before_and_after_the_dive_is_told(tmp_path, frames) -> None:
+def test_what_was_sent_before_and_after_the_dive_is_told(tmp_path, frames):
     folder = dive_of(tmp_path, of_it(frames, 20.0, 60.0))
     write_records(tmp_path / "other.tlog", frames)
     (done,) = merge_all(folder, [tmp_path / "other.tlog"])
@@ -129,7 +127,7 @@ def beats(times_s, first=0, skip=0):
     return out
 
 
-def test_a_vehicle_that_was_silent_by_design_has_no_hole() -> None:
+def test_a_vehicle_that_was_silent_by_design_has_no_hole():
     quiet = [*range(10), *range(70, 80)]
     assert holes_in(beats([*quiet, *range(140, 150)]), SOURCE) == ()
     assert holes_in(beats(quiet, skip=60), SOURCE) == (Hole(9.0, 61.0),)
@@ -138,7 +136,7 @@ def test_a_vehicle_that_was_silent_by_design_has_no_hole() -> None:
     assert lost_in(beats([0.1 * k for k in range(10)], skip=3), SOURCE) == 3
 
 
-def test_frames_of_a_sender_come_in_its_order_where_stamps_differ_by_jitter() -> None:
+def test_frames_of_a_sender_come_in_its_order_where_stamps_differ_by_jitter():
     sent = beats([0.01 * k for k in range(600)], first=200)
     mixed = sent[:]
     mixed[10:14] = [mixed[12], mixed[10], mixed[13], mixed[11]]
@@ -147,7 +145,7 @@ def test_frames_of_a_sender_come_in_its_order_where_stamps_differ_by_jitter() ->
     assert as_sent(stamped) == sent
 
 
-def test_a_sender_that_starts_anew_or_was_long_unheard_is_left_in_its_order() -> None:
+def test_a_sender_that_starts_anew_or_was_long_unheard_is_left_in_its_order():
     first = beats([0.01 * k for k in range(100)])
     again = [(stamp_us + 5_000_000, raw) for stamp_us, raw in beats([0.01 * k for k in range(100)])]
     assert as_sent(first + again) == first + again

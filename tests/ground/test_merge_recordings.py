@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 )
 def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_stated(
     tmp_path, offset_s, drift
-) -> None:
+):
     frames, rng = all_frames(300.0), random.Random(1)
     begin_s = frames[0][0] * 1e-6
 
@@ -46,7 +46,7 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
     assert max(off_s) < 0.06
 
 
-def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> None:
+def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path):
     frames, rng = all_frames(), random.Random(2)
     ground, other = (
         heard_by(frames, lambda unix_s: unix_s, rng),
@@ -74,7 +74,7 @@ def test_every_frame_comes_once_and_in_order_and_originals_stay(tmp_path) -> Non
     assert stamps == sorted(stamps)
 
 
-def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) -> None:
+def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path):
     frames, rng = all_frames(), random.Random(3)
     ground = heard_by(frames, lambda unix_s: unix_s, rng)
     twice = [*frames, *((stamp_us + rng.randrange(50_000), raw) for stamp_us, raw in frames)]
@@ -85,7 +85,7 @@ def test_frames_that_were_recorded_twice_and_out_of_order_come_once(tmp_path) ->
     assert merged == sent[sent.index(merged[0]) : sent.index(merged[-1]) + 1]
 
 
-def test_the_file_of_another_dive_or_vehicle_is_refused_and_changes_nothing(tmp_path) -> None:
+def test_the_file_of_another_dive_or_vehicle_is_refused_and_changes_nothing(tmp_path):
     folder = dive_of(tmp_path, all_frames(seed=0))
     write_records(tmp_path / "strange.tlog", all_frames(seed=1))
     beats = Encoder(255, 190)
@@ -121,7 +121,7 @@ def most_off_s(merged, frames):
 
 
 @pytest.mark.parametrize("by_s", [-86_400.0, -60.0, -2.0, -0.5, 0.5, 2.0, 60.0, 3600.0, 86_400.0])
-def test_a_clock_that_was_set_is_refused_with_the_reason(tmp_path, frames, by_s) -> None:
+def test_a_clock_that_was_set_is_refused_with_the_reason(tmp_path, frames, by_s):
     ground, other = ([frames[0], *of_it(frames[1:], share=0.7, seed=seed)] for seed in (1, 2))
     at_us = frames[0][0] + round(STEP_AT_S * 1e6)
     with pytest.raises(
@@ -130,7 +130,7 @@ def test_a_clock_that_was_set_is_refused_with_the_reason(tmp_path, frames, by_s)
         put_together(tmp_path, ground, set_by([(s + 500_000, raw) for s, raw in other], by_s, at_us))
 
 
-def test_a_clock_that_goes_on_evenly_has_no_step_however_silent_its_link_was(tmp_path, frames) -> None:
+def test_a_clock_that_goes_on_evenly_has_no_step_however_silent_its_link_was(tmp_path, frames):
     other = of_it(frames, 0.0, 20.0) + of_it(frames, 40.0)
     result = put_together(tmp_path, of_it(frames, share=0.7, seed=1), other)
     assert result.missing
@@ -151,9 +151,7 @@ def bare_boots(tmp_path):
 
 
 @pytest.mark.parametrize("second_heard", [True, False])
-def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_boot(
-    tmp_path, second_heard
-) -> None:
+def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_boot(tmp_path, second_heard):
     first, second, bare = bare_boots(tmp_path)
     files = [tmp_path / Segment(boot, 7 + boot, 0, 0).name for boot in (1, 2)]
     for file, part in zip(files, bare, strict=True):
@@ -168,9 +166,7 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
 
 
 @pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])
-def test_a_recording_without_a_common_frame_is_refused_with_the_reason(
-    tmp_path, frames, begins_s, ends_s
-) -> None:
+def test_a_recording_without_a_common_frame_is_refused_with_the_reason(tmp_path, frames, begins_s, ends_s):
     folder = dive_of(tmp_path, of_it(frames, 0.0, 18.0) + of_it(frames, 32.0, 38.0))
     write_records(tmp_path / "other.tlog", of_it(frames, begins_s, ends_s))
     with pytest.raises(LogError, match="has hardly a frame in common with the dive; check"):
@@ -178,13 +174,13 @@ def test_a_recording_without_a_common_frame_is_refused_with_the_reason(
 
 
 @pytest.mark.parametrize("by_s", [-2.0, -60.0])
-def test_a_dive_whose_own_clock_was_set_back_dates_nothing_and_says_so(tmp_path, frames, by_s) -> None:
+def test_a_dive_whose_own_clock_was_set_back_dates_nothing_and_says_so(tmp_path, frames, by_s):
     at_us = frames[0][0] + round(STEP_AT_S * 1e6)
     with pytest.raises(LogError, match=f"its own clock was set back by {-by_s:.1f} s while it was recorded"):
         put_together(tmp_path, set_by(of_it(frames), by_s, at_us), of_it(frames))
 
 
-def test_a_dive_whose_own_clock_leaps_is_refused_where_frames_would_come_twice(tmp_path, frames) -> None:
+def test_a_dive_whose_own_clock_leaps_is_refused_where_frames_would_come_twice(tmp_path, frames):
     at_us = frames[0][0] + round(20.0 * 1e6)
     with pytest.raises(LogError, match=r"go by no common time: of .* are up to 40 s apart"):
         put_together(tmp_path, set_by(of_it(frames), 40.0, at_us), of_it(frames))

@@ -5,7 +5,6 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
 from fakes.ports import open_pty
@@ -60,7 +59,7 @@ print(n, flush=True)
 class Load:
     """A recorder under load: its counts, and in `shares` the part of a core that each phase took."""
 
-    def __init__(self, folder: Path, kind: str, *phases: str) -> None:
+    def __init__(self, folder, kind, *phases):
         self.notices: list[str] = []
         device = None
         if kind == "udp":
@@ -110,7 +109,7 @@ class Load:
         )
 
     @property
-    def is_whole(self) -> bool:
+    def is_whole(self):
         """Whether the file holds all that was sent, once each and in order."""
         encoder = Encoder(1, 1)
         sent = (encoder.frame(2, struct.pack("<QI", 1, n + 1)) for n in range(self.sent))

@@ -1,7 +1,6 @@
 """Nothing that a vehicle, a file or a name says can steer a terminal, hide in a line, or end a verb."""
 
 import io
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,18 +22,18 @@ STEERING = "\x1b]0;mine\x1b\\\x1b[2J\x9b31m\x85\u202egnp\u200b\udcff"
 SHOWN = "?]0;mine?\\?[2J?31m??gnp??"
 
 
-def steers(text: str) -> bool:
+def steers(text):
     return printable(text, keep="\n\t") != text
 
 
-def console(terminal: bool) -> tuple[Any, io.StringIO]:
+def console(terminal):
     made = show.results()
     made.file = out = io.StringIO()
     made._force_terminal, made.is_interactive, made.no_color = terminal, terminal, True
     return made, out
 
 
-def test_text_keeps_all_that_is_harmless() -> None:
+def test_text_keeps_all_that_is_harmless():
     for text in ("plain", "µ ± 95 % °C", "a\u00a0b\u2009c", "Tauchgang Überlingen", "潜水"):
         assert printable(text) == text
     assert printable(STEERING) == "]0;mine\\[2J31mgnp"
@@ -42,7 +41,7 @@ def test_text_keeps_all_that_is_harmless() -> None:
 
 
 @pytest.mark.parametrize("terminal", [False, True])
-def test_tables_sentences_and_progress_mark_what_could_steer(terminal: bool) -> None:
+def test_tables_sentences_and_progress_mark_what_could_steer(terminal):
     shown, out = console(terminal)
     show.put(shown, show.Table(STEERING, (STEERING, "value"), [(STEERING, STEERING), ("[/x]", "1")]))
     show.say(shown, f"notes: {STEERING} and [bold]so[/]")
@@ -54,7 +53,7 @@ def test_tables_sentences_and_progress_mark_what_could_steer(terminal: bool) -> 
     assert lines[3][len(SHOWN) :] == f"  {SHOWN}"
 
 
-def test_progress_on_a_terminal_takes_any_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_on_a_terminal_takes_any_name(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     shown, out = console(True)
     monkeypatch.setattr(show, "words", lambda: shown)
@@ -63,7 +62,7 @@ def test_progress_on_a_terminal_takes_any_name(monkeypatch: pytest.MonkeyPatch) 
     assert "[/x] ?]0;mine?\\?[2J" in out.getvalue()
 
 
-def hostile_dive(root: Path) -> DiveFolder:
+def hostile_dive(root):
     folder = DiveFolder(root / f"2026-11-20T0912Z-{STEERING.replace('/', '')}")
     folder.path.mkdir()
     encoder = Encoder(1, 1)
@@ -81,9 +80,7 @@ def hostile_dive(root: Path) -> DiveFolder:
     return folder
 
 
-def test_verbs_that_read_a_hostile_dive_print_nothing_that_steers(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_verbs_that_read_a_hostile_dive_print_nothing_that_steers(tmp_path, capfd, monkeypatch):
     dive = hostile_dive(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     for line in (
@@ -99,14 +96,14 @@ def test_verbs_that_read_a_hostile_dive_print_nothing_that_steers(
         assert not steers(said), line
 
 
-def test_what_a_dive_says_of_itself_is_harmless_once_it_is_read(tmp_path: Path) -> None:
+def test_what_a_dive_says_of_itself_is_harmless_once_it_is_read(tmp_path):
     about = hostile_dive(tmp_path).about()
     assert {about.vehicle_file, about.configuration, about.notes, about.events[0].text} == {
         "]0;mine\\[2J31mgnp"
     }
 
 
-def test_the_name_of_a_vehicle_is_harmless_once_it_is_read(tmp_path: Path) -> None:
+def test_the_name_of_a_vehicle_is_harmless_once_it_is_read(tmp_path):
     text = (CONFIGS / "vehicles" / "ruvifist.yaml").read_text(encoding="utf-8")
     named = [r'name: "\e[2J\x9bmine"' if line.startswith("name:") else line for line in text.splitlines()]
     path = tmp_path / "hostile.yaml"
@@ -114,7 +111,7 @@ def test_the_name_of_a_vehicle_is_harmless_once_it_is_read(tmp_path: Path) -> No
     assert load_vehicle(str(path)).vehicle.name == "[2Jmine"
 
 
-def test_a_parameter_file_leaves_out_names_that_are_none_and_says_so(tmp_path: Path) -> None:
+def test_a_parameter_file_leaves_out_names_that_are_none_and_says_so(tmp_path):
     path = tmp_path / "before.param"
     write_parameters(path, {"A": 1.0, "\x1b[2J": 2.0, "X\nFF_MODE": 3.0}, [f"of {STEERING[:-1]}"])
     assert read_parameters(path) == {"A": 1.0}
@@ -124,14 +121,14 @@ def test_a_parameter_file_leaves_out_names_that_are_none_and_says_so(tmp_path: P
     )
 
 
-def test_the_app_tells_a_name_as_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_app_tells_a_name_as_it_stands(monkeypatch):
     notices: list[tuple[str, Any]] = []
     monkeypatch.setattr(App, "notify", lambda _, message, **how: notices.append((message, how["markup"])))
     SeatrialApp.notify(object.__new__(SeatrialApp), f"[/x] {STEERING}")
     assert notices == [(f"[/x] {SHOWN}", False)]
 
 
-def test_a_line_of_mavproxy_is_harmless() -> None:
+def test_a_line_of_mavproxy_is_harmless():
     module = pytest.importorskip("gcs_plugin.mavproxy.module")
     lines: list[str] = []
     stand_in = SimpleNamespace(console=SimpleNamespace(writeln=lines.append))

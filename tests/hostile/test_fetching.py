@@ -6,7 +6,6 @@ import re
 import shutil
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import pytest
 from figures import keep
@@ -35,11 +34,11 @@ A_VEHICLE_BYTES = 20_000
 MIRRORED = re.compile(r"(\d{6}-[0-9a-f]{8}-\d{6}-\d{10}\.tlog(\.part|\.other-\d+)?|fetching\.lock)", re.ASCII)
 
 
-def segment(number: int) -> Segment:
+def segment(number):
     return Segment(1, BOOT, number, number * FRAMES * 50)
 
 
-def frames(number: int) -> list[tuple[int, bytes]]:
+def frames(number):
     """Frames of a segment, dated on the vehicle's clock."""
     encoder, out = Encoder(*VEHICLE), []
     for n in range(number * FRAMES, (number + 1) * FRAMES):
@@ -52,14 +51,14 @@ def frames(number: int) -> list[tuple[int, bytes]]:
 KEPT = [frames(number) for number in range(SEGMENTS + 1)]
 
 
-def ring(folder: Path, segments: int) -> Path:
+def ring(folder, segments):
     folder.mkdir(exist_ok=True)
     for number in range(segments):
         write_records(folder / segment(number).name, KEPT[number])
     return folder
 
 
-def heard(root: Path) -> DiveFolder:
+def heard(root):
     """The ground's recording, of every third frame of all segments but the last."""
     dive = DiveFolder(root / "dives" / "2026-11-20T0912Z-lake")
     dive.path.mkdir(parents=True)
@@ -68,7 +67,7 @@ def heard(root: Path) -> DiveFolder:
     return dive
 
 
-def fetched(vehicle: Vehicle, dive: DiveFolder, anew: bool = False) -> str:
+def fetched(vehicle, dive, anew=False):
     """The sentence that a fetch ends with; empty where it fetched."""
     fetcher = Fetcher(vehicle, vehicle.world, PATIENCE_S, lambda *_: None)
     try:
@@ -83,7 +82,7 @@ def fetched(vehicle: Vehicle, dive: DiveFolder, anew: bool = False) -> str:
     return ""
 
 
-def keeps_to_its_place(root: Path) -> int:
+def keeps_to_its_place(root):
     """How many bytes the mirror holds; fails where a file lies that is none of its."""
     mirror = root / "dives" / MIRROR
     ours = {root / "ring", root / "dives", mirror, root / "dives" / "2026-11-20T0912Z-lake"}
@@ -94,7 +93,7 @@ def keeps_to_its_place(root: Path) -> int:
     return sum(path.stat().st_size for path in mirror.iterdir())
 
 
-def is_fetched_whole(root: Path, dive: DiveFolder, segments: int = SEGMENTS) -> None:
+def is_fetched_whole(root, dive, segments=SEGMENTS):
     """From an honest vehicle, whatever lies in the mirror."""
     honest = Vehicle(ring(root / "ring", segments), None, random.Random(0), 1e9, LONGEST_S)
     assert fetched(honest, dive) == ""
@@ -107,7 +106,7 @@ def is_fetched_whole(root: Path, dive: DiveFolder, segments: int = SEGMENTS) -> 
     assert made == every[: (len(every) - 1) // 3 * 3 + 1]
 
 
-def attack(kind: str, total: int, seed: int, root: Path) -> None:
+def attack(kind, total, seed, root):
     """Vehicle after vehicle lies, knowing the honest one's names, until they have said `total` bytes."""
     rng, said_bytes, dive = random.Random(f"{kind} {seed}"), 0, heard(root)
     mirror, before_mb = root / "dives" / MIRROR, most_mb()
@@ -128,14 +127,12 @@ def attack(kind: str, total: int, seed: int, root: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_no_answers_stop_a_fetch_and_an_honest_vehicle_is_fetched_whole_after_them(
-    kind: str, tmp_path: Path
-) -> None:
+def test_no_answers_stop_a_fetch_and_an_honest_vehicle_is_fetched_whole_after_them(kind, tmp_path):
     attack(kind, SHORT // len(KINDS), 0, tmp_path)
 
 
 @pytest.mark.soak
-def test_no_number_of_answers_stops_a_fetch(tmp_path: Path) -> None:
+def test_no_number_of_answers_stops_a_fetch(tmp_path):
     """Half a minute of one core."""
     for kind in KINDS:
         attack(kind, LONG // len(KINDS), 1, tmp_path / kind)
@@ -146,18 +143,16 @@ EACH = [(op, name) for op, lies in LIES.items() for name in lies]
 
 
 @pytest.mark.parametrize(("op", "name"), EACH, ids=lambda value: str(getattr(value, "name", value)))
-def test_each_lie_told_for_ever_comes_to_an_end(
-    op: Op, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_lie_told_for_ever_comes_to_an_end(op, name, tmp_path, monkeypatch):
     monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
     fetch_with_lies({op: LIES[op][name]}, tmp_path)
 
 
-def fetch_with_lies(lies: dict[Op, Lie], root: Path) -> None:
+def fetch_with_lies(lies, root):
     """To all requests of a kind, without an end; all others are answered truly."""
     dive = heard(root)
 
-    def answer(asked: Packet, true: Packet, rng: random.Random) -> Packet:
+    def answer(asked, true, rng):
         lie = lies.get(Op(asked.op))
         return true if lie is None else lie(asked, true, rng)
 
@@ -166,16 +161,16 @@ def fetch_with_lies(lies: dict[Op, Lie], root: Path) -> None:
     is_fetched_whole(root, dive)
 
 
-def run(vehicle: Vehicle, mirror: Mirror) -> None:
+def run(vehicle, mirror):
     fetching = Fetching(mirror, lambda listing: listing, vehicle.world.boot_s())
     fetch(vehicle, vehicle.world, fetching, VEHICLE, PATIENCE_S, lambda _: None)
 
 
-def listing(size: int) -> list[bytes]:
+def listing(size):
     return [f"F{segment(0).name}\t{size}".encode(), f"F{segment(1).name}\t0".encode()]
 
 
-def test_what_is_missing_in_front_does_not_fill_the_memory(tmp_path: Path) -> None:
+def test_what_is_missing_in_front_does_not_fill_the_memory(tmp_path):
     """The first bytes never come, and all that is asked for after them."""
     fetching, asked_for = Fetching(Mirror(tmp_path / "m"), lambda listing: listing, 0.0), []
     for tick in range(500):
@@ -193,7 +188,7 @@ def test_what_is_missing_in_front_does_not_fill_the_memory(tmp_path: Path) -> No
     assert 261_144 < max(asked_for) < 262_144
 
 
-def test_of_absurd_names_and_sizes_nothing_is_taken() -> None:
+def test_of_absurd_names_and_sizes_nothing_is_taken():
     listed = Listed()
     assert listed.hear(Packet(0, 0, Op.ACK, data=b"\0".join(ABSURD)))
     assert listed.listing() == [(Segment(0, 0, 0, 0), 50)]
@@ -209,10 +204,8 @@ def test_of_absurd_names_and_sizes_nothing_is_taken() -> None:
     ]
 
 
-def test_sizes_that_no_disk_holds_are_refused_before_a_byte_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
+def test_sizes_that_no_disk_holds_are_refused_before_a_byte_is_written(tmp_path, monkeypatch):
+    def lie(asked, true, _):
         if asked.op == Op.LIST and not asked.offset:
             return acknowledged(asked, b"\0".join(listing(2**32 - 1)))
         return refused(asked, Fault.END) if asked.op == Op.LIST else true
@@ -226,14 +219,12 @@ def test_sizes_that_no_disk_holds_are_refused_before_a_byte_is_written(
     assert not (tmp_path / "m").exists()
 
 
-def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_fetched(
-    tmp_path: Path,
-) -> None:
+def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_fetched(tmp_path):
     """It had made up the bytes and their checksum."""
     dive, name = heard(tmp_path), segment(0).name
     data = random.Random(0).randbytes((ring(tmp_path / "ring", 2) / name).stat().st_size)
 
-    def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
+    def lie(asked, true, _):
         if asked.op == Op.READ:
             return replace(true, data=data[asked.offset :][: asked.size])
         return acknowledged(asked, crc32(data).to_bytes(4, "little")) if asked.op == Op.CRC32 else true
@@ -247,9 +238,7 @@ def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_f
 
 
 @pytest.mark.parametrize("size", [0, 1, 10**5])
-def test_what_lies_whole_under_the_name_of_the_file_that_grows_is_compared_too(
-    size: int, tmp_path: Path
-) -> None:
+def test_what_lies_whole_under_the_name_of_the_file_that_grows_is_compared_too(size, tmp_path):
     dive, name, mirror = heard(tmp_path), segment(SEGMENTS - 1).name, tmp_path / "dives" / MIRROR
     mirror.mkdir()
     (mirror / name).write_bytes(b"\1" * size)
@@ -263,7 +252,7 @@ def test_what_lies_whole_under_the_name_of_the_file_that_grows_is_compared_too(
     keeps_to_its_place(tmp_path)
 
 
-def test_a_segment_that_would_unfold_is_left_alone(tmp_path: Path) -> None:
+def test_a_segment_that_would_unfold_is_left_alone(tmp_path):
     path = tmp_path / segment(0).name
     path.write_bytes(gzip.compress(b"".join(stamp.to_bytes(8, "big") + raw for stamp, raw in KEPT[0])))
     with pytest.raises(LogError, match="holds no frame"):
@@ -271,9 +260,7 @@ def test_a_segment_that_would_unfold_is_left_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.soak
-def test_every_pair_of_lies_told_for_ever_comes_to_an_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_pair_of_lies_told_for_ever_comes_to_an_end(tmp_path, monkeypatch):
     monkeypatch.setattr("gcs_plugin.fetch.requests.MOST_SEGMENTS", 1000)
     for number, pair in enumerate(combinations(EACH, 2)):
         lies = {op: LIES[op][name] for op, name in pair}

@@ -7,16 +7,14 @@ import shutil
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import product
-from pathlib import Path
 
 import pytest
 from figures import keep
 from fuzz_bytes import KINDS, pieces
-from fuzz_files import READERS, Reader
-from fuzz_streams import STREAMS, Stream
+from fuzz_files import READERS
+from fuzz_streams import STREAMS
 
 from bridge.errors import SeatrialError
 
@@ -29,12 +27,12 @@ GOOD_AGAIN = 60
 class Opened:
     """The files that this process opens to read, from when this is made."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.paths: set[str] = set()
         # None can be taken away again.
         sys.addaudithook(self._hear)
 
-    def _hear(self, event: str, arguments: tuple[object, ...]) -> None:
+    def _hear(self, event, arguments):
         if event != "open":
             return
         path, _, flags = arguments
@@ -44,15 +42,15 @@ class Opened:
 
 
 @pytest.fixture(scope="module")
-def opened() -> Opened:
+def opened():
     return Opened()
 
 
 @contextmanager
-def soon(data: bytes) -> Iterator[None]:
+def soon(data):
     """Fails where one piece takes the processor too long, however busy it is with others."""
 
-    def late(*_: object) -> None:
+    def late(*_):
         raise AssertionError(f"hangs on {data[:2000].hex()}")
 
     before = signal.signal(signal.SIGVTALRM, late)
@@ -64,11 +62,11 @@ def soon(data: bytes) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-def most_mb() -> float:
+def most_mb():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
 
 
-def feed_hostile(stream: Stream, kind: str, total: int, seed: int) -> None:
+def feed_hostile(stream, kind, total, seed):
     rng, feed, time_s = random.Random(f"{stream.name} {kind} {seed}"), stream.make(), 0.0
     before_mb = most_mb()
     for piece in pieces(kind, total, (stream.good,), stream.craft, rng):
@@ -84,7 +82,7 @@ def feed_hostile(stream: Stream, kind: str, total: int, seed: int) -> None:
     assert sum(results[GOOD_AGAIN // 2 :]) >= GOOD_AGAIN // 4
 
 
-def read_hostile(reader: Reader, kind: str, total: int, seed: int, folder: Path) -> None:
+def read_hostile(reader, kind, total, seed, folder):
     rng = random.Random(f"{reader.name} {kind} {seed}")
     before_mb = most_mb()
     for piece in pieces(kind, total, reader.good, reader.craft, rng):
@@ -94,7 +92,7 @@ def read_hostile(reader: Reader, kind: str, total: int, seed: int, folder: Path)
         assert read(reader, good, folder) == ""
 
 
-def read(reader: Reader, data: bytes, folder: Path) -> str:
+def read(reader, data, folder):
     """The sentence that it is refused with; empty where it is read."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
@@ -112,20 +110,18 @@ def read(reader: Reader, data: bytes, folder: Path) -> str:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("stream", STREAMS, ids=lambda stream: stream.name)
-def test_no_stream_stops_a_parser(stream: Stream, kind: str) -> None:
+def test_no_stream_stops_a_parser(stream, kind):
     feed_hostile(stream, kind, SHORT // len(KINDS), 0)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
-def test_no_file_gets_more_than_a_sentence(reader: Reader, kind: str, tmp_path: Path) -> None:
+def test_no_file_gets_more_than_a_sentence(reader, kind, tmp_path):
     read_hostile(reader, kind, SHORT // len(KINDS), 0, tmp_path / "f")
 
 
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
-def test_each_reader_opens_the_file_that_it_is_given_and_what_replaces_it(
-    reader: Reader, tmp_path: Path, opened: Opened
-) -> None:
+def test_each_reader_opens_the_file_that_it_is_given_and_what_replaces_it(reader, tmp_path, opened):
     folder = tmp_path / "f"
     for data in (*reader.good, b"", reader.good[0]):
         opened.paths.clear()
@@ -134,7 +130,7 @@ def test_each_reader_opens_the_file_that_it_is_given_and_what_replaces_it(
 
 
 @pytest.mark.soak
-def test_no_stream_of_any_length_stops_a_parser() -> None:
+def test_no_stream_of_any_length_stops_a_parser():
     """Some three minutes of one core. What the ground hears is the slowest: 0.1 MB/s of frames that are hurt."""
     for stream, kind in product(STREAMS, KINDS):
         feed_hostile(stream, kind, LONG // len(KINDS), 1)
@@ -142,7 +138,7 @@ def test_no_stream_of_any_length_stops_a_parser() -> None:
 
 
 @pytest.mark.soak
-def test_no_number_of_files_gets_more_than_a_sentence_each(tmp_path: Path) -> None:
+def test_no_number_of_files_gets_more_than_a_sentence_each(tmp_path):
     """Some eight minutes of one core."""
     for reader, kind in product(READERS, KINDS):
         read_hostile(reader, kind, LONG // len(KINDS), 1, tmp_path / "f")

@@ -4,7 +4,6 @@ import importlib.util
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def find_nothing(names: Sequence[str], folder: Path) -> None:
+def find_nothing(names, folder):
     seconds = round(60 * MINUTES / len(names))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(HERE.parents[1]), str(HERE), *sys.path))}
     for number, name in enumerate(names):
@@ -30,12 +29,12 @@ def find_nothing(names: Sequence[str], folder: Path) -> None:
 
 
 @pytest.mark.soak
-def test_nothing_new_is_found_in_ten_minutes(tmp_path: Path) -> None:
+def test_nothing_new_is_found_in_ten_minutes(tmp_path):
     find_nothing([stream.name for stream in STREAMS], tmp_path)
     keep("hostile_guided", f"{MINUTES:.0f} min over {len(STREAMS)} parsers, nothing found")
 
 
 @pytest.mark.soak
-def test_no_file_is_found_in_ten_minutes_that_gets_more_than_a_sentence(tmp_path: Path) -> None:
+def test_no_file_is_found_in_ten_minutes_that_gets_more_than_a_sentence(tmp_path):
     find_nothing([reader.name for reader in READERS], tmp_path)
     keep("hostile_guided_files", f"{MINUTES:.0f} min over {len(READERS)} readers, nothing found")

@@ -3,7 +3,6 @@
 import gzip
 import random
 from itertools import islice, product
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -32,7 +31,7 @@ from tui.commands.import_ import DAMAGE_OUT, _copy
 KEY = bytes(range(100, 132))
 
 
-def setup(key: bytes = KEY, signed: bool = False) -> bytes:
+def setup(key=KEY, signed=False):
     link = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
     link.signing.secret_key, link.signing.sign_outgoing = b"s" * 32, signed
     raw: bytes = dialect.MAVLink_setup_signing_message(1, 1, list(key), 7_000_000).pack(link)
@@ -40,7 +39,7 @@ def setup(key: bytes = KEY, signed: bool = False) -> bytes:
 
 
 @pytest.mark.parametrize("signed", [False, True])
-def test_the_key_is_zeros_and_all_else_is_as_it_was(signed: bool) -> None:
+def test_the_key_is_zeros_and_all_else_is_as_it_was(signed):
     raw = setup(signed=signed)
     kept = without_key(raw)
     before, after = (decode(Framer().feed(frame)[0]) for frame in (raw, kept))
@@ -52,14 +51,14 @@ def test_the_key_is_zeros_and_all_else_is_as_it_was(signed: bool) -> None:
 
 
 @pytest.mark.parametrize("length", range(1, 43))
-def test_no_byte_of_a_key_is_left_however_short_the_payload(length: int) -> None:
+def test_no_byte_of_a_key_is_left_however_short_the_payload(length):
     payload = b"\x07" * 10 + b"\xaa" * 32
     kept = without_key(Encoder(1, 1).frame(256, payload[:length]))
     assert b"\xaa" not in kept[10:-2]
     assert [frame.known for frame in Framer().feed(kept)] == [True]
 
 
-def test_every_other_frame_is_kept_as_it_is() -> None:
+def test_every_other_frame_is_kept_as_it_is():
     for message in (
         dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3),
         dialect.MAVLink_system_time_message(1_790_000_000_000_000, 256),
@@ -71,18 +70,18 @@ def test_every_other_frame_is_kept_as_it_is() -> None:
 
 
 class Hub:
-    def __init__(self, *waiting: bytes) -> None:
+    def __init__(self, *waiting):
         self.waiting, self.heard = list(waiting), b""
 
-    def broadcast(self, raw: bytes) -> None:
+    def broadcast(self, raw):
         self.heard += raw
 
-    def taken(self) -> list[bytes]:
+    def taken(self):
         taken, self.waiting = self.waiting, []
         return taken
 
 
-def test_a_key_goes_through_the_recorder_neither_way_and_its_frame_is_counted(tmp_path: Path) -> None:
+def test_a_key_goes_through_the_recorder_neither_way_and_its_frame_is_counted(tmp_path):
     said: list[Notice] = []
     ours, theirs = memory_pair()
     heartbeat: Any = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3))
@@ -123,7 +122,7 @@ OTHERS = [
 ]
 
 
-def framed(packet: Packet, is_old: bool = False, signed: bool = False) -> bytes:
+def framed(packet, is_old=False, signed=False):
     link = dialect.MAVLink(None, srcSystem=1, srcComponent=191)
     link.signing.secret_key, link.signing.sign_outgoing = b"s" * 32, signed
     payload = packet.encode().ljust(251, b"\0")
@@ -132,7 +131,7 @@ def framed(packet: Packet, is_old: bool = False, signed: bool = False) -> bytes:
     return raw
 
 
-def packet_in(raw: bytes) -> Packet:
+def packet_in(raw):
     (frame,) = Framer().feed(raw) or Framer().flush()
     message = decode(frame)
     assert (frame.system, frame.component) == (1, 191)
@@ -141,7 +140,7 @@ def packet_in(raw: bytes) -> Packet:
 
 
 @pytest.mark.parametrize(("is_old", "signed"), [(False, False), (False, True), (True, False)])
-def test_bytes_of_a_file_are_zeros_and_all_else_is_as_it_was(is_old: bool, signed: bool) -> None:
+def test_bytes_of_a_file_are_zeros_and_all_else_is_as_it_was(is_old, signed):
     for packet in FILLED:
         raw = framed(packet, is_old, signed)
         kept = without_contents(raw)
@@ -156,7 +155,7 @@ def test_bytes_of_a_file_are_zeros_and_all_else_is_as_it_was(is_old: bool, signe
 
 
 @pytest.mark.parametrize("is_old", [False, True])
-def test_every_frame_but_contents_is_kept_as_it_is(is_old: bool) -> None:
+def test_every_frame_but_contents_is_kept_as_it_is(is_old):
     for packet in OTHERS:
         raw = framed(packet, is_old)
         assert without_contents(raw) is raw
@@ -166,7 +165,7 @@ def test_every_frame_but_contents_is_kept_as_it_is(is_old: bool) -> None:
     assert without_contents(b"") == b""
 
 
-def test_a_file_goes_through_the_recorder_and_its_recording_holds_none_of_it(tmp_path: Path) -> None:
+def test_a_file_goes_through_the_recorder_and_its_recording_holds_none_of_it(tmp_path):
     ours, theirs = memory_pair()
     path, hub = tmp_path / "telemetry.tlog", Hub(framed(FILLED[-1]))
     frames = b"".join(framed(packet) for packet in FILLED[:-1])
@@ -187,7 +186,7 @@ SETUP = 256
 COUNT = 60
 
 
-def foreign(path: Path, *more: bytes) -> Path:
+def foreign(path, *more):
     """Another program's recording: frames of a vehicle, a key among them, and damage at the end."""
     encoder = Encoder(1, 1)
     frames = [
@@ -203,29 +202,29 @@ def foreign(path: Path, *more: bytes) -> Path:
     return path
 
 
-def damaged() -> bytes:
+def damaged():
     raw = bytearray(setup())
     raw[-1] ^= 1
     return bytes(raw)
 
 
-def read_tlog_raw(path: Path) -> list[tuple[int, bytes]]:
+def read_tlog_raw(path):
     return [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(path)]
 
 
-def said(capsys: pytest.CaptureFixture[str]) -> str:
+def said(capsys):
     captured = capsys.readouterr()
     return " ".join((captured.out + captured.err).split())
 
 
-def keyless(folder: Path) -> bool:
+def keyless(folder):
     """Whether no byte of a key is in any file of a folder."""
     files = [path for path in folder.rglob("*") if path.is_file()]
     assert files
     return all(KEY[:4] not in path.read_bytes() for path in files)
 
 
-def test_no_frame_that_is_read_bears_a_key(tmp_path: Path) -> None:
+def test_no_frame_that_is_read_bears_a_key(tmp_path):
     path = foreign(tmp_path / "other.tlog", *map(framed, FILLED))
     assert path.read_bytes().count(KEY) > len(FILLED)
     read = [frame for _, frame in read_tlog(path)]
@@ -236,9 +235,7 @@ def test_no_frame_that_is_read_bears_a_key(tmp_path: Path) -> None:
     assert not any(KEY[:4] in frame.raw for frame in shown)
 
 
-def test_an_imported_recording_goes_without_its_damage_and_says_so(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_imported_recording_goes_without_its_damage_and_says_so(tmp_path, capsys):
     source, out = tmp_path / "other.tlog", tmp_path / "dives" / "a"
     write_records(source, read_tlog_raw(foreign(tmp_path / "one.tlog")))
     hurt = bytearray(source.read_bytes())
@@ -250,7 +247,7 @@ def test_an_imported_recording_goes_without_its_damage_and_says_so(
 
 
 @pytest.mark.parametrize("name", ["other.tlog", "other.tlog.gz"])
-def test_an_imported_recording_goes_without_it(tmp_path: Path, name: str) -> None:
+def test_an_imported_recording_goes_without_it(tmp_path, name):
     source, out = foreign(tmp_path / name, damaged()), tmp_path / "dives" / "a"
     before = source.read_bytes()
     assert cli.main(["import", str(source), "--out", str(out)]) == exit_codes.DONE
@@ -260,7 +257,7 @@ def test_an_imported_recording_goes_without_it(tmp_path: Path, name: str) -> Non
     assert kept == [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)]
 
 
-def test_what_is_merged_goes_without_it(tmp_path: Path) -> None:
+def test_what_is_merged_goes_without_it(tmp_path):
     dive, other = tmp_path / "2026-11-20T0912Z-lake", foreign(tmp_path / "other.tlog")
     foreign(dive / "telemetry.tlog")
     assert cli.main(["merge", str(dive), str(other)]) == exit_codes.DONE
@@ -269,9 +266,7 @@ def test_what_is_merged_goes_without_it(tmp_path: Path) -> None:
     assert SETUP in {frame.message_id for _, frame in read_tlog(dive / WHOLE)}
 
 
-def test_a_replay_sends_none_and_says_how_many_it_left_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_replay_sends_none_and_says_how_many_it_left_out(tmp_path, monkeypatch, capsys):
     ours, theirs = memory_pair()
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: ours)
     words = ["replay", str(foreign(tmp_path / "other.tlog")), "--link", "any", "--speed", "1e6"]
@@ -287,7 +282,7 @@ def test_a_replay_sends_none_and_says_how_many_it_left_out(
 
 
 @pytest.mark.parametrize("anew", [False, True])
-def test_what_is_fetched_goes_without_it(tmp_path: Path, anew: bool) -> None:
+def test_what_is_fetched_goes_without_it(tmp_path, anew):
     dive, place = heard(tmp_path), ring(tmp_path / "ring", SEGMENTS)
     kept = [*KEPT[1][:9], (KEPT[1][9][0], setup()), *KEPT[1][9:]]
     (place / segment(1).name).write_bytes(
@@ -303,12 +298,12 @@ def test_what_is_fetched_goes_without_it(tmp_path: Path, anew: bool) -> None:
     assert keyless(made.path.parent)
 
 
-def bears(data: bytes) -> bool:
+def bears(data):
     """Whether any four bytes of a key in a row are there."""
     return any(KEY[at : at + 4] in data for at in range(0, len(KEY), 4))
 
 
-def leaves_none(tmp_path: Path, raw: bytes, after: bytes) -> bool:
+def leaves_none(tmp_path, raw, after):
     """Whether no byte of a key comes out of a recording of other frames and this one, read, imported or written."""
     source, out = tmp_path / "other.tlog", tmp_path / "out"
     out.mkdir(exist_ok=True)
@@ -334,8 +329,8 @@ BEFORE = b"".join(record_of(START_US + n, raw) for n, raw in enumerate(OTHER_FRA
 @pytest.mark.parametrize("after", [b"", BEFORE], ids=["at the end", "in the middle"])
 @pytest.mark.parametrize("signed", [False, True])
 def test_whichever_bit_of_a_frame_with_a_key_is_damaged_no_file_of_ours_has_it(
-    tmp_path: Path, signed: bool, after: bytes, every: int
-) -> None:
+    tmp_path, signed, after, every
+):
     true = setup(signed=signed)
     for at, bit in islice(product(range(len(true)), range(8)), 0, None, every):
         raw = bytearray(true)
@@ -343,7 +338,7 @@ def test_whichever_bit_of_a_frame_with_a_key_is_damaged_no_file_of_ours_has_it(
         assert leaves_none(tmp_path, bytes(raw), after), (at, bit)
 
 
-def test_whatever_a_byte_of_its_time_becomes_no_file_of_ours_has_the_key(tmp_path: Path) -> None:
+def test_whatever_a_byte_of_its_time_becomes_no_file_of_ours_has_the_key(tmp_path):
     for at in range(8):
         before = bytearray(BEFORE + START_US.to_bytes(8, "big"))
         before[at - 8] ^= 0xFF
@@ -352,7 +347,7 @@ def test_whatever_a_byte_of_its_time_becomes_no_file_of_ours_has_the_key(tmp_pat
         assert not bears(b"".join(frame.raw for _, frame in read_tlog(path)))
 
 
-def test_frames_that_are_near_to_one_with_a_key_are_kept_as_they_are() -> None:
+def test_frames_that_are_near_to_one_with_a_key_are_kept_as_they_are():
     """Intact ones of known kinds with numbers next to it, and damaged ones that were none."""
     unknown = b"\xfd\x20\0\0\0\1\1\0\1\1" + bytes(range(1, 35))
     near = [raw for number in range(257, 280) if number in CRC_EXTRA for raw in [_long(number)]]
@@ -360,5 +355,5 @@ def test_frames_that_are_near_to_one_with_a_key_are_kept_as_they_are() -> None:
         assert without_key(raw) is raw
 
 
-def _long(number: int) -> bytes:
+def _long(number):
     return Encoder(1, 1).frame(number, bytes(range(1, 43)))

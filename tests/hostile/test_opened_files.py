@@ -8,7 +8,7 @@ import json
 import os
 import random
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = ("bridge", "gcs_plugin", "identify", "tui", "blueos")
 
 
-def about(folder: Path, named: str) -> About:
+def about(folder, named):
     DiveFolder(folder).describe(About(named, "", "hovering"))
     return DiveFolder(folder).about()
 
@@ -67,9 +67,7 @@ def about(folder: Path, named: str) -> About:
 @pytest.mark.parametrize(
     "named", ["../../etc/passwd", "/etc/passwd", "/dev/zero", "fifo.yaml", "fifo", "folder.yaml", ""]
 )
-def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
-) -> None:
+def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(tmp_path, monkeypatch, named):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.yaml").mkdir()
     for name in ("fifo", "fifo.yaml"):
@@ -84,7 +82,7 @@ def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
             vehicle_named(dive)
 
 
-def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path: Path) -> None:
+def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path):
     vehicle_file = tmp_path / "own.yaml"
     vehicle_file.write_bytes((CONFIGS / "vehicles" / "ruvifist.yaml").read_bytes())
     assert vehicle_named(about(tmp_path, str(vehicle_file))) == f"{vehicle_file}:hovering"
@@ -99,13 +97,13 @@ FORBIDDEN = {
 }  # fmt: skip
 
 
-def calls(tree: ast.AST) -> Iterator[tuple[str, ast.Call]]:
+def calls(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.Call):
             yield ast.unparse(node.func), node
 
 
-def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
+def test_nothing_that_runs_what_it_reads_is_called_anywhere():
     result, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
     assert len(files) > 200
     for file in files:
@@ -120,7 +118,7 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
     assert result == []
 
 
-def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path: Path) -> None:
+def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path):
     path = tmp_path / "dive.tlog.gz"
     for good, most in ((b"", 2**24), (random.Random(0).randbytes(300_000), 200 * 300_000)):
         path.write_bytes(gzip.compress(good) + gzip.compress(bytes(1 << 26)))
@@ -130,7 +128,7 @@ def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memor
         assert not whole
 
 
-def test_nothing_is_written_through_a_link_that_a_dive_holds(tmp_path: Path) -> None:
+def test_nothing_is_written_through_a_link_that_a_dive_holds(tmp_path):
     ours, folder = tmp_path / "ours.txt", tmp_path / "dive"
     folder.mkdir()
     for name in ("dive.part", "telemetry.whole.tlog.part", ".glance.part"):
@@ -154,15 +152,15 @@ LARGE = "more than the 64 MB that any of ours has"
 VEHICLE = load_vehicle("ruvifist")
 
 
-def pipe(path: Path) -> None:
+def pipe(path):
     os.mkfifo(path)
 
 
-def device(path: Path) -> None:
+def device(path):
     path.symlink_to("/dev/zero")
 
 
-def grown(path: Path, size: int = 64_000_001) -> Path:
+def grown(path, size=64_000_001):
     """A file that says it is so long, and takes no room on the disk."""
     with path.open("wb") as file:
         file.truncate(size)
@@ -170,12 +168,12 @@ def grown(path: Path, size: int = 64_000_001) -> Path:
 
 
 @pytest.fixture
-def shut(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+def shut(monkeypatch):
     """From its call on no file may be opened: who does so fails instead of hanging."""
     return lambda: monkeypatch.setattr(Path, "open", lambda *_, **__: pytest.fail("opened"))
 
 
-def hashed_map(path: Path) -> Any:
+def hashed_map(path):
     """A job whose key holds the hash of a column map."""
     return job_for(IDENTIFY, Recording("dive", path.parent, (), "ab"), VEHICLE, "likelihood", path)
 
@@ -200,9 +198,7 @@ ENDLESS: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
 
 @pytest.mark.parametrize("name", ENDLESS)
 @pytest.mark.parametrize("put", [pipe, device])
-def test_what_has_no_end_is_refused_in_one_sentence_before_it_is_opened(
-    tmp_path: Path, shut: Callable[[], None], put: Callable[[Path], None], name: str
-) -> None:
+def test_what_has_no_end_is_refused_in_one_sentence_before_it_is_opened(tmp_path, shut, put, name):
     read, refusal, words = ENDLESS[name]
     path = tmp_path / "a.json"
     path.with_suffix("").touch()
@@ -228,23 +224,21 @@ GB = "2.1 GB is more than the 2.1 GB that are read of a file, which hold a dive 
     ],
 )  # fmt: skip
 def test_what_is_larger_than_any_of_ours_is_refused_before_it_is_opened(
-    tmp_path: Path, shut: Callable[[], None], name: str, size: int, read: Callable[[Path], Any],
-    refusal: type[Exception], words: str,
-) -> None:  # fmt: skip
+    tmp_path, shut, name, size, read,
+    refusal, words
+):  # fmt: skip
     path = grown(tmp_path / name, size)
     shut()
     with pytest.raises(refusal, match=re.escape(words)):
         read(path)
 
 
-def test_a_recording_as_large_as_the_largest_dive_is_opened(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_recording_as_large_as_the_largest_dive_is_opened(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "read_bytes", lambda _: b"as it is")
     assert load_bytes(grown(tmp_path / "telemetry.tlog", 2**31)) == (b"as it is", True)
 
 
-def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
+def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path):
     about(tmp_path, str(tmp_path / "fifo.yaml"))
     (tmp_path / "telemetry.tlog").write_bytes(b"")
     for path in ("fifo.yaml", "diagnosis.json", GLANCE, results_beside(tmp_path)["--json"]):
@@ -254,7 +248,7 @@ def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp
     assert load_identified(tmp_path, tmp_path / "receipts") is None
 
 
-def test_what_is_fetched_is_written_through_no_link(tmp_path: Path) -> None:
+def test_what_is_fetched_is_written_through_no_link(tmp_path):
     ours, folder = tmp_path / "ours.txt", tmp_path / "ring"
     folder.mkdir()
     ours.write_text("ours", encoding="utf-8")
@@ -265,9 +259,7 @@ def test_what_is_fetched_is_written_through_no_link(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("put", [pipe, device, grown])
-def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shut: Callable[[], None], put: Callable[[Path], Any]
-) -> None:
+def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(tmp_path, monkeypatch, shut, put):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     (tmp_path / "seatrial").mkdir()
     for name in ("tui.json", "recording.json"):
@@ -278,19 +270,17 @@ def test_what_lies_where_the_program_keeps_its_state_holds_nothing_up(
 
 
 @pytest.fixture(params=[thing for thing in THINGS if thing != "a folder"])
-def put(request: pytest.FixtureRequest, ours: Path) -> Callable[[Path], Path]:
+def put(request, ours):
     """Puts something at a place that is no file of its own."""
 
-    def at(place: Path) -> Path:
+    def at(place):
         strange_things.put(place, request.param, ours)
         return place
 
     return at
 
 
-def test_a_result_goes_to_its_own_place_in_the_app(
-    tmp_path: Path, ours: Path, put: Callable[[Path], Path]
-) -> None:
+def test_a_result_goes_to_its_own_place_in_the_app(tmp_path, ours, put):
     place = put(tmp_path / "identified.json")
     done = asyncio.run(work(["dives", str(tmp_path), "--json", str(place)], lambda _: None, lambda: 0))
     assert done.code == 0
@@ -300,9 +290,7 @@ def test_a_result_goes_to_its_own_place_in_the_app(
     assert not ours.with_name("nothing").exists()
 
 
-def test_so_it_does_in_mavproxy(
-    tmp_path: Path, put: Callable[[Path], Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_so_it_does_in_mavproxy(tmp_path, put, monkeypatch):
     begun: list[list[str]] = []
     monkeypatch.setattr("gcs_plugin.mavproxy.work.Job", lambda _title, words, *_: begun.append(words))
     place, named = put(tmp_path / "identified.json"), put(tmp_path / "named.param")
@@ -312,14 +300,14 @@ def test_so_it_does_in_mavproxy(
     assert os.path.lexists(named)  # where the user says is his own
 
 
-def test_files_and_folders_stay(tmp_path: Path, ours: Path) -> None:
+def test_files_and_folders_stay(tmp_path, ours):
     (tmp_path / "folder").mkdir()
     for name in ("folder", ours.name, "nothing"):
         clear_way(tmp_path / name)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", ours.name]
 
 
-def test_a_page_is_written_through_no_link(tmp_path: Path, ours: Path, put: Callable[[Path], Path]) -> None:
+def test_a_page_is_written_through_no_link(tmp_path, ours, put):
     put(tmp_path / f"page.html.{os.getpid()}.part")
     put(tmp_path / "page.html")
     page = write_report(tmp_path / "page.html", Report("title", "", "all is well"))
@@ -327,7 +315,7 @@ def test_a_page_is_written_through_no_link(tmp_path: Path, ours: Path, put: Call
     assert ours.read_text(encoding="utf-8") == "ours"
 
 
-def test_a_ring_hands_out_files_alone(tmp_path: Path, put: Callable[[Path], Path]) -> None:
+def test_a_ring_hands_out_files_alone(tmp_path, put):
     name = Segment(1, 2, 3, 4).name
     put(tmp_path / name)
     assert segments_in(tmp_path) == []
@@ -339,7 +327,7 @@ def test_a_ring_hands_out_files_alone(tmp_path: Path, put: Callable[[Path], Path
 ANY = Leave(any_vehicle=True, doubts=True)
 
 
-def put_answer(folder: Path, place: tuple[str | int, ...], value: Any) -> Path:
+def put_answer(folder, place, value):
     data = copy.deepcopy(json.loads(IDENTIFIED))
     holder = data
     for key in place[:-1]:
@@ -350,7 +338,7 @@ def put_answer(folder: Path, place: tuple[str | int, ...], value: Any) -> Path:
     return path
 
 
-def test_the_one_that_all_are_made_of_is_taken(tmp_path: Path) -> None:
+def test_the_one_that_all_are_made_of_is_taken(tmp_path):
     (tmp_path / "i.json").write_bytes(IDENTIFIED)
     accepted, targets = fuzz_files_identification(tmp_path)
     assert accepted.configuration == "hovering"
@@ -369,9 +357,7 @@ def test_the_one_that_all_are_made_of_is_taken(tmp_path: Path) -> None:
         (("vehicle",), []),
     ],
 )
-def test_one_with_something_else_in_a_place_is_refused(
-    tmp_path: Path, place: tuple[str | int, ...], value: Any
-) -> None:
+def test_one_with_something_else_in_a_place_is_refused(tmp_path, place, value):
     path = put_answer(tmp_path, place, value)
     sentence = f"{path}: is not an identification; give the file that `seatrial identify --json` wrote"
     with pytest.raises(UsageError) as refused:

@@ -1,7 +1,6 @@
 """YAML and JSON of others: plain values, of bounded depth and size, and a sentence for all else."""
 
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from identify.checks.impossible import tame
 from identify.ingest.open import read_dive
 
 
-def refused(tmp_path: Path, text: str) -> str:
+def refused(tmp_path, text):
     path = tmp_path / "dive.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError) as caught:
@@ -36,14 +35,14 @@ def refused(tmp_path: Path, text: str) -> str:
         ("!<tag:yaml.org,2002:binary> aaa", "!!binary"),
     ],
 )
-def test_a_tag_is_named_with_its_place_and_never_followed(tmp_path: Path, tag: str, shown: str) -> None:
+def test_a_tag_is_named_with_its_place_and_never_followed(tmp_path, tag, shown):
     said = refused(tmp_path, f"a: 1\nnotes: {tag}\n")
     assert said == (
         f"not valid YAML at line 2, column 8 (the tag '{shown}' is not read; write the plain value); mend that line"
     )
 
 
-def test_depth_is_bounded(tmp_path: Path) -> None:
+def test_depth_is_bounded(tmp_path):
     assert from_yaml("[" * 30 + "]" * 30) is not None
     for text in ("[" * 5000, "{a: " * 5000, "- " * 5000, "[" * 31 + "]" * 31):
         assert "(it nests deeper than 30)" in refused(tmp_path, text)
@@ -52,13 +51,13 @@ def test_depth_is_bounded(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["1e400", "-1e400", '[{"a": 1e999}]', "9" * 301, "NaN", "[-Infinity]"])
-def test_a_number_that_no_float64_holds_is_no_json_of_ours(text: str) -> None:
+def test_a_number_that_no_float64_holds_is_no_json_of_ours(text):
     with pytest.raises(ValueError, match="a number "):
         from_json(text)
     assert from_json("[1e308, 1e-400, -0.5]") == [1e308, 0.0, -0.5]
 
 
-def test_a_name_may_be_used_again_but_not_to_stand_for_a_mountain(tmp_path: Path) -> None:
+def test_a_name_may_be_used_again_but_not_to_stand_for_a_mountain(tmp_path):
     assert from_yaml("a: &a [1, 2]\nb: *a\n") == {"a": [1, 2], "b": [1, 2]}
     bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"
     bomb += "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]\n" for n in range(1, 9))
@@ -78,11 +77,11 @@ def test_a_name_may_be_used_again_but_not_to_stand_for_a_mountain(tmp_path: Path
     ],
     ids=["size", "date", "number", "number to base 16"],
 )
-def test_what_no_value_of_ours_is_like_is_said(tmp_path: Path, text: str, words: str) -> None:
+def test_what_no_value_of_ours_is_like_is_said(tmp_path, text, words):
     assert refused(tmp_path, text).startswith(words)
 
 
-def log(name: str, letters: str, columns: str, count: int = 3) -> bytes:
+def log(name, letters, columns, count=3):
     """A DataFlash log of one record type, and one of a type that is read."""
     good = next(record[1:] for record in RECORDS if record[0] == "ATT")
     data = b""
@@ -108,9 +107,7 @@ def log(name: str, letters: str, columns: str, count: int = 3) -> bytes:
         ("RCOU", "Qf", "TimeUS,X"),
     ],
 )
-def test_a_record_of_dataflash_that_is_laid_out_wrongly_is_left_out(
-    tmp_path: Path, name: str, letters: str, columns: str
-) -> None:
+def test_a_record_of_dataflash_that_is_laid_out_wrongly_is_left_out(tmp_path, name, letters, columns):
     path = tmp_path / "dive.BIN"
     path.write_bytes(log(name, letters, columns))
     dive = read_dive(path)
@@ -119,7 +116,7 @@ def test_a_record_of_dataflash_that_is_laid_out_wrongly_is_left_out(
     assert dive.attitude.time_s == pytest.approx([0.0, 0.05, 0.1])
 
 
-def test_a_second_format_of_another_length_changes_no_record(tmp_path: Path) -> None:
+def test_a_second_format_of_another_length_changes_no_record(tmp_path):
     whole = log("IMU", "Qfff", "TimeUS,GyrX,GyrY,GyrZ")
     other = log("IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", 0)
     path = tmp_path / "dive.BIN"
@@ -129,7 +126,7 @@ def test_a_second_format_of_another_length_changes_no_record(tmp_path: Path) -> 
     assert len(dive.gyro) == 3
 
 
-def test_one_wild_time_in_dataflash_takes_its_own_record_alone(tmp_path: Path) -> None:
+def test_one_wild_time_in_dataflash_takes_its_own_record_alone(tmp_path):
     data = log("IMU", "Qfff", "TimeUS,GyrX,GyrY,GyrZ", 20)
     at = data.index((500_000).to_bytes(8, "little"))
     path = tmp_path / "dive.BIN"
@@ -140,7 +137,7 @@ def test_one_wild_time_in_dataflash_takes_its_own_record_alone(tmp_path: Path) -
     assert dive.span_s == pytest.approx((0.0, 0.95))
 
 
-def test_a_step_of_the_clock_is_no_wild_time() -> None:
+def test_a_step_of_the_clock_is_no_wild_time():
     steps = np.concatenate((np.arange(50.0), 1000.0 + np.arange(50.0)))
     assert tame(steps).all()
     steps[[0, 20, 21, 99]] = 1e12

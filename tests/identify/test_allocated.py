@@ -19,7 +19,7 @@ SHAPE = FILE.vehicle.configurations["hovering"]
 CURVE = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
 
 
-def commanded(gains: dict[int, float], dofs=(0, 1, 2, 3, 4, 5), mode: Mode = Mode.OFF) -> Dive:
+def commanded(gains, dofs=(0, 1, 2, 3, 4, 5), mode=Mode.OFF):
     """Ten minutes of slow wrenches in some degrees of freedom, allocated by these gains over the curve."""
     thrusters = tuple(
         replace(thruster, gain=gains.get(number, 1.0)) for number, thruster in enumerate(SHAPE.thrusters, 1)

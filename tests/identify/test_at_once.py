@@ -20,7 +20,7 @@ def two_processors(monkeypatch):
 def test_results_come_in_the_order_of_the_items_though_the_largest_begin_first():
     begun, lock = [], threading.Lock()
 
-    def work(item: int) -> int:
+    def work(item):
         with lock:
             begun.append(item)
         return 10 * item
@@ -32,7 +32,7 @@ def test_results_come_in_the_order_of_the_items_though_the_largest_begin_first()
 def test_after_a_failure_nothing_more_begins():
     done, failed = [], threading.Event()
 
-    def work(item: int) -> None:
+    def work(item):
         if item == 0:
             failed.set()
             raise ValueError("the first")
@@ -47,7 +47,7 @@ def test_after_a_failure_nothing_more_begins():
 def test_the_first_of_two_failures_is_raised():
     begun = threading.Barrier(2)
 
-    def work(item: int) -> None:
+    def work(item):
         begun.wait(5.0)
         raise ValueError(f"item {item}")
 
@@ -58,7 +58,7 @@ def test_the_first_of_two_failures_is_raised():
 def test_an_interrupt_goes_before_an_error_of_an_earlier_item():
     begun = threading.Barrier(2)
 
-    def work(item: int) -> None:
+    def work(item):
         begun.wait(5.0)
         raise KeyboardInterrupt if item else ValueError("item 0")
 
@@ -72,7 +72,7 @@ def test_a_call_that_has_ended_keeps_none_of_its_items():
 
     both_busy = threading.Barrier(2)
 
-    def outer(_: int) -> list[bool]:
+    def outer(_):
         # The only helper is busy with the other outer item, so no inner call finds one.
         both_busy.wait(5.0)
         items = [Item(), Item()]
@@ -87,10 +87,10 @@ def test_a_call_that_has_ended_keeps_none_of_its_items():
 
 
 def test_calls_within_calls_end_though_every_helper_is_busy():
-    def within(item: int) -> list[int]:
+    def within(item):
         return side_by_side(lambda other: item + other, range(20))
 
-    def deeper(item: int) -> list[list[int]]:
+    def deeper(item):
         return side_by_side(within, range(item, item + 5))
 
     assert side_by_side(deeper, range(10))[3][4] == [7 + other for other in range(20)]
@@ -99,12 +99,12 @@ def test_calls_within_calls_end_though_every_helper_is_busy():
 def test_a_caller_that_waits_helps_with_the_calls_within_the_last_item():
     threads, both_at_work = set(), threading.Barrier(2)
 
-    def within(_: int) -> None:
+    def within(_):
         # Passed by two threads alone: the helper that makes this call, and the caller that waits for it.
         both_at_work.wait(5.0)
         threads.add(threading.get_ident())
 
-    def outer(_: int) -> None:
+    def outer(_):
         if threading.current_thread() is threading.main_thread():
             begun.wait(5.0)
         else:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.field.draw import NONE, FieldCase, draw
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bench.field.draw import NONE, draw
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.lateness import FilteredForce, behind_filter, means_behind_filter, timing_of
@@ -21,13 +21,13 @@ STEP_S = 0.01
 TIME_S = STEP_S * np.arange(2000)
 
 
-def test_a_ramp_behind_a_filter_is_late_by_its_time_constant() -> None:
+def test_a_ramp_behind_a_filter_is_late_by_its_time_constant():
     ramp = 3.0 * TIME_S[:, None]
     filtered = behind_filter(ramp, STEP_S, 0.1)
     assert filtered[200:] == pytest.approx(ramp[200:] - 3.0 * 0.1, abs=1e-8)
 
 
-def test_values_that_hold_for_a_step_have_the_mean_of_their_own_decay() -> None:
+def test_values_that_hold_for_a_step_have_the_mean_of_their_own_decay():
     step_s = np.array([0.1, 0.0, 0.3, 0.2])
     means = means_behind_filter(np.array([1.0, 5.0, 2.0, 2.0]), step_s, 0.25)
     decay = np.exp(-np.array([0.3, 0.5]) / 0.25)
@@ -36,7 +36,7 @@ def test_values_that_hold_for_a_step_have_the_mean_of_their_own_decay() -> None:
     )
 
 
-def test_no_filter_knows_what_comes() -> None:
+def test_no_filter_knows_what_comes():
     step = np.where(TIME_S >= 10.0, 1.0, 0.0)[:, None]
     filtered = behind_filter(step, STEP_S, 0.2)[:, 0]
     assert not filtered[:1000].any()
@@ -46,16 +46,14 @@ def test_no_filter_knows_what_comes() -> None:
 
 
 @pytest.mark.parametrize("smoothing_s", [0.2, 0.0])
-def test_each_column_goes_through_a_filter_as_if_it_were_alone(smoothing_s: float) -> None:
+def test_each_column_goes_through_a_filter_as_if_it_were_alone(smoothing_s):
     columns = np.random.default_rng(9).standard_normal((200, 9))
     alone = np.column_stack([behind_filter(column[:, None], STEP_S, smoothing_s) for column in columns.T])
     assert behind_filter(columns, STEP_S, smoothing_s) == pytest.approx(alone, rel=1e-12)
     assert smoothing_s or np.array_equal(alone, columns)
 
 
-def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away_and_smoothing_instead_nothing_more() -> (
-    None
-):
+def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away_and_smoothing_instead_nothing_more():
     force = FilteredForce(TIME_S, 2.0 * TIME_S)
     start, end = TIME_S[300:1700], TIME_S[301:1701]
     late, smooth = timing_of(force, 0.1, start, end)
@@ -63,7 +61,7 @@ def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away_and_smoothing_
     assert smooth.force == pytest.approx(np.zeros(1400), abs=2e-3)
 
 
-def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time() -> None:
+def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time():
     late_s, rate = 0.3, 0.5
     time_s = 0.05 * np.arange(400)
     yaw = rate * time_s
@@ -80,7 +78,7 @@ def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time
     assert dated_velocity.value[inside] == pytest.approx(truth[14:-26], abs=1e-3)
 
 
-def recorded(case: FieldCase, folder: Path) -> tuple[Dive, VehicleFile, str]:
+def recorded(case, folder):
     for name, content in case.files().items():
         (folder / name).write_bytes(content)
     file = load_vehicle(str(folder / "vehicle.yaml"))
@@ -88,7 +86,7 @@ def recorded(case: FieldCase, folder: Path) -> tuple[Dive, VehicleFile, str]:
     return read_dive(folder / "dive.tlog.gz", None, file), file, name
 
 
-def calm(seed: int, number: int, late_s: float, smooth_s: float) -> FieldCase:
+def calm(seed, number, late_s, smooth_s):
     """An empty field dive in still water, whose autopilot's velocity is late and smooth but hardly noisy."""
     case = draw(seed, number, NONE, seconds=240.0)
     still = replace(case.sea, std=0.01 * case.sea.std)
@@ -97,14 +95,14 @@ def calm(seed: int, number: int, late_s: float, smooth_s: float) -> FieldCase:
     )
 
 
-def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) -> None:
+def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path):
     answer = dated(*recorded(calm(11, 4, 0.08, 0.15), tmp_path))
     assert answer.velocity_late_s == pytest.approx(0.08, abs=0.008)
     assert answer.velocity_smoothing_s == pytest.approx(0.15, abs=0.008)
     assert answer.thrust_delay_s == pytest.approx(0.0, abs=0.003)
 
 
-def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path: Path) -> None:
+def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path):
     dive, file, name = recorded(calm(11, 4, 0.08, 0.15), tmp_path)
     assert dive.gyro is not None
     assert dive.attitude is not None
@@ -118,7 +116,7 @@ def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path: Path) ->
     assert answer.velocity_smoothing_s == pytest.approx(0.15, abs=0.02)
 
 
-def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path: Path) -> None:
+def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path):
     """This hull's quadratic drag stops it within a quarter of a second."""
     case = calm(810000, 1, 0.02, 0.2)
     dive, file, name = recorded(case, tmp_path)
@@ -127,7 +125,7 @@ def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path: Path) ->
     assert masses == pytest.approx([1.0, 1.0], abs=0.02)
 
 
-def test_a_fit_from_near_by_that_runs_away_begins_anew(tmp_path: Path) -> None:
+def test_a_fit_from_near_by_that_runs_away_begins_anew(tmp_path):
     dive, file, name = recorded(draw(11, 4, NONE, seconds=120.0), tmp_path)
     (first,) = _fitted(dive, 0.0, file, name, (SURGE,), ())
     (again,) = _fitted(
@@ -136,12 +134,12 @@ def test_a_fit_from_near_by_that_runs_away_begins_anew(tmp_path: Path) -> None:
     assert again.log_posterior == first.log_posterior
 
 
-def test_a_delay_of_the_thrusters_is_no_lag(tmp_path: Path) -> None:
+def test_a_delay_of_the_thrusters_is_no_lag(tmp_path):
     dive, file, name = recorded(draw(11, 4, "command_delay", size=1.0, seconds=120.0), tmp_path)
     assert _rough_lag(dive, 0.15, file, name) == 0.0
 
 
-def rounded(seed: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def rounded(seed=1):
     """A wrench of a step and of quick jitter, the same as several rounded thrusters tell it, and the variance of what
     rounding adds."""
     rng = np.random.default_rng(seed)
@@ -150,11 +148,11 @@ def rounded(seed: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return true, true + rng.uniform(-each / 2, each / 2, n), np.full(n, each**2 / 12)
 
 
-def columns(values: np.ndarray) -> np.ndarray:
+def columns(values):
     return np.column_stack([values, *[np.zeros_like(values)] * 5])
 
 
-def test_more_of_the_likeliest_wrench_is_true_than_of_the_rounded_one() -> None:
+def test_more_of_the_likeliest_wrench_is_true_than_of_the_rounded_one():
     true, coarse, variance = rounded()
     likeliest = unrounded(columns(coarse), columns(variance))[:, 0]
     half = slice(100, 1900)
@@ -165,14 +163,14 @@ def test_more_of_the_likeliest_wrench_is_true_than_of_the_rounded_one() -> None:
     assert of_told + 0.1 < of_found <= 1.0
 
 
-def test_a_step_far_larger_than_rounding_is_whole_at_once() -> None:
+def test_a_step_far_larger_than_rounding_is_whole_at_once():
     _, coarse, variance = rounded()
     likeliest = unrounded(columns(coarse), columns(variance))[:, 0]
     at = len(coarse) // 2 + 1
     assert likeliest[at] == coarse[at]
 
 
-def test_no_command_is_changed_by_a_later_one() -> None:
+def test_no_command_is_changed_by_a_later_one():
     _, coarse, variance = rounded()
     later = coarse.copy()
     later[1000:] += 5.0
@@ -182,12 +180,12 @@ def test_no_command_is_changed_by_a_later_one() -> None:
     assert likeliest == pytest.approx(other, abs=2e-3)
 
 
-def test_commands_that_are_not_rounded_stay_as_they_are() -> None:
+def test_commands_that_are_not_rounded_stay_as_they_are():
     _, coarse, _ = rounded()
     assert unrounded(columns(coarse), np.zeros((len(coarse), 6))) == pytest.approx(columns(coarse), abs=0.0)
 
 
-def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path: Path) -> None:
+def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path):
     case = draw(11, 4, NONE, seconds=60.0)
     dive, file, kind = recorded(case, tmp_path)
     shape = file.vehicle.configurations[kind]

@@ -34,7 +34,7 @@ from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, poses
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
-from identify.wrench_history import WrenchHistory, halfway_between
+from identify.wrench_history import halfway_between
 
 TIME_S = np.arange(0.0, 40.0, 0.02)
 LEVER_M = (0.1, 0.3, -0.2)
@@ -148,7 +148,7 @@ def test_an_axis_that_no_thruster_pushes_is_said_to_be_one(dof):
     assert (dof in built.unpushed) is (dof > 0)
 
 
-def test_the_coriolis_forces_of_any_masses_are_those_of_unit_masses_times_them() -> None:
+def test_the_coriolis_forces_of_any_masses_are_those_of_unit_masses_times_them():
     rng = np.random.default_rng(3)
     motion, mass = Motion(0.1 * np.arange(50), rng.normal(size=(50, 6))), rng.uniform(1.0, 40.0, 6)
     whole = np.stack(coriolis(mass.tolist(), tuple(motion.nu.T)))
@@ -158,24 +158,24 @@ def test_the_coriolis_forces_of_any_masses_are_those_of_unit_masses_times_them()
 RATE_HZ = 10.0
 
 
-def sampled(rate_hz: float, *columns: object, seconds: float = 40.0) -> Signal:
+def sampled(rate_hz, *columns, seconds=40.0):
     """Each column a function of time, or a constant."""
     time_s = np.arange(int(seconds * rate_hz)) / rate_hz
     values = [column(time_s) if callable(column) else np.full(len(time_s), column) for column in columns]
     return Signal(time_s, np.column_stack(values))
 
 
-def surge(time_s: Array) -> Array:
+def surge(time_s):
     value: Array = 0.3 * np.sin(2 * np.pi * 0.1 * time_s)
     return value
 
 
-def dive(**signals: Signal) -> Dive:
+def dive(**signals):
     still = {"tau_cmd": sampled(20.0, *[1.0] * 6), "gyro": sampled(25.0, 0.0, 0.0, 0.0)}
     return recorded(**{**still, **signals})
 
 
-def test_a_slow_sine_passes_without_delay_and_with_its_derivative() -> None:
+def test_a_slow_sine_passes_without_delay_and_with_its_derivative():
     grid = aligned(
         dive(velocity=sampled(7.0, surge, 0.0, 0.0)), vehicle_file(), "only", RATE_HZ, cutoff_hz=1.0
     )
@@ -186,7 +186,7 @@ def test_a_slow_sine_passes_without_delay_and_with_its_derivative() -> None:
     assert grid.tau[:, 0] == pytest.approx(1.0)
 
 
-def test_the_gain_at_the_cut_off_is_a_half_and_above_nyquist_nothing_happens() -> None:
+def test_the_gain_at_the_cut_off_is_a_half_and_above_nyquist_nothing_happens():
     time_s = np.arange(2000) / RATE_HZ
     wave = np.sin(2 * np.pi * 1.0 * time_s)[:, None]
     filtered = low_pass(wave, RATE_HZ, 1.0)
@@ -194,14 +194,14 @@ def test_the_gain_at_the_cut_off_is_a_half_and_above_nyquist_nothing_happens() -
     assert low_pass(wave, RATE_HZ, 5.0) is wave
 
 
-def test_a_fog_mean_counts_at_the_time_that_it_carries() -> None:
+def test_a_fog_mean_counts_at_the_time_that_it_carries():
     """It is dated at the middle of its interval, so that of a steadily rising rate it is the rate itself."""
     rising = dive(fog=sampled(5.0, lambda t: 0.01 * t))
     grid = aligned(rising, vehicle_file(), "only", cutoff_hz=RATE_HZ)
     assert grid.nu[5:-5, 5] == pytest.approx(0.01 * grid.time_s[5:-5], abs=1e-9)
 
 
-def test_where_bottom_lock_was_lost_the_grid_says_so() -> None:
+def test_where_bottom_lock_was_lost_the_grid_says_so():
     velocity = sampled(10.0, 0.1, 0.0, 0.0)
     velocity.value[100:150] = np.nan
     grid = aligned(dive(velocity=velocity), vehicle_file(), "only")
@@ -210,26 +210,26 @@ def test_where_bottom_lock_was_lost_the_grid_says_so() -> None:
     assert grid.valid[(grid.time_s < 9.9) | (grid.time_s > 15.0)].all()
 
 
-def test_what_is_not_measured_is_zero_and_named() -> None:
+def test_what_is_not_measured_is_zero_and_named():
     grid = aligned(dive(), vehicle_file(), "only")
     assert grid.has.tolist() == [False] * 3 + [True] * 3
     assert not grid.nu.any()
     assert grid.attitude[0].tolist() == [1.0, 0.0, 0.0, 0.0]
 
 
-def test_commands_too_rare_to_know_the_force_between_them_are_refused() -> None:
+def test_commands_too_rare_to_know_the_force_between_them_are_refused():
     rare = dive(velocity=sampled(10.0, 0.1, 0.0, 0.0), tau_cmd=sampled(2.0, *[1.0] * 6))
     with pytest.raises(FitError, match=r"commands come at 2\.0 Hz"):
         aligned(rare, vehicle_file(), "only")
 
 
-def stepping() -> Dive:
+def stepping():
     """At 5 Hz the log shows a stick that rests, steps from 0 to 10 N at 20 s, and rests."""
     push = sampled(5.0, lambda t: np.where(t < 20.0, 0.0, 10.0), *[0.0] * 5)
     return dive(velocity=sampled(10.0, surge, 0.0, 0.0), tau_cmd=push)
 
 
-def test_slow_samples_hide_force_where_the_commands_change_and_none_while_they_rest() -> None:
+def test_slow_samples_hide_force_where_the_commands_change_and_none_while_they_rest():
     forces = wrench(stepping(), vehicle_file(), "only").along(0)
     assert forces.sampled_s == pytest.approx(0.2)
     # A step of 10 N at an unknown time within 0.2 s: a twelfth of its square in each of 199 intervals, on average.
@@ -239,7 +239,7 @@ def test_slow_samples_hide_force_where_the_commands_change_and_none_while_they_r
     assert forces.hidden_power_between(np.array([0.0]), np.array([39.8]))[0, 0] == pytest.approx(1.0)
 
 
-def test_slow_samples_that_step_halfway_give_the_same_impulse_in_the_end() -> None:
+def test_slow_samples_that_step_halfway_give_the_same_impulse_in_the_end():
     axis = build_axes(stepping(), vehicle_file(), "only").axes[0]
     assert axis.stepped is not None
     beside = np.abs(axis.time_s - 19.9) > 0.3
@@ -250,8 +250,8 @@ def test_slow_samples_that_step_halfway_give_the_same_impulse_in_the_end() -> No
     assert halfway_between(samples).time_s.tolist() == [0.0, 0.5, 2.0]
 
 
-def test_an_axis_is_not_judged_where_an_autopilot_may_level_it_between_two_slow_samples() -> None:
-    def missing(rate_hz: float, moment_nm: float) -> str:
+def test_an_axis_is_not_judged_where_an_autopilot_may_level_it_between_two_slow_samples():
+    def missing(rate_hz, moment_nm):
         push = sampled(rate_hz, surge, 0.0, 0.0, lambda t: moment_nm * np.sin(9.0 * t), 0.0, 0.0)
         rolling = sampled(25.0, lambda t: 0.1 * np.sin(9.0 * t), 0.0, 0.0)
         return build_axes(dive(tau_cmd=push, gyro=rolling), vehicle_file(), "only").missing.get(ROLL, "")
@@ -260,7 +260,7 @@ def test_an_axis_is_not_judged_where_an_autopilot_may_level_it_between_two_slow_
     assert missing(50.0, 0.01) == missing(10.0, 0.0) == ""
 
 
-def test_the_steps_of_an_axis_know_where_the_log_hides_most() -> None:
+def test_the_steps_of_an_axis_know_where_the_log_hides_most():
     axis = build_axes(stepping(), vehicle_file(), "only").axes[0]
     some = axis.step >= 0
     np.testing.assert_allclose(axis.different_s[axis.step[some]], axis.step_s[some])
@@ -271,7 +271,7 @@ def test_the_steps_of_an_axis_know_where_the_log_hides_most() -> None:
     assert times[changes].min() > 40.0 * times[at_rest].max()
 
 
-def test_quick_commands_hide_the_same_all_the_time() -> None:
+def test_quick_commands_hide_the_same_all_the_time():
     axis = build_axes(dive(velocity=sampled(10.0, surge, 0.0, 0.0)), vehicle_file(), "only").axes[0]
     assert (axis.white_times == 1.0).all()
 
@@ -281,30 +281,30 @@ QUADRATIC = ThrustCurve(kind="quadratic", max_n=40.0, span_us=400.0, lag_s=LAG_S
 TWIN = (Thruster((1.0, 0.0, 0.0), (0.0, -0.5, 0.0)), Thruster((1.0, 0.0, 0.0), (0.0, 0.5, 0.0)))
 
 
-def thruster_vehicle(curve: ThrustCurve = QUADRATIC, thrusters: tuple[Thruster, ...] = TWIN) -> VehicleFile:
+def thruster_vehicle(curve=QUADRATIC, thrusters=TWIN):
     shape = Configuration(dry_mass_kg=10.0, inertia_kgm2=(1.0, 1.0, 1.0), thrusters=thrusters)
     return VehicleFile(Path("twin.yaml"), Vehicle("twin", {"twin": shape}, thrust_curve=curve), None, "0")
 
 
-def pwm(time_s: list[float], *rows: tuple[float, ...]) -> Signal:
+def pwm(time_s, *rows):
     return Signal(np.array(time_s), np.array(rows, np.float64))
 
 
 STEP = pwm([0.0, 1.0, 2.0], (1500.0, 1500.0), (1700.0, 1700.0), (1500.0, 1700.0))
 
 
-def history() -> WrenchHistory:
+def history():
     return wrench(recorded(pwm=STEP), thruster_vehicle(), "twin")
 
 
-def test_a_step_answers_with_the_exponential_of_the_lag() -> None:
+def test_a_step_answers_with_the_exponential_of_the_lag():
     # Each thruster gives 40 * 0.5^2 = 10 N at 1700 us.
     at = history().at(np.array([0.5, 1.0, 1.2, 1.9]))
     assert at[:, 0] == pytest.approx([0.0, 0.0, 20 * (1 - np.exp(-1)), 20 * (1 - np.exp(-4.5))])
     assert np.abs(at[:, 1:]).max() == 0.0
 
 
-def test_one_component_alone_is_that_of_all() -> None:
+def test_one_component_alone_is_that_of_all():
     start_s, end_s = np.array([0.3, 1.1, 1.9]), np.array([1.4, 1.1, 2.6])
     whole, yaw = history(), history().along(5)
     assert np.array_equal(yaw.at(end_s), whole.at(end_s)[:, [5]])
@@ -312,13 +312,13 @@ def test_one_component_alone_is_that_of_all() -> None:
     assert yaw.hidden == pytest.approx(whole.hidden[[5]])
 
 
-def test_one_thruster_alone_turns_the_vehicle() -> None:
+def test_one_thruster_alone_turns_the_vehicle():
     # At y = 0.5 a push of 10 N forward turns to port: N = -y X.
     late = history().at(np.array([10.0]))[0]
     assert late == pytest.approx([10, 0, 0, 0, 0, -5], abs=1e-12)
 
 
-def test_two_halves_carry_the_area_and_the_first_moment_of_the_wrench() -> None:
+def test_two_halves_carry_the_area_and_the_first_moment_of_the_wrench():
     start_s, end_s = 0.9, 1.5
     early, late = history().halves_between(np.array([start_s]), np.array([end_s]))[0]
     fine_s = start_s + (np.arange(600_000) + 0.5) * 1e-6
@@ -330,7 +330,7 @@ def test_two_halves_carry_the_area_and_the_first_moment_of_the_wrench() -> None:
     assert (3 * early + late) * 0.36 / 8 == pytest.approx(moment, abs=1e-6)
 
 
-def slow(time_s: Array, asked: Array) -> Array:
+def slow(time_s, asked):
     state = [asked[0]]
     for k, step in enumerate(np.diff(time_s)):
         state.append(asked[k] + (state[-1] - asked[k]) * np.exp(-step / LAG_S))
@@ -339,14 +339,14 @@ def slow(time_s: Array, asked: Array) -> Array:
 
 @settings(max_examples=30)
 @given(st.lists(st.tuples(st.floats(0.001, 3.0), st.floats(1100, 1900)), min_size=2, max_size=60))
-def test_the_scan_equals_the_step_by_step_recursion(commands: list[tuple[float, float]]) -> None:
+def test_the_scan_equals_the_step_by_step_recursion(commands):
     time_s = np.cumsum([step for step, _ in commands])
     signal = Signal(time_s, np.array([[us, us] for _, us in commands]))
     ours = wrench(recorded(pwm=signal), thruster_vehicle(), "twin")
     assert ours.state == pytest.approx(slow(ours.time_s, ours.asked), abs=1e-9)
 
 
-def test_tau_cmd_stands_in_for_missing_pwm_and_says_so() -> None:
+def test_tau_cmd_stands_in_for_missing_pwm_and_says_so():
     tau = Signal(np.array([0.0, 1.0]), np.array([[0.0] * 6, [1, 2, 3, 4, 5, 6]]))
     ours = wrench(recorded(tau_cmd=tau), thruster_vehicle(), "twin")
     assert ours.source == "tau_cmd"
@@ -354,14 +354,14 @@ def test_tau_cmd_stands_in_for_missing_pwm_and_says_so() -> None:
     assert any("TAU_CMD" in note for note in ours.notes)
 
 
-def test_pwm_of_too_few_outputs_is_not_guessed_at() -> None:
+def test_pwm_of_too_few_outputs_is_not_guessed_at():
     tau = Signal(np.array([0.0]), np.zeros((1, 6)))
     ours = wrench(recorded(tau_cmd=tau, pwm=pwm([0.0], (1600.0,))), thruster_vehicle(), "twin")
     assert ours.source == "tau_cmd"
     assert any("1 thruster outputs" in note for note in ours.notes)
 
 
-def test_both_sources_are_compared() -> None:
+def test_both_sources_are_compared():
     tau = Signal(STEP.time_s, np.array([[0.0] * 6, [22, 0, 0, 0, 0, 0], [10, 0, 0, 0, 0, -5]]))
     ours = wrench(recorded(pwm=STEP, tau_cmd=tau), thruster_vehicle(), "twin")
     assert ours.source == "pwm"
@@ -369,20 +369,20 @@ def test_both_sources_are_compared() -> None:
     assert note.startswith("In surge the wrench from PWM differs from TAU_CMD by 1.2 N rms of 14 N; ")
 
 
-def test_a_thruster_without_a_pulse_is_at_rest() -> None:
+def test_a_thruster_without_a_pulse_is_at_rest():
     ours = wrench(recorded(pwm=pwm([0.0], (0.0, 1700.0))), thruster_vehicle(), "twin")
     assert ours.at(np.array([1.0]))[0, 0] == pytest.approx(10.0)
     assert any("without a pulse" in note for note in ours.notes)
 
 
-def test_a_command_that_is_no_number_is_the_one_before_it() -> None:
+def test_a_command_that_is_no_number_is_the_one_before_it():
     gap = pwm([0.0, 0.1, 0.2, 0.3], (1500.0, 1500.0), (1700.0, 1700.0), (np.nan, 1700.0), (1700.0, 1700.0))
     ours = wrench(recorded(pwm=gap), thruster_vehicle(), "twin")
     assert ours.asked[:, 0] == pytest.approx([0.0, 20.0, 20.0, 20.0])
     assert ours.notes == ()
 
 
-def test_tau_cmd_stands_in_where_a_command_is_unknown_for_long() -> None:
+def test_tau_cmd_stands_in_where_a_command_is_unknown_for_long():
     gap = pwm([0.0, 1.0, 2.0, 3.0], (1500.0, 1500.0), (1700.0, 1700.0), (np.nan, 1700.0), (1700.0, 1700.0))
     tau = Signal(gap.time_s, np.outer([0.0, 20.0, 15.0, 20.0], np.eye(6)[0]))
     ours = wrench(recorded(pwm=gap, tau_cmd=tau), thruster_vehicle(), "twin")
@@ -390,13 +390,13 @@ def test_tau_cmd_stands_in_where_a_command_is_unknown_for_long() -> None:
     assert any(note.startswith("1 command lacks a thruster") and "TAU_CMD" in note for note in ours.notes)
 
 
-def test_commands_of_which_one_is_unknown_at_any_time_tell_no_wrench() -> None:
+def test_commands_of_which_one_is_unknown_at_any_time_tell_no_wrench():
     gap = pwm([0.0, 1.0, 2.0, 3.0], (1500.0, np.nan), (np.nan, 1700.0), (np.nan, 1600.0), (1700.0, np.nan))
     with pytest.raises(FitError, match="tell no wrench, as at no time are those of all thrusters numbers"):
         wrench(recorded(pwm=gap), thruster_vehicle(), "twin")
 
 
-def test_commands_of_fewer_thrusters_than_the_vehicle_has_are_refused_with_both_numbers() -> None:
+def test_commands_of_fewer_thrusters_than_the_vehicle_has_are_refused_with_both_numbers():
     alone = pwm([0.0, 1.0], (1500.0,), (1700.0,))
     with pytest.raises(
         FitError, match=r"has commands of 1 thrusters, and the vehicle file has 2 in configuration 'twin'"
@@ -404,12 +404,12 @@ def test_commands_of_fewer_thrusters_than_the_vehicle_has_are_refused_with_both_
         wrench(recorded(pwm=alone), thruster_vehicle(), "twin")
 
 
-def test_nothing_at_all_is_refused() -> None:
+def test_nothing_at_all_is_refused():
     with pytest.raises(FitError, match="neither thruster commands"):
         wrench(recorded(), thruster_vehicle(), "twin")
 
 
-def test_replaying_the_commands_of_the_real_firmware_gives_its_motion() -> None:
+def test_replaying_the_commands_of_the_real_firmware_gives_its_motion():
     """ArduSub's own simulator has no added mass and purely quadratic drag; its source says how much."""
     flown = read_dive(shared("data", "ardusub_sitl", "still.tlog.gz"))
     step_s = 0.0025

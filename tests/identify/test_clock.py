@@ -1,19 +1,16 @@
 """Clocks of foreign files."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from bridge.errors import LogError
-from identify.dive import Dive
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.open import date_of, read_dive
 
 MAP = "time: {column: t, unit: %s}\ndepth: {columns: [z], unit: m}\n"
 
 
-def dive_of(tmp_path: Path, text: str, unit: str) -> Dive:
+def dive_of(tmp_path, text, unit):
     (tmp_path / "dive.csv").write_text(text)
     (tmp_path / "columns.yaml").write_text(MAP % unit)
     return read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
@@ -28,15 +25,15 @@ def dive_of(tmp_path: Path, text: str, unit: str) -> Dive:
         "1970-01-02T00:00:00,25",
     ],
 )
-def test_a_date_with_a_time_is_seconds_since_1970_in_utc(word: str) -> None:
+def test_a_date_with_a_time_is_seconds_since_1970_in_utc(word):
     assert iso_s([word]).tolist() == [86_400.25]
 
 
-def test_a_time_that_is_missing_is_unknown() -> None:
+def test_a_time_that_is_missing_is_unknown():
     assert np.isnan(iso_s([""])).all()
 
 
-def test_times_of_day_in_words_are_seconds_that_run_on_past_midnight() -> None:
+def test_times_of_day_in_words_are_seconds_that_run_on_past_midnight():
     assert iso_s(["23:59:59", "", "00:00:01.5", "0:00:02"]) == pytest.approx(
         [86_399.0, np.nan, 86_401.5, 86_402.0], nan_ok=True
     )
@@ -45,14 +42,12 @@ def test_times_of_day_in_words_are_seconds_that_run_on_past_midnight() -> None:
 @pytest.mark.parametrize(
     ("start_s", "date"), [(1_700_000_000.0, (1_700_000_000.0, "its own times")), (0.0, (None, ""))]
 )
-def test_a_table_is_dated_by_times_since_1970(
-    tmp_path: Path, start_s: float, date: tuple[float | None, str]
-) -> None:
+def test_a_table_is_dated_by_times_since_1970(tmp_path, start_s, date):
     rows = "".join(f"{start_s + k / 4:.2f},1.{k}\n" for k in range(8))
     assert date_of(dive_of(tmp_path, f"t,z\n{rows}", "s")) == date
 
 
-def test_a_table_with_dates_keeps_their_steps(tmp_path: Path) -> None:
+def test_a_table_with_dates_keeps_their_steps(tmp_path):
     rows = "".join(f"2026-07-19T10:15:{k / 4:05.2f}Z,1.{k}\n" for k in range(8))
     dive = dive_of(tmp_path, f"t,z\n{rows}", "iso")
     assert np.diff(dive.depth.time_s) == pytest.approx(np.full(7, 0.25), abs=1e-6)
@@ -69,14 +64,12 @@ def test_a_table_with_dates_keeps_their_steps(tmp_path: Path) -> None:
         ("2026-07-19T10:15:00Z", "s", "its times in 't' are words, as '2026-07-19T10:15:00Z'"),
     ],
 )
-def test_times_of_another_form_than_the_map_says_are_refused(
-    tmp_path: Path, first: str, unit: str, said: str
-) -> None:
+def test_times_of_another_form_than_the_map_says_are_refused(tmp_path, first, unit, said):
     with pytest.raises(LogError, match=said):
         dive_of(tmp_path, f"t,z\n{first},1\n", unit)
 
 
-def test_rows_of_a_clock_of_whole_seconds_are_spread_over_each() -> None:
+def test_rows_of_a_clock_of_whole_seconds_are_spread_over_each():
     # The log begins within a second, ends within one, and drops a row in between.
     spread = within_seconds(np.repeat([10.0, 11.0, 12.0, 13.0, 14.0], [1, 4, 3, 4, 2]))
     assert spread is not None
@@ -85,7 +78,7 @@ def test_rows_of_a_clock_of_whole_seconds_are_spread_over_each() -> None:
     )
 
 
-def test_a_row_without_a_time_stays_without_one_and_moves_no_other() -> None:
+def test_a_row_without_a_time_stays_without_one_and_moves_no_other():
     spread = within_seconds(np.array([1.0, 1.0, 2.0, 2.0, np.nan, 3.0, 3.0]))
     np.testing.assert_array_equal(spread, [1.0, 1.5, 2.0, 2.5, np.nan, 3.0, 3.5])
 
@@ -101,18 +94,18 @@ def test_a_row_without_a_time_stays_without_one_and_moves_no_other() -> None:
         np.zeros(0),
     ],
 )
-def test_another_clock_is_left_as_it_is(time_s: np.ndarray) -> None:
+def test_another_clock_is_left_as_it_is(time_s):
     assert within_seconds(time_s) is None
 
 
-def test_a_table_with_whole_seconds_loses_no_row_and_says_how_it_was_read(tmp_path: Path) -> None:
+def test_a_table_with_whole_seconds_loses_no_row_and_says_how_it_was_read(tmp_path):
     rows = "".join(f"{k // 5},{k}.5\n" for k in range(40))
     dive = dive_of(tmp_path, f"t,z\n{rows}", "s")
     assert dive.depth.time_s == pytest.approx(np.arange(40) / 5)
     assert any("whole seconds" in note for note in dive.notes)
 
 
-def test_rows_that_hold_a_part_of_a_sample_each_stay_one_sample(tmp_path: Path) -> None:
+def test_rows_that_hold_a_part_of_a_sample_each_stay_one_sample(tmp_path):
     (tmp_path / "columns.yaml").write_text(
         "time: {column: t}\ndepth: {columns: [z], unit: m}\naltitude: {columns: [h], unit: m}\n"
         "voltage: {columns: [v], unit: V}\n"
@@ -123,13 +116,13 @@ def test_rows_that_hold_a_part_of_a_sample_each_stay_one_sample(tmp_path: Path) 
     assert dive.depth.time_s.tolist() == dive.altitude.time_s.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
 
 
-def test_a_time_of_day_as_a_number_runs_on_over_minutes_and_midnight() -> None:
+def test_a_time_of_day_as_a_number_runs_on_over_minutes_and_midnight():
     stamps = np.array([202459.0, 202500.5, np.nan, 235959.0, 0.0, 101.0])
     expected = [73_499.0, 73_500.5, np.nan, 86_399.0, 86_400.0, 86_461.0]
     np.testing.assert_array_equal(of_day_s(stamps), expected)
 
 
-def test_a_time_of_day_of_whole_seconds_is_spread_over_them(tmp_path: Path) -> None:
+def test_a_time_of_day_of_whole_seconds_is_spread_over_them(tmp_path):
     rows = "".join(f"{stamp},{k}.5\n" for stamp in (202458, 202459, 202500, 202501) for k in range(4))
     dive = dive_of(tmp_path, f"t,z\n{rows}", "hhmmss")
     assert np.diff(dive.depth.time_s) == pytest.approx(np.full(15, 0.25))

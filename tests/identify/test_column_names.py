@@ -75,9 +75,7 @@ KNOWN = [
 
 
 @pytest.mark.parametrize(("topic", "field", "signal", "place", "unit"), KNOWN)
-def test_a_usual_name_is_known_with_its_axis_and_unit(
-    topic: str, field: str, signal: str, place: int, unit: str | None
-) -> None:
+def test_a_usual_name_is_known_with_its_axis_and_unit(topic, field, signal, place, unit):
     name = named(topic, field)
     assert name is not None
     assert (name.signal, name.place, name.unit) == (signal, place, unit)
@@ -94,11 +92,11 @@ def test_a_usual_name_is_known_with_its_axis_and_unit(
         "x",
     ],
 )
-def test_what_was_not_measured_and_what_nobody_knows_has_no_signal(field: str) -> None:
+def test_what_was_not_measured_and_what_nobody_knows_has_no_signal(field):
     assert named("", field) is None
 
 
-def test_the_columns_of_one_set_share_a_family_whatever_their_axes_are_called() -> None:
+def test_the_columns_of_one_set_share_a_family_whatever_their_axes_are_called():
     assert {named("", field).family for field in ("roll_deg", "pitch_deg", "heading_deg")} == {
         named("", "yaw").family
     }
@@ -112,9 +110,9 @@ def test_the_columns_of_one_set_share_a_family_whatever_their_axes_are_called() 
         ("stamp", None), ("t_ns", "ns"),
     ],
 )  # fmt: skip
-def test_a_time_is_known_by_its_name_and_its_unit(field: str, unit: str | None) -> None:
+def test_a_time_is_known_by_its_name_and_its_unit(field, unit):
     assert time_unit(field) == (True, unit)
 
 
-def test_a_name_that_holds_a_time_among_other_words_is_no_time() -> None:
+def test_a_name_that_holds_a_time_among_other_words_is_no_time():
     assert time_unit("timeout_count") == (False, None)

@@ -21,12 +21,12 @@ ROWS = "t,a,b\n0,{0},{1}\n1,{2},{3}\n2,{0},{1}\n"
 MAP = "time: {column: t}\npwm: {columns: [a, b], unit: %s}\n"
 
 
-def vehicle_file(curve: ThrustCurve = TWO_WAY) -> VehicleFile:
+def vehicle_file(curve=TWO_WAY):
     shape = Configuration(20.0, (1.0, 1.0, 1.0), (AHEAD, UP))
     return VehicleFile(Path("v.yaml"), Vehicle("v", {"only": shape}, thrust_curve=curve), None, "0" * 64)
 
 
-def dive_of(tmp_path: Path, cells: tuple[float, ...], unit: str, file: VehicleFile | None) -> Dive:
+def dive_of(tmp_path, cells, unit, file):
     (tmp_path / "dive.csv").write_text(ROWS.format(*cells))
     (tmp_path / "columns.yaml").write_text(MAP % unit)
     return read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", file)
@@ -40,9 +40,7 @@ def dive_of(tmp_path: Path, cells: tuple[float, ...], unit: str, file: VehicleFi
         ((10.0, 0.0, 0.0, -10.0), "N"),
     ],
 )
-def test_the_same_thrust_is_the_same_wrench_however_it_is_stated(
-    tmp_path: Path, cells: tuple[float, ...], unit: str
-) -> None:
+def test_the_same_thrust_is_the_same_wrench_however_it_is_stated(tmp_path, cells, unit):
     file = vehicle_file()
     dive = dive_of(tmp_path, cells, unit, file)
     np.testing.assert_allclose(
@@ -54,7 +52,7 @@ def test_the_same_thrust_is_the_same_wrench_however_it_is_stated(
     assert tells_thrusters(dive, file.vehicle.configurations["only"])
 
 
-def test_shaft_speeds_alone_give_the_thrust_and_it_is_said(tmp_path: Path) -> None:
+def test_shaft_speeds_alone_give_the_thrust_and_it_is_said(tmp_path):
     (tmp_path / "dive.csv").write_text(ROWS.format(600, 0, 0, -600))
     (tmp_path / "columns.yaml").write_text("time: {column: t}\nrpm: {columns: [a, b], unit: rpm}\n")
     file = vehicle_file(replace(TWO_WAY, forward_n_s2=0.1, reverse_n_s2=0.08, lag_s=0.2))
@@ -66,48 +64,48 @@ def test_shaft_speeds_alone_give_the_thrust_and_it_is_said(tmp_path: Path) -> No
     )
 
 
-def test_kilogrammes_of_force_become_newtons_and_need_no_thrust_curve(tmp_path: Path) -> None:
+def test_kilogrammes_of_force_become_newtons_and_need_no_thrust_curve(tmp_path):
     dive = dive_of(tmp_path, (1.0, 0.0, 0.0, -1.0), "kgf", None)
     assert dive.pwm is None
     assert dive.thrust_cmd.value[0].tolist() == [9.80665, 0.0]
     assert not any("nothing can be identified" in note for note in dive.notes)
 
 
-def test_full_command_of_a_thruster_that_pushes_one_way_is_its_longest_pulse(tmp_path: Path) -> None:
+def test_full_command_of_a_thruster_that_pushes_one_way_is_its_longest_pulse(tmp_path):
     dive = dive_of(tmp_path, (1.0, 0.25, 0.0, -0.5), '"1"', vehicle_file(ONE_WAY))
     np.testing.assert_allclose(dive.pwm.value[:2], [[1900.0, 1300.0], [1100.0, 1100.0]])
     assert dive.effort is None
 
 
-def test_normalised_commands_wait_for_a_vehicle(tmp_path: Path) -> None:
+def test_normalised_commands_wait_for_a_vehicle(tmp_path):
     dive = dive_of(tmp_path, (0.5, 0.0, 0.0, -0.5), '"1"', None)
     assert dive.pwm is None
     assert dive.effort.value[0].tolist() == [0.5, 0.0]
 
 
-def test_commands_in_per_cent_are_not_taken_for_normalised_ones(tmp_path: Path) -> None:
+def test_commands_in_per_cent_are_not_taken_for_normalised_ones(tmp_path):
     with pytest.raises(LogError, match=r"reach 80, and they lie within -1 to 1"):
         dive_of(tmp_path, (50.0, 0.0, 0.0, -80.0), '"1"', vehicle_file())
 
 
-def pulsed(*pulses_us: float) -> Dive:
+def pulsed(*pulses_us):
     time_s = np.arange(float(len(pulses_us)))
     return Dive("d", Path("d.csv"), "0" * 64, pwm=Signal(time_s, np.column_stack([pulses_us, pulses_us])))
 
 
-def test_a_curve_that_gives_no_thrust_at_any_recorded_pulse_is_refused_with_both_ranges() -> None:
+def test_a_curve_that_gives_no_thrust_at_any_recorded_pulse_is_refused_with_both_ranges():
     file = vehicle_file(replace(ONE_WAY, neutral_us=1500.0, span_us=400.0))
     with pytest.raises(FitError, match=r"between 1100 and 1480 us, and the curve goes from 1500 to 1900 us"):
         wrench(pulsed(1100.0, 1300.0, 1480.0), file, "only")
 
 
 @pytest.mark.parametrize("pulses_us", [(1500.0, 1500.0), (1490.0, 1520.0), (0.0, 0.0), (1100.0, 1600.0)])
-def test_thrusters_at_rest_or_with_some_thrust_are_no_such_curve(pulses_us: tuple[float, ...]) -> None:
+def test_thrusters_at_rest_or_with_some_thrust_are_no_such_curve(pulses_us):
     curve = replace(ONE_WAY, neutral_us=1500.0, span_us=400.0, dead_band_us=30.0)
     assert np.isfinite(wrench(pulsed(*pulses_us), vehicle_file(curve), "only").asked).all()
 
 
-def test_pulses_that_change_below_the_neutral_of_one_way_thrusters_are_told() -> None:
+def test_pulses_that_change_below_the_neutral_of_one_way_thrusters_are_told():
     file = vehicle_file(replace(ONE_WAY, neutral_us=1500.0, span_us=400.0))
     (said,) = wrench(pulsed(1100.0, 1300.0, 1480.0, 1900.0), file, "only").notes
     assert said == (
@@ -118,7 +116,7 @@ def test_pulses_that_change_below_the_neutral_of_one_way_thrusters_are_told() ->
     assert wrench(pulsed(1100.0, 1300.0, 1480.0, 1900.0), vehicle_file(ONE_WAY), "only").notes == ()
 
 
-def test_a_command_in_newtons_that_is_missing_holds_for_a_moment(tmp_path: Path) -> None:
+def test_a_command_in_newtons_that_is_missing_holds_for_a_moment(tmp_path):
     rows = "t,a,b\n0,10,0\n0.1,10,nan\n0.2,20,0\n"
     (tmp_path / "dive.csv").write_text(rows)
     (tmp_path / "columns.yaml").write_text(MAP % "N")
@@ -127,15 +125,13 @@ def test_a_command_in_newtons_that_is_missing_holds_for_a_moment(tmp_path: Path)
     assert any("no number in output 2" in note for note in dive.notes)
 
 
-def test_later_commands_are_later_in_newtons_too() -> None:
+def test_later_commands_are_later_in_newtons_too():
     dive = Dive("d", Path("d.csv"), "0" * 64, thrust_cmd=Signal(np.arange(3.0), np.ones((3, 2))))
     assert with_later_commands(dive, 0.25).thrust_cmd.time_s.tolist() == [0.25, 1.25, 2.25]
 
 
 @pytest.mark.parametrize(("neutral_us", "left"), [(1100.0, 600), (1500.0, 301)])
-def test_a_vehicle_that_rests_at_another_pulse_is_not_taken_for_one_that_pushes(
-    tmp_path: Path, neutral_us: float, left: int
-) -> None:
+def test_a_vehicle_that_rests_at_another_pulse_is_not_taken_for_one_that_pushes(tmp_path, neutral_us, left):
     u, v, w = np.random.default_rng(0).normal(size=(3, 600))
     for axis in (u, v, w):
         axis[200:500] = axis[200]

@@ -17,7 +17,7 @@ from identify.estimators.lateness import by_lateness
 from identify.ingest.commands import unknown_between
 
 
-def logged(loop_s: float, log_s: float, delay_s: float = 0.0, noise: float = 1e-3) -> Dive:
+def logged(loop_s, log_s, delay_s=0.0, noise=1e-3):
     """A dive whose commands change every `loop_s`, and of which those every `log_s` were recorded."""
     rng = np.random.default_rng(3)
     time_s = loop_s * np.arange(int((SECONDS - 1.0) / loop_s))

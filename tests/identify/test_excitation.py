@@ -31,14 +31,14 @@ def dive():
     return closed_loop.dive(np.random.default_rng(100_003))
 
 
-def foretold_stds(dive: Dive, file=FILE, configuration="only") -> dict[str, float]:
+def foretold_stds(dive, file=FILE, configuration="only"):
     return {
         coefficient.name: coefficient.relative_std
         for coefficient in excitation(dive, file, configuration).coefficients
     }
 
 
-def fitted_stds(dive: Dive, file=FILE, configuration="only") -> dict[str, float]:
+def fitted_stds(dive, file=FILE, configuration="only"):
     """By name, the standard error that the wider half of the fit's interval has; inf where it refuses."""
     fit = estimator("likelihood")(dive, file, configuration, lambda *_: None)
     return {
@@ -49,7 +49,7 @@ def fitted_stds(dive: Dive, file=FILE, configuration="only") -> dict[str, float]
     }
 
 
-def agree(foretold: dict[str, float], fitted: dict[str, float], names=NAMES) -> list[str]:
+def agree(foretold, fitted, names=NAMES):
     """Those of `names` that are foretold to within a third of what is found, either way; both may say not at all."""
     return [
         name
@@ -114,7 +114,7 @@ def test_a_dive_without_commands_without_readings_or_too_short_says_why(dive):
 FINER = 10
 
 
-def rolling(push_nm: float) -> Dive:
+def rolling(push_nm):
     """Five minutes in which a vehicle is pushed in roll from one side to the other, and rights itself."""
     rng, step_s, mass, damping = np.random.default_rng(100_005), 0.02, 0.45, 0.4
     shape = PROMPT.vehicle.configurations["heavy"]

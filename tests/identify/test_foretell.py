@@ -1,6 +1,5 @@
 """An accepted diagnosis foretells the tracking error of the next dive, which then comes as foretold."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,14 +9,14 @@ from soak import rest_in_soak
 
 from bridge.simulator.direct import Noise, simulate_truth
 from bridge.simulator.missions import rest, run, turn
-from bridge.simulator.truth import Truth, load_truth
+from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import AcceptedEffect
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from identify.diagnose.result import Accepted, Hull, Value
 from identify.dive import Dive, Signal
-from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in
+from identify.foretell import fed_by, foretell, foretold_lines, mission_in
 from identify.glance.foretold import Foretelling
 from identify.run.validate import validate
 
@@ -41,19 +40,12 @@ SHORT = Mission(
 )
 
 
-def weak(gain: float) -> Truth:
+def weak(gain):
     """The vehicle with a first thruster that gives so much of its curve."""
     return replace(TRUTH, effects={"T1_gain": gain})
 
 
-def dived(
-    truth: Truth,
-    fed: Mapping[str, float],
-    mode: Mode,
-    seed: int,
-    file: VehicleFile = FILE,
-    began_s: float = BEGAN_S,
-) -> Dive:
+def dived(truth, fed, mode, seed, file=FILE, began_s=BEGAN_S):
     flown = simulate_truth(file, "hovering", SHORT, seed=seed, parameters=fed, mode=mode, truth=truth)
     time_s, each, read = flown.time_s, Noise().velocity_ticks, flown.column("nu_fb")
     asked = [actuation.reference for actuation in flown.actuations]
@@ -76,11 +68,11 @@ def dived(
     )
 
 
-def accepted(values: Mapping[str, float]) -> Accepted:
+def accepted(values):
     return Accepted({name: Value(value, "", value, value) for name, value in values.items()}, (), ())
 
 
-def fitted(truth: Truth = TRUTH) -> Hull:
+def fitted(truth=TRUTH):
     """The fit of a diagnosis that found all of it exactly."""
     force, moment = truth.disturbance_n, truth.disturbance_nm
     return Hull(truth.mass, truth.damping, (force,) * 3 + (moment,) * 3, truth.disturbance_time_s)
@@ -90,23 +82,23 @@ MENDED = {**FED, "T1_gain": 0.8}
 
 
 @pytest.fixture(scope="module")
-def before() -> Dive:
+def before():
     """The feed-forward alone, which knows nothing of a weak thruster."""
     return dived(weak(0.8), FED, Mode.ALONE, seed=101)
 
 
 @pytest.fixture(scope="module")
-def shares() -> list[float]:
+def shares():
     """The progress of what was foretold."""
     return []
 
 
 @pytest.fixture(scope="module")
-def foresight(before: Dive, shares: list[float]) -> Foresight:
+def foresight(before, shares):
     return foretell(accepted(MENDED), fitted(), before, FILE, "hovering", shares.append)
 
 
-def foretelling_of(foresight: Foresight, dive: Dive) -> Foretelling:
+def foretelling_of(foresight, dive):
     return Foretelling(
         "ruvifist", "hovering", dive.name, dive.sha256, "2026-09-21T14:13:20Z", ("weak thruster",),
         foresight.rows, foresight.credits,

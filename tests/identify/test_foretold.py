@@ -26,7 +26,7 @@ SURGE = Foretold("surge", "m/s", "both", "both", 0.0133, 0.0060, 0.18)
 YAW = Foretold("yaw", "rad/s", "both", "ff", math.radians(1.08), math.radians(0.17), 0.07)
 
 
-def error(rms: float, asked: float = 0.18, axis: str = "surge", unit: str = "m/s") -> WholeError:
+def error(rms, asked=0.18, axis="surge", unit="m/s"):
     return WholeError(axis, unit, rms, asked, math.nan, math.nan, 0.001)
 
 
@@ -107,7 +107,7 @@ def test_thrusters_of_which_a_dive_tells_nothing_are_left_out():
     assert made_up(None, credits) == ()
 
 
-def dive(sha256: str, unix_s: float | None, name: str = "d") -> Dive:
+def dive(sha256, unix_s, name="d"):
     time_s = np.array([60.0, 61.0])
     return Dive(name, Path("d"), sha256, depth=Signal(time_s, np.zeros((2, 1))), unix_at_boot_s=unix_s)
 

@@ -1,7 +1,5 @@
 """How old an ArduPilot's pressure is when it is sent, by the DVL beside it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from built_recordings import Stamped, array, attitude, heartbeat, recording, servos, write
@@ -16,15 +14,15 @@ PITCH_RAD = 0.3
 AT_REST = np.array([np.cos(PITCH_RAD / 2), 0.0, np.sin(PITCH_RAD / 2), 0.0])
 
 
-def down_m_s(time_s: np.ndarray) -> np.ndarray:
+def down_m_s(time_s):
     return 0.2 * np.sin(2 * np.pi * time_s / 4.0)
 
 
-def depth_m(time_s: np.ndarray) -> np.ndarray:
+def depth_m(time_s):
     return 8.0 - 0.2 * 4.0 / (2 * np.pi) * np.cos(2 * np.pi * time_s / 4.0)
 
 
-def pitched(size: float = 1.0) -> tuple[Signal, Signal]:
+def pitched(size=1.0):
     """A DVL's velocity and the attitude of a vehicle, its bow up, that rises and sinks as it goes ahead and astern."""
     time_s = np.arange(0.0, 120.0, 0.1)
     down = size * down_m_s(time_s)
@@ -34,18 +32,18 @@ def pitched(size: float = 1.0) -> tuple[Signal, Signal]:
     return Signal(time_s, velocity + noise), Signal(attitude_s, np.tile(AT_REST, (len(attitude_s), 1)))
 
 
-def pressure(late_s: float) -> Signal:
+def pressure(late_s):
     time_s = np.arange(1.03, 119.0, 0.1)
     noise = np.random.default_rng(2).normal(0.0, 20.0, len(time_s))
     return Signal(time_s, (101_325.0 + PA_PER_M * depth_m(time_s - late_s) + noise)[:, None])
 
 
 @pytest.mark.parametrize("late_s", [0.03, 0.085, 0.12])
-def test_the_age_is_that_at_which_the_depth_goes_with_the_dvl(late_s: float) -> None:
+def test_the_age_is_that_at_which_the_depth_goes_with_the_dvl(late_s):
     assert age_s(pressure(late_s), *pitched()) == pytest.approx(late_s, abs=0.003)
 
 
-def test_spikes_and_a_gap_of_the_dvl_do_not_bend_it() -> None:
+def test_spikes_and_a_gap_of_the_dvl_do_not_bend_it():
     spiky, (velocity, attitude_of) = pressure(0.03), pitched()
     spiky.value[100::200] += 5_000.0
     heard = (velocity.time_s < 40.0) | (velocity.time_s > 55.0)
@@ -53,7 +51,7 @@ def test_spikes_and_a_gap_of_the_dvl_do_not_bend_it() -> None:
     assert age_s(spiky, gappy, attitude_of) == pytest.approx(0.03, abs=0.003)
 
 
-def test_a_depth_that_tells_nothing_leaves_the_usual_age() -> None:
+def test_a_depth_that_tells_nothing_leaves_the_usual_age():
     velocity, attitude_of = pitched(size=0.0)
     level = Signal(pressure(0.0).time_s, np.full((len(pressure(0.0).time_s), 1), 180_000.0))
     assert age_s(level, velocity, attitude_of) == LATE_S
@@ -62,13 +60,11 @@ def test_a_depth_that_tells_nothing_leaves_the_usual_age() -> None:
 
 
 @pytest.mark.parametrize(("late_s", "age"), [(-0.2, 0.0), (0.4, OLDEST_S)])
-def test_a_dvl_that_is_late_or_early_itself_bends_it_no_further_than_a_pressure_may_be_old(
-    late_s: float, age: float
-) -> None:
+def test_a_dvl_that_is_late_or_early_itself_bends_it_no_further_than_a_pressure_may_be_old(late_s, age):
     assert age_s(pressure(late_s), *pitched()) == age
 
 
-def test_a_recording_with_a_dvl_has_its_ardusubs_pressure_at_the_age_that_this_shows(tmp_path: Path) -> None:
+def test_a_recording_with_a_dvl_has_its_ardusubs_pressure_at_the_age_that_this_shows(tmp_path):
     stamped: list[Stamped] = []
     for k in range(300):
         t = k / 10

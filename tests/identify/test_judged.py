@@ -38,7 +38,7 @@ FILE = VehicleFile(
 SECONDS, FINE_S = 80.0, 0.01
 
 
-def moved(dof: int, changes_s: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def moved(dof, changes_s, force):
     """Times, speed and place of one axis under forces (k,) from the times of their changes on, without noise."""
     time_s = np.arange(0.0, SECONDS, FINE_S)
     push = force[np.searchsorted(changes_s, time_s + 1e-9, side="right") - 1]
@@ -50,7 +50,7 @@ def moved(dof: int, changes_s: np.ndarray, force: np.ndarray) -> tuple[np.ndarra
     return time_s, speed, index
 
 
-def steps(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def steps(rng):
     """Irregular times of changes, and forces."""
     changes_s = np.concatenate([[0.0], np.cumsum(rng.uniform(1.0, 4.0, 60))])
     changes_s = changes_s[changes_s < SECONDS - 5.0]
@@ -59,13 +59,13 @@ def steps(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def commanded(dof: int, changes_s: np.ndarray, force: np.ndarray) -> Signal:
+def commanded(dof, changes_s, force):
     six = np.zeros((len(changes_s), 6))
     six[:, dof] = force
     return Signal(changes_s, six)
 
 
-def one_axis(dof: int, every: int = 10, noise: float = 1e-4, rate: bool = False) -> Dive:
+def one_axis(dof, every=10, noise=1e-4, rate=False):
     """A dive of one axis: depth alone, heading alone, or rate of turn alone, and the wrench as it changed."""
     rng = np.random.default_rng(4)
     changes_s, force = steps(rng)
@@ -80,7 +80,7 @@ def one_axis(dof: int, every: int = 10, noise: float = 1e-4, rate: bool = False)
     return replace(dive, attitude=Signal(time_s, quaternions_from_euler(level, level, read)))
 
 
-def fit(dive: Dive):
+def fit(dive):
     recorded = with_spread_commands(dive)
     return answered(estimate(recorded, FILE, "only", lambda *_: None), recorded, FILE)
 
@@ -236,7 +236,7 @@ def test_slow_commands_that_hold_push_a_model_as_late_as_they_did():
     assert np.std(lacking) < 0.2 * np.std(force)
 
 
-def five_a_second(force: np.ndarray, late_s: float) -> Dive:
+def five_a_second(force, late_s):
     """A dive whose commands change 20 times a second, act `late_s` later, and were recorded 5 times a second."""
     fine_s = 0.05 * np.arange(len(force))
     at_s, speed, _ = (part[::10] for part in moved(YAW, fine_s, force))

@@ -60,7 +60,7 @@ def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
 class Line:
     """Innovations of y = a x + noise of known spread: its maximum and information are those of least squares."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.x = np.linspace(-1, 1, 50)
         self.y = 3.0 * self.x + 0.1 * np.cos(40 * self.x)
         self.difference = np.array([1e-3])

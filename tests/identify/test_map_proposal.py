@@ -15,7 +15,6 @@ from identify.dive import Dive
 from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.map_text import map_text, uncertain
-from identify.ingest.proposal import Proposal
 from identify.ingest.proposal_of_runs import propose
 from identify.ingest.signals import dive_fields
 from identify.ingest.streams import Stream, Streams
@@ -25,19 +24,19 @@ LOG = Path("log.csv")
 READ = readings()
 
 
-def proposed(columns: dict[str, np.ndarray]) -> Proposal:
+def proposed(columns):
     return propose(table(columns), LOG)
 
 
-def mapped(streams: tuple[Stream, ...], columns: ColumnMap, path: Path) -> Dive:
+def mapped(streams, columns, path):
     return Dive(path.name, path, "", **dive_fields(Streams(streams), columns, path))
 
 
-def units(proposal: Proposal) -> dict[str, str]:
+def units(proposal):
     return {name: columns.unit for name, columns in proposal.columns.signals().items()}
 
 
-def assert_maps_to_the_truth(streams: tuple[Stream, ...], proposal: Proposal) -> None:
+def assert_maps_to_the_truth(streams, proposal):
     """Every signal of the proposal's dive is what the vehicle did."""
     dive = mapped(streams, proposal.columns, LOG)
     truth = {
@@ -52,7 +51,7 @@ def assert_maps_to_the_truth(streams: tuple[Stream, ...], proposal: Proposal) ->
     assert {"velocity", "gyro", "depth"} <= dive.signals().keys()
 
 
-def test_usual_names_in_si_are_taken_as_they_are_without_a_mend() -> None:
+def test_usual_names_in_si_are_taken_as_they_are_without_a_mend():
     columns = usual(READ)
     proposal = proposed(columns)
     assert units(proposal) == {
@@ -65,7 +64,7 @@ def test_usual_names_in_si_are_taken_as_they_are_without_a_mend() -> None:
     assert_maps_to_the_truth(table(columns), proposal)
 
 
-def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_size() -> None:
+def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_size():
     columns = usual(READ)
     scales = {"t": 1e3, "depth": 100.0, "pressure": 0.01}
     scales |= dict.fromkeys("uvw", 100.0) | dict.fromkeys(("ax", "ay", "az"), 1 / 9.80665)
@@ -81,7 +80,7 @@ def test_degrees_centimetres_milliseconds_hectopascals_and_g_are_known_by_their_
     assert_maps_to_the_truth(table(columns), proposal)
 
 
-def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked() -> None:
+def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked():
     feet = 1 / 0.3048
     columns = usual(READ)
     del columns["pressure"]
@@ -101,7 +100,7 @@ def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked() 
     assert asked == {"velocity", "gyro", "euler", "depth"}
 
 
-def test_a_unit_that_physics_mends_is_not_asked_about_as_first_guessed() -> None:
+def test_a_unit_that_physics_mends_is_not_asked_about_as_first_guessed():
     columns = {name: values for name, values in usual(READ).items() if name not in ("ax", "ay", "az")}
     columns |= {name: columns[name] / 0.3048 for name in ("u", "v", "w", "depth")}
     velocity = next(choice for choice in proposed(columns).choices if choice.signal == "velocity")
@@ -109,7 +108,7 @@ def test_a_unit_that_physics_mends_is_not_asked_about_as_first_guessed() -> None
     assert [words for words in uncertain(velocity) if "taken for" in words] == []
 
 
-def test_angles_that_turn_ten_times_as_fast_as_the_gyro_are_in_no_unit_by_it() -> None:
+def test_angles_that_turn_ten_times_as_fast_as_the_gyro_are_in_no_unit_by_it():
     columns = usual(readings(size=0.05))
     euler = next(
         each for each in proposed({**columns, "t": 0.1 * columns["t"]}).choices if each.signal == "euler"
@@ -117,7 +116,7 @@ def test_angles_that_turn_ten_times_as_fast_as_the_gyro_are_in_no_unit_by_it() -
     assert (euler.columns.unit, euler.confidence) == ("rad", Confidence.GUESSED)
 
 
-def test_two_guesses_that_agree_are_still_guesses() -> None:
+def test_two_guesses_that_agree_are_still_guesses():
     small = readings(size=0.05)
     columns = {"t": small["t"], "r": np.degrees(small["gyro"][:, 2])}
     columns |= {name: np.degrees(small["euler"][:, k]) for k, name in enumerate(("roll", "pitch", "yaw"))}
@@ -129,9 +128,7 @@ def test_two_guesses_that_agree_are_still_guesses() -> None:
 
 
 @pytest.mark.parametrize("side", ["stbd", "port"])
-def test_a_velocity_down_or_up_is_of_the_body_beside_one_ahead_and_of_the_earth_beside_one_north(
-    side: str,
-) -> None:
+def test_a_velocity_down_or_up_is_of_the_body_beside_one_ahead_and_of_the_earth_beside_one_north(side):
     sign, vertical = (1.0, "down") if side == "stbd" else (-1.0, "up")
     columns = usual(READ)
     ahead, aside, down = (columns.pop(name) for name in "uvw")
@@ -143,7 +140,7 @@ def test_a_velocity_down_or_up_is_of_the_body_beside_one_ahead_and_of_the_earth_
     assert earth.columns.velocity is None
 
 
-def test_small_angles_are_degrees_where_they_turn_as_the_gyro_in_degrees() -> None:
+def test_small_angles_are_degrees_where_they_turn_as_the_gyro_in_degrees():
     small = readings(size=0.05)
     columns = usual(small)
     for name in ("roll", "pitch", "yaw"):
@@ -155,7 +152,7 @@ def test_small_angles_are_degrees_where_they_turn_as_the_gyro_in_degrees() -> No
     assert proposal.columns.gyro.scale == ()
 
 
-def test_radians_that_count_turns_on_are_no_degrees() -> None:
+def test_radians_that_count_turns_on_are_no_degrees():
     columns = {
         "t": READ["t"],
         "roll": READ["euler"][:, 0],
@@ -165,7 +162,7 @@ def test_radians_that_count_turns_on_are_no_degrees() -> None:
     assert proposed(columns).columns.euler.unit == "rad"
 
 
-def test_a_log_in_axes_forward_left_up_is_turned_and_says_so() -> None:
+def test_a_log_in_axes_forward_left_up_is_turned_and_says_so():
     columns = usual(READ)
     for name in ("v", "w", "q", "r", "pitch", "yaw", "ay", "az", "depth"):
         columns[name] = -columns[name]
@@ -180,7 +177,7 @@ def test_a_log_in_axes_forward_left_up_is_turned_and_says_so() -> None:
     assert not any("runs east" in note for note in proposed(usual(READ)).notes)
 
 
-def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_dive() -> None:
+def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_dive():
     w, x, y, z = READ["attitude"].T
     flu = np.array([1.0, -1.0, -1.0])
     imu = {
@@ -214,7 +211,7 @@ def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_
     assert dive.gyro.value == pytest.approx(READ["gyro"])
 
 
-def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_axes_is_refused() -> None:
+def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_axes_is_refused():
     stamp = READ["t"] * 1e6 + 5e6
     topics = {
         "vehicle_angular_velocity": {f"xyz[{k}]": READ["gyro"][:, k] for k in range(3)},
@@ -234,7 +231,7 @@ def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_a
     assert any("earth axes" in note for note in proposal.notes)
 
 
-def test_of_mavros_the_velocity_in_body_axes_and_the_height_above_the_surface_are_taken() -> None:
+def test_of_mavros_the_velocity_in_body_axes_and_the_height_above_the_surface_are_taken():
     t = READ["t"]
     axes = dict(enumerate("xyz"))
     topics = {
@@ -260,9 +257,7 @@ def test_of_mavros_the_velocity_in_body_axes_and_the_height_above_the_surface_ar
 
 
 @pytest.mark.parametrize(("full", "scale"), [(1.0, ()), (100.0, (0.01, 0.01))])
-def test_commands_from_minus_one_to_one_or_in_per_cent_stay_shares_and_are_to_be_checked(
-    full: float, scale: tuple[float, ...]
-) -> None:
+def test_commands_from_minus_one_to_one_or_in_per_cent_stay_shares_and_are_to_be_checked(full, scale):
     columns = {
         "time": READ["t"],
         "r": READ["gyro"][:, 2],
@@ -278,7 +273,7 @@ def test_commands_from_minus_one_to_one_or_in_per_cent_stay_shares_and_are_to_be
     assert choice.confidence is Confidence.GUESSED
 
 
-def test_a_force_along_one_axis_is_a_wrench_whose_other_parts_are_nothing() -> None:
+def test_a_force_along_one_axis_is_a_wrench_whose_other_parts_are_nothing():
     columns = {"t": READ["t"], "u": READ["velocity"][:, 0], "X_N": 20.0 * np.sin(READ["t"])}
     wrench = proposed(columns).columns.tau_cmd
     assert wrench is not None
@@ -286,9 +281,7 @@ def test_a_force_along_one_axis_is_a_wrench_whose_other_parts_are_nothing() -> N
 
 
 @pytest.mark.parametrize(("largest", "unit"), [(29.0, "N"), (0.9, "1")])
-def test_commands_that_are_named_forces_are_newtons_where_they_are_no_shares(
-    largest: float, unit: str
-) -> None:
+def test_commands_that_are_named_forces_are_newtons_where_they_are_no_shares(largest, unit):
     forces = {f"thrust_{k}": largest * np.sin(READ["t"] + k) for k in range(6)}
     motion = {name: cells for name, cells in usual(READ).items() if not name.startswith("pwm")}
     commands = proposed(motion | forces).columns.pwm
@@ -296,7 +289,7 @@ def test_commands_that_are_named_forces_are_newtons_where_they_are_no_shares(
     assert (commands.columns, commands.unit) == (tuple(forces), unit)
 
 
-def test_an_acceleration_without_gravity_is_no_specific_force() -> None:
+def test_an_acceleration_without_gravity_is_no_specific_force():
     columns = usual(READ)
     columns["az"] = columns["az"] + 9.80665
     for name in ("ax", "ay"):
@@ -306,12 +299,12 @@ def test_an_acceleration_without_gravity_is_no_specific_force() -> None:
     assert any("ax, ay, az: not used" in note for note in proposal.notes)
 
 
-def test_of_a_single_rate_the_others_are_unknown() -> None:
+def test_of_a_single_rate_the_others_are_unknown():
     proposal = proposed({"t": READ["t"], "r": READ["gyro"][:, 2], "T1": READ["pulses"][:, 0]})
     assert proposal.columns.gyro.columns == (None, None, "r")
 
 
-def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown() -> None:
+def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown():
     depth = READ["depth"].copy()
     depth[1::2] = np.nan
     profiles = {
@@ -328,7 +321,7 @@ def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown() -> None:
     assert proposal.taken_for("t") == ("time", "s")
 
 
-def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day() -> None:
+def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day():
     """Twenty rows a second from 20:24:50 on."""
     second = np.arange(600) // 20
     clock = np.where(second < 10, 202450, 202500 - 10) + second
@@ -340,7 +333,7 @@ def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day() -> None:
     np.testing.assert_allclose(np.diff(dive.depth.time_s), 0.05, atol=1e-9)
 
 
-def test_a_clock_of_dates_is_taken_for_one() -> None:
+def test_a_clock_of_dates_is_taken_for_one():
     second = [f"2026-07-19T10:15:{k:02d}Z" for k in range(50)]
     stream = Stream("", {"depth": np.linspace(1.0, 2.0, 50)}, {"time": tuple(second)})
     proposal = propose((stream,), LOG)
@@ -348,7 +341,7 @@ def test_a_clock_of_dates_is_taken_for_one() -> None:
     assert np.diff(mapped((stream,), proposal.columns, LOG).depth.time_s) == pytest.approx(1.0)
 
 
-def test_the_written_map_reads_back_as_the_proposal() -> None:
+def test_the_written_map_reads_back_as_the_proposal():
     columns = usual(READ)
     columns["q"] = -columns["q"]
     proposal = proposed(columns)
@@ -357,7 +350,7 @@ def test_the_written_map_reads_back_as_the_proposal() -> None:
     assert "# The gyro contradicts how the attitude turns" in text
 
 
-def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence() -> None:
+def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence():
     with pytest.raises(
         LogError, match="its times in 'time' do not rise, as where several runs stand in one table"
     ):
@@ -370,7 +363,7 @@ def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence(
         proposed({"t": READ["t"], "colour": READ["t"]})
 
 
-def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs() -> None:
+def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs():
     with pytest.raises(LogError, match=r"log\.csv: holds one row alone, and a motion takes many"):
         proposed({"time": np.zeros(1), "u": np.zeros(1)})
     with pytest.raises(LogError, match="its clock 'time' stands still in all 50 rows; name the column"):
@@ -379,7 +372,7 @@ def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs() -> 
         propose((Stream("/dvl", {"stamp": np.zeros(1), "twist.linear.x": np.ones(1)}, {}),), LOG)
 
 
-def bagged(dvl_ahead_s: float) -> tuple[Stream, ...]:
+def bagged(dvl_ahead_s):
     """Two topics as in a bag, that of the DVL with its header's clock so much ahead."""
     at_s = READ["t"] + 1.7e9
     gyro = {f"angular_velocity.{axis}": READ["gyro"][:, k] for k, axis in enumerate("xyz")}
@@ -390,7 +383,7 @@ def bagged(dvl_ahead_s: float) -> tuple[Stream, ...]:
     )
 
 
-def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said() -> None:
+def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said():
     whole = propose(bagged(0.0), LOG)
     assert (whole.columns.time, whole.time_reason) == (TimeColumn("stamp", "s"), "")
     apart = propose(bagged(-1.7e9), LOG)
@@ -400,7 +393,7 @@ def test_topics_on_two_clocks_are_taken_by_the_one_of_the_log_and_it_is_said() -
     assert mapped(bagged(-1.7e9), apart.columns, LOG).velocity.time_s[0] == pytest.approx(1.7e9 + 0.01)
 
 
-def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both() -> None:
+def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both():
     late = propose(bagged(-7.0), LOG)
     assert late.columns.time == TimeColumn("received", "s")
     assert late.time_reason.startswith(
@@ -411,7 +404,7 @@ def test_two_clocks_that_run_seconds_apart_are_known_by_the_log_that_heard_both(
     assert not any("two clocks" in note for note in mapped(bagged(-0.5), late.columns, LOG).notes)
 
 
-def test_headers_that_are_half_a_second_older_than_others_are_asked_about() -> None:
+def test_headers_that_are_half_a_second_older_than_others_are_asked_about():
     old = propose(bagged(-0.5), LOG)
     assert old.columns.time == TimeColumn("stamp", "s")
     assert old.notes[0] == (
@@ -421,7 +414,7 @@ def test_headers_that_are_half_a_second_older_than_others_are_asked_about() -> N
     assert "headers" not in str(propose(bagged(-0.1), LOG).notes)
 
 
-def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
+def test_topics_on_two_clocks_without_a_common_one_are_told():
     streams = tuple(
         Stream(stream.name, {name: cells for name, cells in stream.columns.items() if name != "received"}, {})
         for stream in bagged(-1.7e9)
@@ -431,7 +424,7 @@ def test_topics_on_two_clocks_without_a_common_one_are_told() -> None:
     assert proposal.notes[0].endswith("no signal was held against another. Name one clock of all.")
 
 
-def test_topics_without_a_common_time_are_told_where_both_are_used() -> None:
+def test_topics_without_a_common_time_are_told_where_both_are_used():
     rows = len(READ["t"])
     dvl = Stream(
         "dvl",
@@ -451,7 +444,7 @@ def test_topics_without_a_common_time_are_told_where_both_are_used() -> None:
     assert "in common" not in str(together.notes)
 
 
-def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
+def test_an_attitude_that_never_changes_is_not_taken_for_one():
     rows = len(READ["t"])
     quaternion = {f"orientation.{axis}": np.full(rows, float(axis == "w")) for axis in "xyzw"}
     gyro = {f"angular_velocity.{axis}": READ["gyro"][:, k] for k, axis in enumerate("xyz")}
@@ -464,7 +457,7 @@ def test_an_attitude_that_never_changes_is_not_taken_for_one() -> None:
     assert proposal.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
 
 
-def test_a_field_that_no_sensor_fills_is_not_taken_for_a_depth() -> None:
+def test_a_field_that_no_sensor_fills_is_not_taken_for_a_depth():
     rows = len(READ["t"])
     odom = Stream("/odom", {"stamp": READ["t"], "pose.position.z": np.zeros(rows)}, {})
     pressure = Stream(
@@ -480,7 +473,7 @@ def test_a_field_that_no_sensor_fills_is_not_taken_for_a_depth() -> None:
 
 
 @pytest.mark.parametrize("unit", ["", " [m/s2]"])
-def test_an_accelerometer_without_gravity_is_left_out_and_told(unit: str) -> None:
+def test_an_accelerometer_without_gravity_is_left_out_and_told(unit):
     columns = usual(READ)
     moved = READ["force"] - np.median(READ["force"], axis=0)
     axes = {f"acc_{axis}{unit}": moved[:, k] for k, axis in enumerate("xyz")}
@@ -492,7 +485,7 @@ def test_an_accelerometer_without_gravity_is_left_out_and_told(unit: str) -> Non
     assert proposal.columns.velocity.unit == "m/s"
 
 
-def test_roll_and_pitch_in_radians_beside_a_heading_in_degrees_are_mended() -> None:
+def test_roll_and_pitch_in_radians_beside_a_heading_in_degrees_are_mended():
     columns = usual(READ)
     columns = {name: np.degrees(values) if name == "yaw" else values for name, values in columns.items()}
     proposal = proposed(columns)
@@ -504,7 +497,7 @@ def test_roll_and_pitch_in_radians_beside_a_heading_in_degrees_are_mended() -> N
     assert_maps_to_the_truth(table(columns), proposal)
 
 
-def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed() -> None:
+def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed():
     columns = usual(READ)
     words = tuple(f"02/29/2024 11:{k // 60 % 60:02d}:{k % 60:02d} PM" for k in range(len(columns.pop("t"))))
     (note,) = (note for note in propose((Stream("", columns, {"time": words}),), LOG).notes if "held" in note)
@@ -517,21 +510,21 @@ def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed() -> None:
 
 
 @pytest.mark.parametrize("name", ["thr", "u_cmd", "commands"])
-def test_an_array_of_thrusters_is_known_by_the_names_that_a_thesis_gives_it(name: str) -> None:
+def test_an_array_of_thrusters_is_known_by_the_names_that_a_thesis_gives_it(name):
     columns = {f"{name}.{k}": np.sin(READ["t"] + k) for k in range(6)}
     found = proposed({"t": READ["t"], **columns}).columns
     assert found.pwm.columns == tuple(columns)
     assert proposed({"t": READ["t"], **columns, "tau_cmd.0": READ["t"]}).columns.pwm.columns == tuple(columns)
 
 
-def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion() -> None:
+def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion():
     angles = {name: READ["euler"][:, k] for k, name in enumerate(("roll", "pitch", "yaw"))}
     assert "attitude and depth alone tell the motion" in proposed({"t": READ["t"], **angles}).notes[-1]
     assert "name their columns in the map" in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
     assert "attitude" not in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
 
 
-def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> None:
+def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none():
     text = map_text(
         proposed({"t": READ["t"], "u": READ["velocity"][:, 0], "depth": READ["depth"]}), "log.csv"
     )
@@ -542,7 +535,7 @@ def test_a_guess_is_a_comment_of_the_map_and_what_the_values_prove_is_none() -> 
 
 
 @pytest.mark.parametrize("name", ["Depth_test_3", "Yaw_test_4", "Yaw_test_7", "yaw_test"])
-def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name: str) -> None:
+def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name):
     path = shared("data", "bolt_auv", f"{name}.csv")
     by_hand = column_map("bolt")
     assert propose(read_table(path).streams, path).columns == by_hand

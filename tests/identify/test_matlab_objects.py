@@ -1,8 +1,6 @@
 """MATLAB's own objects in a `.mat`: tables, timetables and timeseries, with and without the library that reads them."""
 
 import warnings
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,7 +9,6 @@ import pytest
 from bridge.errors import LogError
 from identify.ingest import matlab
 from identify.ingest.matlab import read_matlab
-from identify.ingest.streams import Stream, Streams
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # it sets an option of pandas that is no more needed
@@ -22,7 +19,7 @@ TIME_S = np.arange(6.0)
 VERSIONS = pytest.mark.parametrize("version", ["v7", "v7.3"])
 
 
-def saved(folder: Path, version: str, **held: Any) -> Path:
+def saved(folder, version, **held):
     path = folder / "made.mat"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of spans of time, which it writes in s
@@ -30,16 +27,16 @@ def saved(folder: Path, version: str, **held: Any) -> Path:
     return path
 
 
-def timetable(index: pd.Index) -> pd.DataFrame:
+def timetable(index):
     index.name = "Time"
     return pd.DataFrame({"u": TIME_S / 8, "r": -TIME_S}, index=index)
 
 
-def column(values: np.ndarray) -> np.ndarray:
+def column(values):
     return values[:, None]
 
 
-def timeseries(time: np.ndarray, data: np.ndarray, step: float = 0.0) -> MatlabOpaque:
+def timeseries(time, data, step=0.0):
     """As MATLAB keeps it: evenly spaced times by their start and step alone."""
     info = {
         "Start_": np.array([[2.0]]),
@@ -50,12 +47,12 @@ def timeseries(time: np.ndarray, data: np.ndarray, step: float = 0.0) -> MatlabO
     return MatlabOpaque(held, "timeseries")
 
 
-def by_name(recorded: Streams) -> dict[str, Stream]:
+def by_name(recorded):
     return {stream.name: stream for stream in recorded.streams}
 
 
 @VERSIONS
-def test_a_table_is_a_stream_of_its_columns_beside_the_arrays(tmp_path: Path, version: str) -> None:
+def test_a_table_is_a_stream_of_its_columns_beside_the_arrays(tmp_path, version):
     table = pd.DataFrame({"t": TIME_S, "depth": 2 * TIME_S, "mode": list("abcabc")})
     read = by_name(read_matlab(saved(tmp_path, version, log=table, x=column(np.arange(9.0)))))
     assert read["log"].columns["depth"].tolist() == (2 * TIME_S).tolist()
@@ -64,7 +61,7 @@ def test_a_table_is_a_stream_of_its_columns_beside_the_arrays(tmp_path: Path, ve
 
 
 @VERSIONS
-def test_a_timetable_has_the_times_of_its_rows_as_a_column(tmp_path: Path, version: str) -> None:
+def test_a_timetable_has_the_times_of_its_rows_as_a_column(tmp_path, version):
     spans = pd.TimedeltaIndex((TIME_S / 4 * 1e9).astype("timedelta64[ns]"))
     dates = pd.DatetimeIndex(((1_700_000_000 + TIME_S) * 1e9).astype("datetime64[ns]"))
     path = saved(tmp_path, version, dive=timetable(spans), dated=timetable(dates))
@@ -75,9 +72,7 @@ def test_a_timetable_has_the_times_of_its_rows_as_a_column(tmp_path: Path, versi
 
 
 @VERSIONS
-def test_timeseries_have_their_times_whether_these_are_kept_or_told_by_their_step(
-    tmp_path: Path, version: str
-) -> None:
+def test_timeseries_have_their_times_whether_these_are_kept_or_told_by_their_step(tmp_path, version):
     kept = timeseries(column(TIME_S**2), np.column_stack([TIME_S, -TIME_S]))
     even = timeseries(np.zeros((0, 0)), column(3 * TIME_S), step=0.5)
     upright = timeseries(np.zeros((0, 0)), TIME_S.reshape(1, 1, -1), step=0.25)
@@ -95,7 +90,7 @@ def test_timeseries_have_their_times_whether_these_are_kept_or_told_by_their_ste
 
 
 @VERSIONS
-def test_an_object_without_samples_is_left_out_and_named(tmp_path: Path, version: str) -> None:
+def test_an_object_without_samples_is_left_out_and_named(tmp_path, version):
     path = saved(tmp_path, version, plan=MatlabOpaque({"speed": np.array([[1.0]])}, "Plan"), t=column(TIME_S))
     recorded = read_matlab(path)
     assert set(by_name(recorded)) == {""}
@@ -104,8 +99,8 @@ def test_an_object_without_samples_is_left_out_and_named(tmp_path: Path, version
 
 @VERSIONS
 def test_without_the_library_objects_are_left_out_with_two_ways_to_have_them_read(
-    tmp_path: Path, version: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    tmp_path, version, monkeypatch
+):
     monkeypatch.setattr(matlab, "can_read_objects", lambda: False)
     table = pd.DataFrame({"t": TIME_S})
     with pytest.raises(LogError) as refused:
@@ -118,10 +113,8 @@ def test_without_the_library_objects_are_left_out_with_two_ways_to_have_them_rea
     assert "pip install 'seatrial[matlab]'" in recorded.notes[-1]
 
 
-def test_an_object_that_the_library_can_not_read_is_refused_with_what_to_save(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(_path: Path) -> None:
+def test_an_object_that_the_library_can_not_read_is_refused_with_what_to_save(tmp_path, monkeypatch):
+    def fail(_path):
         raise RuntimeError("unknown form")
 
     monkeypatch.setattr(matlab, "read_objects", fail)
@@ -129,5 +122,5 @@ def test_an_object_that_the_library_can_not_read_is_refused_with_what_to_save(
         read_matlab(saved(tmp_path, "v7", log=pd.DataFrame({"t": TIME_S})))
 
 
-def test_the_library_is_looked_for_where_it_is_installed() -> None:
+def test_the_library_is_looked_for_where_it_is_installed():
     assert matlab.can_read_objects()

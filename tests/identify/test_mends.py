@@ -15,8 +15,8 @@ from identify.ingest.rotation import to_earth
 READ = readings()
 
 
-def dive(read: dict[str, np.ndarray] = READ) -> Dive:
-    def signal(key: str) -> Signal:
+def dive(read=READ):
+    def signal(key):
         value = read[key]
         return Signal(read["t"], value if value.ndim == 2 else value[:, None])
 
@@ -26,15 +26,15 @@ def dive(read: dict[str, np.ndarray] = READ) -> Dive:
     )  # fmt: skip
 
 
-def changed(name: str, factors: tuple[float, ...], order: tuple[int, ...] = ()) -> Dive:
+def changed(name, factors, order=()):
     return mended(dive(), Mend(name, factors, "", "", order))
 
 
-def without(recorded: Dive, *names: str) -> Dive:
+def without(recorded, *names):
     return replace(recorded, **dict.fromkeys(names))
 
 
-def test_a_recording_that_agrees_with_itself_is_left_alone_and_its_signals_bear_each_other_out() -> None:
+def test_a_recording_that_agrees_with_itself_is_left_alone_and_its_signals_bear_each_other_out():
     assert mends(dive()) == ()
     assert agreeing(dive()) == {
         ("attitude", "gyro"),
@@ -74,9 +74,7 @@ CHANGES = [
 
 
 @pytest.mark.parametrize(("name", "factors", "order"), CHANGES)
-def test_a_signal_that_was_changed_is_found_and_mended_back(
-    name: str, factors: tuple[float, ...], order: tuple[int, ...]
-) -> None:
+def test_a_signal_that_was_changed_is_found_and_mended_back(name, factors, order):
     wrong = changed(name, factors, order)
     (mend,) = mends(wrong)
     assert mend.signal == name
@@ -99,15 +97,13 @@ def test_a_signal_that_was_changed_is_found_and_mended_back(
         ("pressure", 0.001, "as kPa taken for Pa"),
     ],
 )
-def test_the_sentence_names_the_unit_that_a_column_is_in(name: str, factor: float, unit: str) -> None:
+def test_the_sentence_names_the_unit_that_a_column_is_in(name, factor, unit):
     width = getattr(dive(), name).value.shape[1]
     (mend,) = mends(changed(name, (factor,) * width))
     assert unit in mend.problem
 
 
-def test_a_depth_in_feet_is_found_by_heave_alone_and_a_velocity_in_feet_by_a_depth_that_pressure_bears_out() -> (
-    None
-):
+def test_a_depth_in_feet_is_found_by_heave_alone_and_a_velocity_in_feet_by_a_depth_that_pressure_bears_out():
     (mend,) = mends(without(changed("depth", (1 / 0.3048,)), "pressure", "specific_force"))
     assert (mend.signal, mend.factors) == ("depth", pytest.approx((0.3048,)))
     assert "it is in feet" in mend.problem
@@ -116,13 +112,13 @@ def test_a_depth_in_feet_is_found_by_heave_alone_and_a_velocity_in_feet_by_a_dep
     assert "the velocity is in ft/s" in mend.problem
 
 
-def test_a_velocity_in_feet_is_found_by_a_pressure_where_no_depth_is_recorded() -> None:
+def test_a_velocity_in_feet_is_found_by_a_pressure_where_no_depth_is_recorded():
     (mend,) = mends(without(changed("velocity", (1 / 0.3048,) * 3), "depth", "specific_force"))
     assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.3048,) * 3))
 
 
 @pytest.mark.parametrize("factor", [1.0, 1e-4])
-def test_a_pressure_that_counts_from_the_surface_gets_the_airs(factor: float) -> None:
+def test_a_pressure_that_counts_from_the_surface_gets_the_airs(factor):
     right = dive()
     wrong = replace(right, pressure=Signal(READ["t"], factor * (READ["pressure"][:, None] - 101325.0)))
     (mend,) = mends(wrong)
@@ -143,8 +139,8 @@ AXES = [
 
 @pytest.mark.parametrize(("velocity", "factors", "order", "words"), AXES)
 def test_a_velocity_in_earth_axes_is_found_by_the_accelerometer_and_turned_by_the_attitude(
-    velocity: np.ndarray, factors: tuple[float, ...], order: tuple[int, ...], words: str
-) -> None:
+    velocity, factors, order, words
+):
     wrong = replace(dive(), velocity=Signal(READ["t"], velocity))
     made = mends(wrong)
     right = wrong
@@ -160,37 +156,35 @@ def test_a_velocity_in_earth_axes_is_found_by_the_accelerometer_and_turned_by_th
         assert turning.problem.endswith(words)
 
 
-def test_a_gyro_in_degrees_with_a_turned_sign_is_mended_in_both() -> None:
+def test_a_gyro_in_degrees_with_a_turned_sign_is_mended_in_both():
     (mend,) = mends(changed("gyro", (57.29577951, 57.29577951, -57.29577951)))
     assert mend.factors == pytest.approx((0.01745329, 0.01745329, -0.01745329))
 
 
-def test_depth_in_centimetres_is_found_by_heave_where_pressure_is_not_recorded() -> None:
+def test_depth_in_centimetres_is_found_by_heave_where_pressure_is_not_recorded():
     (mend,) = mends(without(changed("depth", (100.0,)), "pressure"))
     assert (mend.signal, mend.factors) == ("depth", pytest.approx((0.01,)))
 
 
-def test_velocity_in_centimetres_is_told_from_depth_in_hectometres_by_its_size() -> None:
+def test_velocity_in_centimetres_is_told_from_depth_in_hectometres_by_its_size():
     (mend,) = mends(without(changed("velocity", (100.0,) * 3), "pressure"))
     assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.01,) * 3))
 
 
-def test_an_accelerometer_alone_turns_all_that_nothing_contradicts_to_its_frame() -> None:
+def test_an_accelerometer_alone_turns_all_that_nothing_contradicts_to_its_frame():
     flu = (1.0, -1.0, -1.0)
     wrong = without(changed("specific_force", flu), "depth", "pressure", "attitude")
     assert {mend.signal for mend in mends(wrong)} == {"velocity", "gyro", "specific_force"}
     assert all(mend.factors == flu for mend in mends(wrong))
 
 
-def test_an_accelerometer_of_the_other_sign_turns_no_gyro_where_depth_says_that_the_velocity_is_right() -> (
-    None
-):
+def test_an_accelerometer_of_the_other_sign_turns_no_gyro_where_depth_says_that_the_velocity_is_right():
     level = dive(readings(size=0.01))
     (mend,) = mends(mended(level, Mend("specific_force", (1.0, -1.0, -1.0), "", "")))
     assert mend.signal == "specific_force"
 
 
-def test_a_sway_of_the_other_sign_is_a_frame_where_nothing_tells_of_heave() -> None:
+def test_a_sway_of_the_other_sign_is_a_frame_where_nothing_tells_of_heave():
     (mend,) = mends(without(changed("velocity", (1.0, -1.0, -1.0)), "depth", "pressure"))
     assert (mend.signal, mend.factors) == ("velocity", (1.0, -1.0, -1.0))
 
@@ -199,9 +193,7 @@ def test_a_sway_of_the_other_sign_is_a_frame_where_nothing_tells_of_heave() -> N
     ("factors", "mended_by"),
     [((1, -1, -1, 1, -1, -1), ((1.0, -1.0, -1.0) * 2,)), ((1,) * 6, ()), ((-1, -1, 1, 1, 1, 1), ())],
 )
-def test_a_wrench_in_axes_forward_left_up_is_turned_where_the_motion_goes_against_it(
-    factors: tuple[int, ...], mended_by: tuple[tuple[float, ...], ...]
-) -> None:
+def test_a_wrench_in_axes_forward_left_up_is_turned_where_the_motion_goes_against_it(factors, mended_by):
     moved = dive()
     assert moved.velocity is not None
     assert moved.gyro is not None
@@ -211,7 +203,7 @@ def test_a_wrench_in_axes_forward_left_up_is_turned_where_the_motion_goes_agains
     assert tuple(mend.factors for mend in mends(pushed)) == mended_by
 
 
-def test_a_sentence_names_the_evidence_and_the_edit_of_the_map() -> None:
+def test_a_sentence_names_the_evidence_and_the_edit_of_the_map():
     (mend,) = mends(changed("gyro", (1.0, -1.0, 1.0)))
     assert "y: correlation -1.00" in mend.sentence
     assert mend.sentence.endswith("multiply `scale` of `gyro` by [1, -1, 1].")
@@ -219,7 +211,7 @@ def test_a_sentence_names_the_evidence_and_the_edit_of_the_map() -> None:
     assert swapped.sentence.endswith("give the columns of `gyro` in the order 2, 1, 3.")
 
 
-def test_noise_without_motion_contradicts_nothing() -> None:
+def test_noise_without_motion_contradicts_nothing():
     noise = np.random.default_rng(1)
     count = len(READ["t"])
     still = Dive(
@@ -236,5 +228,5 @@ def test_noise_without_motion_contradicts_nothing() -> None:
     assert agreeing(still) == set()
 
 
-def test_a_short_recording_is_left_alone() -> None:
+def test_a_short_recording_is_left_alone():
     assert mends(changed("gyro", (1.0, -1.0, 1.0)).between(0.0, 5.0)) == ()

@@ -1,7 +1,5 @@
 """A log of the autopilot beside the telemetry of a dive: one clock, nothing heard replaced, strangers left out."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from autopilot_log import Turning, heard, logged
@@ -22,7 +20,7 @@ def since_its_own_boot(drift=0.0, booted_s=-12.7):
     return lambda boot_s: (boot_s - booted_s) * (1.0 + drift)
 
 
-def folder_of(tmp_path: Path, turning: Turning, **how) -> Path:
+def folder_of(tmp_path, turning, **how):
     folder = tmp_path / "dive"
     folder.mkdir()
     heard(folder / "telemetry.tlog", turning, **how)
@@ -30,7 +28,7 @@ def folder_of(tmp_path: Path, turning: Turning, **how) -> Path:
 
 
 @pytest.mark.parametrize("drift", DRIFTS)
-def test_a_planted_offset_and_drift_are_found_within_what_is_stated(tmp_path, drift) -> None:
+def test_a_planted_offset_and_drift_are_found_within_what_is_stated(tmp_path, drift):
     turning, clock = Turning(), since_its_own_boot(drift)
     ours = read_tlog([heard(tmp_path / "t.tlog", turning)], "t.tlog")
     other = tmp_path / "1.BIN"
@@ -44,7 +42,7 @@ def test_a_planted_offset_and_drift_are_found_within_what_is_stated(tmp_path, dr
     assert np.abs(matched.line.here_s(truth_s + time_s) - time_s).max() <= matched.within_s
 
 
-def test_the_line_is_stated_as_well_as_it_is_known() -> None:
+def test_the_line_is_stated_as_well_as_it_is_known():
     rng, held = np.random.default_rng(0), 0
     for _ in range(200):
         time_s, std_s = np.sort(rng.uniform(0, 1500, 30)), rng.uniform(5e-4, 5e-3, 30)
@@ -63,11 +61,11 @@ def test_the_line_is_stated_as_well_as_it_is_known() -> None:
         (12.7, -40e-6, "is 12.700 s ahead, loses 40 ± 3 ppm, and is known to 4 ms"),
     ],
 )
-def test_a_line_says_which_clock_is_ahead_and_which_way_it_drifts(offset_s, drift, words) -> None:
+def test_a_line_says_which_clock_is_ahead_and_which_way_it_drifts(offset_s, drift, words):
     assert ClockLine(100.0, offset_s, drift, 1e-3, 1.5e-6).words(100.0, 1100.0) == words
 
 
-def test_a_log_dropped_into_the_folder_fills_up_what_came_rarely(tmp_path) -> None:
+def test_a_log_dropped_into_the_folder_fills_up_what_came_rarely(tmp_path):
     turning, clock = Turning(), since_its_own_boot(40e-6)
     folder = folder_of(tmp_path, turning)
     alone = read_dive(folder)
@@ -89,7 +87,7 @@ def test_a_log_dropped_into_the_folder_fills_up_what_came_rarely(tmp_path) -> No
     assert len(whole.gyro) == len(alone.gyro)
 
 
-def test_what_was_never_heard_is_brought_and_what_lies_beyond_the_dive_is_not(tmp_path) -> None:
+def test_what_was_never_heard_is_brought_and_what_lies_beyond_the_dive_is_not(tmp_path):
     turning = Turning()
     folder = folder_of(tmp_path, turning, seconds=200.0, pwm_hz=20.0)
     path = folder / "telemetry.tlog"
@@ -101,7 +99,7 @@ def test_what_was_never_heard_is_brought_and_what_lies_beyond_the_dive_is_not(tm
     assert "100 s of it lie before or after what was heard" in note
 
 
-def test_originals_stay_and_the_dive_is_known_by_both(tmp_path) -> None:
+def test_originals_stay_and_the_dive_is_known_by_both(tmp_path):
     turning = Turning()
     folder = folder_of(tmp_path, turning)
     alone = identity_of(recording_files(folder))
@@ -113,7 +111,7 @@ def test_originals_stay_and_the_dive_is_known_by_both(tmp_path) -> None:
     assert both.sha256 != alone.sha256
 
 
-def test_two_vehicles_files_are_refused(tmp_path) -> None:
+def test_two_vehicles_files_are_refused(tmp_path):
     folder = folder_of(tmp_path, Turning(0))
     logged(folder / "other.BIN", Turning(1), since_its_own_boot())
     dive = read_dive(folder)
@@ -122,7 +120,7 @@ def test_two_vehicles_files_are_refused(tmp_path) -> None:
     assert len(dive.pwm) == 600
 
 
-def test_a_log_of_another_system_is_refused_by_its_own_word(tmp_path) -> None:
+def test_a_log_of_another_system_is_refused_by_its_own_word(tmp_path):
     turning = Turning()
     folder = folder_of(tmp_path, turning)
     log = logged(folder / "2.BIN", turning, since_its_own_boot(), parameters={"SYSID_THISMAV": 2.0})
@@ -131,7 +129,7 @@ def test_a_log_of_another_system_is_refused_by_its_own_word(tmp_path) -> None:
         merged(read_tlog([telemetry], "t"), [telemetry], log)
 
 
-def test_where_the_autopilot_dated_both_its_clock_is_taken_and_another_boot_refused(tmp_path) -> None:
+def test_where_the_autopilot_dated_both_its_clock_is_taken_and_another_boot_refused(tmp_path):
     turning = Turning()
     folder = folder_of(tmp_path, turning, component=1, autopilot=3)
     logged(folder / "same.BIN", turning, lambda boot_s: boot_s)
@@ -141,7 +139,7 @@ def test_where_the_autopilot_dated_both_its_clock_is_taken_and_another_boot_refu
     assert "it lies 60.0 s off the times that the same autopilot told" in notes["before.BIN"]
 
 
-def test_a_vehicle_that_does_not_turn_tells_no_clock(tmp_path) -> None:
+def test_a_vehicle_that_does_not_turn_tells_no_clock(tmp_path):
     class Still(Turning):
         def rate_rad_s(self, time_s):
             return 0.0 * super().rate_rad_s(time_s)
@@ -152,7 +150,7 @@ def test_a_vehicle_that_does_not_turn_tells_no_clock(tmp_path) -> None:
     assert "no 30 s in common in which the vehicle turns" in note
 
 
-def test_a_damaged_log_costs_the_dive_nothing(tmp_path) -> None:
+def test_a_damaged_log_costs_the_dive_nothing(tmp_path):
     folder = folder_of(tmp_path, Turning())
     alone = read_dive(folder)
     (folder / "1.BIN").write_bytes(b"\xa3\x95\x80" * 40)
@@ -162,14 +160,14 @@ def test_a_damaged_log_costs_the_dive_nothing(tmp_path) -> None:
     assert [note.split(" is ")[0] for note in whole.notes if ".BIN" in note] == ["1.BIN", "2.BIN"]
 
 
-def test_only_holes_are_filled() -> None:
+def test_only_holes_are_filled():
     ours = Signal(np.array([0.0, 0.5, 0.6, 0.7, 1.5]), np.zeros((5, 1)))
     other = Signal(np.arange(-0.2, 2.0, 0.1), np.zeros((22, 1)))
     filled = [-0.2, -0.1, 0.1, 0.2, 0.3, 0.4, *np.arange(0.8, 1.45, 0.1), 1.6, 1.7, 1.8, 1.9]
     assert other.time_s[in_holes(ours, other)] == pytest.approx(filled, abs=1e-9)
 
 
-def test_a_real_log_of_another_dive_is_refused() -> None:
+def test_a_real_log_of_another_dive_is_refused():
     dives = shared("data", "ardusub_dives")
     telemetry = dives / "small.tlog"
     with pytest.raises(LogError, match="in common in which the vehicle turns"):

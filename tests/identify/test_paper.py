@@ -12,7 +12,6 @@ from bench.reproduce.paper import (
     PAPER,
     PaperNetwork,
     PaperOptions,
-    Samples,
     closed_form,
     data_loss,
     estimate,
@@ -27,7 +26,7 @@ from bench.reproduce.paper import (
     window_ends,
 )
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
-from identify.align import AlignedDive, aligned
+from identify.align import aligned
 from identify.dive import Dive, Signal
 from identify.identification import Outcome
 
@@ -37,11 +36,11 @@ FILE = VehicleFile(Path("v.yaml"), Vehicle("v", {"v": SHAPE}), None, "0")
 QUICK = PaperOptions(hidden=8, depth=1, epochs=40, batch=128, cutoff_hz=5.0, physical_rate=4.0, threads=1)
 
 
-def silent(_fraction: float, _text: str) -> None:
+def silent(_fraction, _text):
     """Progress that nobody watches."""
 
 
-def exact_dive(seconds: float = 120.0, sway: float = 0.15, noise: float = 0.0) -> Dive:
+def exact_dive(seconds=120.0, sway=0.15, noise=0.0):
     """Surge, sway and yaw as sines, and the wrench that the true parameters ask for, without lag."""
     time_s = np.arange(int(seconds * 10)) / 10
     nu, nu_dot = np.zeros((2, len(time_s), 6))
@@ -64,13 +63,13 @@ def exact_dive(seconds: float = 120.0, sway: float = 0.15, noise: float = 0.0) -
     )
 
 
-def problem(dive: Dive, options: PaperOptions = QUICK) -> tuple[AlignedDive, Samples]:
+def problem(dive, options=QUICK):
     grid = aligned(dive, FILE, "v", options.rate_hz, options.cutoff_hz)
     _, dofs = excited(grid)
     return grid, samples(grid, window_ends(grid, options.window), SHAPE, dofs)
 
 
-def test_the_network_is_the_one_of_table_1() -> None:
+def test_the_network_is_the_one_of_table_1():
     network = PaperNetwork(PAPER.hidden, PAPER.depth, PAPER.dropout)
     assert (network.lstm.hidden_size, network.lstm.num_layers, PAPER.window) == (1024, 5, 20)
     first, drop, activation, second, last_drop = network.head
@@ -82,7 +81,7 @@ def test_the_network_is_the_one_of_table_1() -> None:
     assert [d.p for d in (drop, last_drop) if isinstance(d, torch.nn.Dropout)] == [0.2, 0.2]
 
 
-def test_the_gradient_of_the_parameters_does_not_depend_on_the_network_at_all() -> None:
+def test_the_gradient_of_the_parameters_does_not_depend_on_the_network_at_all():
     grid, data = problem(exact_dive(noise=0.01))
     rows = torch.arange(64)
     windows = torch.tensor(np.random.default_rng(0).standard_normal((len(rows), 20, 7)), dtype=torch.float32)
@@ -102,7 +101,7 @@ def test_the_gradient_of_the_parameters_does_not_depend_on_the_network_at_all() 
     assert len(grid) > len(rows)
 
 
-def test_softplus_starts_at_the_dry_mass() -> None:
+def test_softplus_starts_at_the_dry_mass():
     _, curves = estimate_with_curves(exact_dive(40.0), FILE, "v", silent, replace(QUICK, epochs=1))
     start = dict(zip(curves.names, curves.values[0], strict=True))
     assert start["M_u"] == pytest.approx(72.0)
@@ -110,7 +109,7 @@ def test_softplus_starts_at_the_dry_mass() -> None:
     assert torch.nn.functional.softplus(inverse_softplus(torch.tensor(0.3))).item() == pytest.approx(0.3)
 
 
-def test_the_closed_form_is_exact_without_noise() -> None:
+def test_the_closed_form_is_exact_without_noise():
     _, data = problem(exact_dive())
     best = closed_form(data, fixed_values(SHAPE))
     # Central differences flatten a sine of 0.063 Hz, sampled at 10 Hz, by 0.03 %.
@@ -118,7 +117,7 @@ def test_the_closed_form_is_exact_without_noise() -> None:
 
 
 @pytest.mark.soak
-def test_training_tends_to_the_closed_form() -> None:
+def test_training_tends_to_the_closed_form():
     noisy = exact_dive(noise=0.002)
     _, data = problem(noisy)
     best = closed_form(data, fixed_values(SHAPE))
@@ -136,7 +135,7 @@ def test_training_tends_to_the_closed_form() -> None:
     assert fractions[-1] == 1.0
 
 
-def test_torch_is_left_as_it_was() -> None:
+def test_torch_is_left_as_it_was():
     threads, state = torch.get_num_threads(), torch.random.get_rng_state()
     estimate(exact_dive(40.0), FILE, "v", silent, replace(QUICK, epochs=1, threads=threads + 1))
     assert torch.get_num_threads() == threads
@@ -144,7 +143,7 @@ def test_torch_is_left_as_it_was() -> None:
     assert not torch.are_deterministic_algorithms_enabled()
 
 
-def test_an_axis_that_was_not_driven_is_left_out_with_its_reason() -> None:
+def test_an_axis_that_was_not_driven_is_left_out_with_its_reason():
     answer = estimate(exact_dive(60.0, sway=0.0), FILE, "v", silent, replace(QUICK, epochs=1))
     assert not answer["M_v"].identifiable
     assert "sway was not excited" in answer["M_v"].reason
@@ -152,7 +151,7 @@ def test_an_axis_that_was_not_driven_is_left_out_with_its_reason() -> None:
     assert set(answer.values()) == {"M_u", "D_u", "I_r", "D_r"}
 
 
-def test_it_states_no_interval_and_its_json_has_none() -> None:
+def test_it_states_no_interval_and_its_json_has_none():
     answer = estimate(exact_dive(40.0), FILE, "v", silent, replace(QUICK, epochs=1))
     surge = answer["M_u"]
     assert all(math.isnan(x) for x in (surge.std, surge.low95, surge.high95))
@@ -163,7 +162,7 @@ def test_it_states_no_interval_and_its_json_has_none() -> None:
     assert answer["X_udot"].value == pytest.approx(surge.value - 72.0)
 
 
-def test_windows_do_not_cross_a_gap() -> None:
+def test_windows_do_not_cross_a_gap():
     grid, _ = problem(exact_dive(40.0))
     valid = grid.valid.copy()
     valid[100:103] = False

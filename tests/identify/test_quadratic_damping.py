@@ -19,7 +19,7 @@ from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
 from identify.identifiability import with_drag_forces
-from identify.identification import Identification, Outcome
+from identify.identification import Outcome
 
 QUADRATIC = 40.0
 
@@ -35,7 +35,7 @@ def fit(dive, damping="both", method="likelihood", **changes):
 
 
 @pytest.fixture(scope="module")
-def squared() -> Identification:
+def squared():
     """A hull with quadratic damping alone, whose vehicle file says so."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(closed_loop, "DAMPING", 0.0)
@@ -44,12 +44,12 @@ def squared() -> Identification:
 
 
 @pytest.fixture(scope="module")
-def both() -> Identification:
+def both():
     return fit(closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC))
 
 
 @pytest.fixture(scope="module")
-def without() -> Identification:
+def without():
     """A hull that has no quadratic damping, with a vehicle file that lets it have some."""
     return fit(closed_loop.dive(np.random.default_rng(1), 120.0))
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.arrays import Array
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
@@ -22,7 +21,7 @@ PLACE = {0: 0, 1: 1, 5: 2}
 LAG_S = 1.0
 
 
-def _runs(top: float, first_s: float, count: int) -> tuple[Array, Array]:
+def _runs(top, first_s, count):
     """Speed and its derivative: up in 5 s, held for 10 s, down in 5 s, and the same backwards."""
     velocity, slope = np.zeros(count), np.zeros(count)
     for begins_s, sign in ((first_s, 1.0), (first_s + 25.0, -1.0)):
@@ -35,7 +34,7 @@ def _runs(top: float, first_s: float, count: int) -> tuple[Array, Array]:
     return velocity, slope
 
 
-def flown(mode: Mode, mass: float = 1.0, damping: float = 1.0, axes: tuple[int, ...] = (0, 1, 5)) -> Dive:
+def flown(mode, mass=1.0, damping=1.0, axes=(0, 1, 5)):
     """A dive whose motion comes `LAG_S` late behind its reference as a first-order lag does; the PID gives just what
     that motion takes, and the feed-forward goes by `mass` and `damping` times the truth."""
     count = int(180 * RATE_HZ)
@@ -62,7 +61,7 @@ def flown(mode: Mode, mass: float = 1.0, damping: float = 1.0, axes: tuple[int, 
     )  # fmt: skip
 
 
-def under(dive: Dive, pid: Array, *, with_fed: bool = False) -> Dive:
+def under(dive, pid, *, with_fed=False):
     """The dive under another force of the PID, commanded alone or with what is fed forward."""
     assert dive.tau_ff is not None
     time_s = dive.tau_ff.time_s
@@ -70,20 +69,18 @@ def under(dive: Dive, pid: Array, *, with_fed: bool = False) -> Dive:
     return replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))
 
 
-def judged(dive: Dive) -> Raising:
+def judged(dive):
     raising = go_no_go(dive, FILE, "hovering")
     assert raising is not None
     return raising
 
 
-def failed(raising: Raising) -> list[str]:
+def failed(raising):
     return [criterion.what for criterion in raising.criteria if criterion.passed is False]
 
 
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
-def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late_the_pid_is(
-    mode: Mode,
-) -> None:
+def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late_the_pid_is(mode):
     raising = judged(flown(mode))
     assert raising.go
     assert all(criterion.passed for criterion in raising.criteria)
@@ -91,7 +88,7 @@ def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late
     assert raising.sentence.endswith("to both (seatrial ff both, in the app Ctrl-U).")
 
 
-def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
+def test_the_pids_force_shows_mass_and_damping_as_they_are():
     words = {criterion.what: criterion.words for criterion in judged(flown(Mode.SHADOW)).criteria}
     # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.
     assert words["surge mass"].startswith("100 kg fed, PID 100 ±")
@@ -101,26 +98,24 @@ def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize("term", ["mass", "damping"])
-def test_a_mass_or_damping_of_half_or_twice_is_named_and_is_no_go(term: str, factor: float) -> None:
+def test_a_mass_or_damping_of_half_or_twice_is_named_and_is_no_go(term, factor):
     raising = judged(flown(Mode.SHADOW, **{term: factor}))
     assert failed(raising) == [f"{axis} {term}" for axis in ("surge", "sway", "yaw")]
     named = ", ".join(failed(raising))
     assert raising.sentence.startswith(f"NO-GO, don't raise it: {named}. Identify from")
 
 
-def test_a_dive_at_rest_or_without_its_feed_forward_is_no_go() -> None:
+def test_a_dive_at_rest_or_without_its_feed_forward_is_no_go():
     assert failed(judged(flown(Mode.SHADOW, axes=()))) == ["motion"]
     assert failed(judged(replace(flown(Mode.SHADOW), tau_ff=None))) == ["TAU_FF"]
 
 
 @pytest.mark.parametrize(("factor", "go"), [(0.72, True), (0.70, False), (1.40, True), (1.43, False)])
-def test_the_limits_lie_at_the_square_root_of_the_factor_of_two_that_was_flown(
-    factor: float, go: bool
-) -> None:
+def test_the_limits_lie_at_the_square_root_of_the_factor_of_two_that_was_flown(factor, go):
     assert judged(flown(Mode.SHADOW, damping=factor)).go is go
 
 
-def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
+def test_a_force_that_no_feed_forward_knows_is_unlike():
     dive = flown(Mode.SHADOW)
     pushed = dive.tau_pid.value.copy()
     pushed[:, 0] += 20.0 * np.sin(2 * np.pi * dive.tau_pid.time_s / 12.0)
@@ -130,8 +125,8 @@ def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
 
 @pytest.mark.parametrize(("seconds", "go"), [(1.9, True), (2.2, False)])
 def test_a_dive_in_which_thrusters_were_pushed_beside_the_controller_tells_nothing_and_says_how_to_fly(
-    seconds: float, go: bool
-) -> None:
+    seconds, go
+):
     dive = flown(Mode.SHADOW)
     assert dive.tau_cmd is not None
     commanded = dive.tau_cmd.value.copy()
@@ -143,7 +138,7 @@ def test_a_dive_in_which_thrusters_were_pushed_beside_the_controller_tells_nothi
     )
 
 
-def test_an_axis_that_an_autopilot_holds_later_is_not_pushed_beside_the_controller() -> None:
+def test_an_axis_that_an_autopilot_holds_later_is_not_pushed_beside_the_controller():
     """Flown by sticks in MANUAL, then in STABILIZE: the companion has no say over that axis any more."""
     dive = flown(Mode.SHADOW)
     assert dive.tau_pid is not None
@@ -154,7 +149,7 @@ def test_an_axis_that_an_autopilot_holds_later_is_not_pushed_beside_the_controll
     assert judged(replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))).go
 
 
-def left_alone(force, begin_s: float, end_s: float) -> Dive:
+def left_alone(force, begin_s, end_s):
     """In shadow, surge without the controller for a while, and commanded by somebody else: `force` of time, N."""
     dive = flown(Mode.SHADOW)
     assert dive.tau_pid is not None
@@ -166,7 +161,7 @@ def left_alone(force, begin_s: float, end_s: float) -> Dive:
     return replace(dive, tau_pid=Signal(time_s, pid), tau_cmd=Signal(time_s, commanded))
 
 
-def test_a_short_while_in_which_an_autopilot_holds_an_axis_is_no_push_and_a_force_that_is_held_is() -> None:
+def test_a_short_while_in_which_an_autopilot_holds_an_axis_is_no_push_and_a_force_that_is_held_is():
     def holds(time_s):
         return 6.0 * np.sin(time_s / 0.9) + 2.0 * np.sin(time_s / 0.3)
 
@@ -177,7 +172,7 @@ def test_a_short_while_in_which_an_autopilot_holds_an_axis_is_no_push_and_a_forc
 
 
 @pytest.mark.parametrize(("seconds", "count", "go"), [(0.5, 40, True), (1.5, 2, False)])
-def test_taps_of_the_sticks_are_no_push_however_many(seconds: float, count: int, go: bool) -> None:
+def test_taps_of_the_sticks_are_no_push_however_many(seconds, count, go):
     dive = flown(Mode.SHADOW)
     assert dive.tau_cmd is not None
     time_s, commanded = dive.tau_cmd.time_s, dive.tau_cmd.value.copy()
@@ -187,7 +182,7 @@ def test_taps_of_the_sticks_are_no_push_however_many(seconds: float, count: int,
     assert judged(replace(dive, tau_cmd=Signal(time_s, commanded))).go is go
 
 
-def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
+def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read():
     dive = flown(Mode.SHADOW)
     zeroed = dive.tau_ff.value.copy()
     zeroed[:, 1] = 0.0
@@ -196,7 +191,7 @@ def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_
     assert "upload a set that it can fly" in raising.sentence
 
 
-def test_a_baseline_that_feeds_nothing_forward_is_neither_go_nor_no_go() -> None:
+def test_a_baseline_that_feeds_nothing_forward_is_neither_go_nor_no_go():
     for mode, judges in ((Mode.OFF, False), (Mode.SHADOW, True)):
         dive = flown(mode)
         assert dive.tau_ff is not None
@@ -204,13 +199,13 @@ def test_a_baseline_that_feeds_nothing_forward_is_neither_go_nor_no_go() -> None
         assert (go_no_go(nothing, FILE, "hovering") is not None) is judges
 
 
-def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing() -> None:
+def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing():
     raising = judged(flown(Mode.SHADOW, axes=(0, 5)))
     assert raising.go
     assert raising.sentence.endswith("Not known from this dive: sway.")
 
 
-def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
+def test_a_force_that_the_thrusters_hardly_have_is_no_go():
     dive = flown(Mode.SHADOW)
     assert dive.tau_pid is not None
     much = {"tau_ff": Signal(dive.tau_ff.time_s, 6 * dive.tau_ff.value)}
@@ -220,13 +215,13 @@ def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
     assert "motion" not in failed(judged(held_back))
 
 
-def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference() -> None:
+def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference():
     dive = flown(Mode.SHADOW)
     assert go_no_go(replace(dive, ff_mode=None), FILE, "hovering") is None
     assert go_no_go(replace(dive, nu_ref=None), FILE, "hovering") is None
 
 
-def test_of_a_dive_in_two_modes_the_longer_part_is_judged() -> None:
+def test_of_a_dive_in_two_modes_the_longer_part_is_judged():
     shadow, off = flown(Mode.SHADOW), flown(Mode.BOTH, damping=2.0)
     late = shadow.ff_mode.time_s > 120.0
     mode = np.where(late, 3.0, 1.0)[:, None]
@@ -242,7 +237,7 @@ def test_of_a_dive_in_two_modes_the_longer_part_is_judged() -> None:
     assert "yaw" in raising.sentence  # its runs came after
 
 
-def test_feed_forward_alone_is_judged_by_the_papers_errors() -> None:
+def test_feed_forward_alone_is_judged_by_the_papers_errors():
     dive = flown(Mode.ALONE)
     assert dive.velocity is not None
     exact = {criterion.what: criterion.passed for criterion in judged(_on_course(dive, 1.0)).criteria}
@@ -255,14 +250,14 @@ def test_feed_forward_alone_is_judged_by_the_papers_errors() -> None:
     }
 
 
-def _on_course(dive: Dive, share: float) -> Dive:
+def _on_course(dive, share):
     """Going at a share of what the reference asks for, without delay."""
     time_s, wanted = dive.nu_ref.time_s, share * dive.nu_ref.value[:, :6]
     return replace(dive, velocity=Signal(time_s, wanted[:, :3]), gyro=Signal(time_s, wanted[:, 3:]))
 
 
 @pytest.mark.parametrize(("share", "go"), [(0.4, True), (0.6, False)])
-def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -> None:
+def test_with_both_the_pid_must_have_little_left_to_do(share, go):
     dive = flown(Mode.BOTH)
     raising = judged(under(dive, share * dive.tau_ff.value, with_fed=True))
     assert raising.go is go
@@ -270,7 +265,7 @@ def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -
     assert ("may stay at both" in raising.sentence) is go
 
 
-def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
+def test_what_a_dive_does_not_show_is_neither_go_nor_no_go():
     rng = np.random.default_rng(1)
     dive = flown(Mode.SHADOW)
     # Slow noise of the size of the yaw's inertial moment, which hardly matters beside its damping.
@@ -284,7 +279,7 @@ def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
     assert raising.go
 
 
-def test_it_is_told_as_plain_data() -> None:
+def test_it_is_told_as_plain_data():
     raising = Raising(Mode.SHADOW, Mode.BOTH, (Criterion("surge mass", False, "twice", "identify anew"),))
     assert raising.to_json() == {
         "go": False,
@@ -295,7 +290,7 @@ def test_it_is_told_as_plain_data() -> None:
     }
 
 
-def in_modes(*parts: tuple[Mode, float]) -> Dive:
+def in_modes(*parts):
     """A dive of three axes, each moving for 45 s from 10, 65 and 120 s on, in modes up to the time beside each."""
     dive = flown(Mode.BOTH)
     time_s = np.arange(0.0, 180.0, 1.0)
@@ -308,7 +303,7 @@ def in_modes(*parts: tuple[Mode, float]) -> Dive:
     return replace(dive, ff_mode=Signal(time_s, mode[:, None]), tau_cmd=commanded)
 
 
-def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() -> None:
+def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told():
     dive = in_modes((Mode.OFF, 62.0), (Mode.SHADOW, 180.0))
     part = in_one_mode(dive)
     assert part.mode is Mode.SHADOW
@@ -320,7 +315,7 @@ def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told() 
     assert "mode" not in failed(judged(dive))
 
 
-def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive() -> None:
+def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive():
     assert in_one_mode(in_modes((Mode.SHADOW, 66.0), (Mode.OFF, 180.0))).mode is Mode.OFF
     still = in_modes((Mode.OFF, 5.0), (Mode.SHADOW, 65.0), (Mode.OFF, 180.0))
     reference = still.nu_ref.value.copy()
@@ -328,7 +323,7 @@ def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive() -> None:
     assert in_one_mode(replace(still, nu_ref=Signal(still.nu_ref.time_s, reference))).mode is Mode.SHADOW
 
 
-def test_a_feed_forward_that_was_taken_back_while_the_vehicle_moved_is_no_go_and_after_it_none() -> None:
+def test_a_feed_forward_that_was_taken_back_while_the_vehicle_moved_is_no_go_and_after_it_none():
     raising = judged(in_modes((Mode.BOTH, 20.0), (Mode.OFF, 180.0)))
     assert failed(raising) == ["mode"]
     assert raising.sentence.startswith("NO-GO, don't raise it: mode. Find out why it was taken back")

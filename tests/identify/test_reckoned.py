@@ -174,9 +174,7 @@ def test_a_firmwares_dive_logged_twice_a_second_tells_the_hulls_drag():
         assert diagnosis.findings[0].parameters[name].value == pytest.approx(true, rel=0.05)
 
 
-def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between_two_pulses(
-    tmp_path: Path,
-) -> None:
+def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between_two_pulses(tmp_path):
     """Its thrust looks like a righting moment: 0.3 m of one was told of a hull of 0.08 m."""
     case = draw(100_002, 6, "none", seconds=60.0)
     (tmp_path / "rov.yaml").write_text(case.vehicle.text)

@@ -3,7 +3,6 @@
 import csv
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
@@ -20,7 +19,7 @@ HOSTILE = (
 class Page(HTMLParser):
     """Elements in order, with their attributes and the text inside each; fails on one that is not closed."""
 
-    def __init__(self, html: str) -> None:
+    def __init__(self, html):
         super().__init__()
         self.open: list[str] = []
         self.elements: list[tuple[str, dict[str, str | None]]] = []
@@ -29,22 +28,22 @@ class Page(HTMLParser):
         self.close()
         assert self.open == []
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
         if tag not in VOID:
             self.open.append(tag)
 
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_startendtag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if data.strip() and self.open:
             self.texts.append((self.open[-1], data))
 
-    def texts_in(self, *tags: str) -> list[str]:
+    def texts_in(self, *tags):
         return [text for tag, text in self.texts if tag in tags]
 
 
@@ -52,7 +51,7 @@ TABLE = Table(("Name", "Value"), (("a", "1 m"), ("b", "−2 m"), ("c", "—")), 
 FIGURE = Figure("line", "A line", stack([Panel(lambda box: box.plot([0, 1], [0, 1]))]))
 
 
-def report(*sections: Section) -> Report:
+def report(*sections):
     return Report("Title", "Subtitle", "It works.", sections)
 
 
@@ -109,7 +108,7 @@ def test_sections_of_the_same_heading_are_numbered_in_heading_and_link():
     assert page.texts_in("a") == page.texts_in("h2") == ["Dive", "Other", "Dive (2)"]
 
 
-def labelled(words: str) -> Figure:
+def labelled(words):
     """A figure that is called, captioned and titled so."""
     return Figure(words, words, stack([lines_panel(words, words, ())]))
 
@@ -135,7 +134,7 @@ def test_hostile_text_stays_text_wherever_it_stands():
     assert Page(html).texts_in("h1") == [shown]
 
 
-def test_a_report_is_written_whole_in_a_new_folder_and_a_place_that_cannot_be_is_named(tmp_path: Path):
+def test_a_report_is_written_whole_in_a_new_folder_and_a_place_that_cannot_be_is_named(tmp_path):
     path = tmp_path / "new" / "report.html"
     assert write_report(path, report()) == path
     assert path.read_text(encoding="utf-8") == render_report(report())

@@ -7,32 +7,31 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bridge.arrays import Array
 from identify.dive import Dive, Signal
 from identify.report.figures import broken_at_gaps, track
 from identify.report.picture import inline, write_files
-from identify.report.plot import DARK, LIGHT, STYLES, Draw, Line, lines_panel, stack
+from identify.report.plot import DARK, LIGHT, STYLES, Line, lines_panel, stack
 from identify.words import count, fixed, seconds, significant, unit, with_interval
 
 RISING = Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "measured")
 
 
-def of(*lines: Line, title: str = "y, m") -> Draw:
+def of(*lines, title="y, m"):
     return stack([lines_panel(title, "x, s", lines)])
 
 
-def wide(draw: Draw) -> str:
+def wide(draw):
     """The form of the page on a wide screen."""
     return inline(draw, "label", "k").partition('<svg class="column-picture"')[0]
 
 
-def strokes(path: str) -> list[Array]:
+def strokes(path):
     """Each stroke of a path that begins somewhere and goes on by steps, as points (n, 2), y downwards."""
     numbers = (re.findall(r"-?(?:\d+\.?\d*|\.\d+)", stroke) for stroke in filter(None, path.split("M")))
     return [np.cumsum(np.array(steps, dtype=float).reshape(-1, 2), axis=0) for steps in numbers]
 
 
-def curves(svg: str, style: int = 0) -> list[Array]:
+def curves(svg, style=0):
     """The strokes of the lines in a style, as points of the page, y downwards."""
     name = next(name for name, colour in LIGHT.items() if colour == STYLES[style]["color"])
     lines = []
@@ -85,8 +84,8 @@ def test_the_page_colours_a_figure_by_the_reader_s_scheme_and_lines_differ_witho
 
 
 @pytest.mark.parametrize("colours", [LIGHT, DARK])
-def test_lines_stand_out_from_their_ground_in_both_schemes(colours: dict[str, str]):
-    def luminance(colour: str) -> float:
+def test_lines_stand_out_from_their_ground_in_both_schemes(colours):
+    def luminance(colour):
         share = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
         linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
         return float(linear @ [0.2126, 0.7152, 0.0722])
@@ -115,7 +114,7 @@ def test_words_in_a_plot_are_text_and_never_markup_or_mathematics():
     assert "&lt;b&gt;\ufffd\ufffd潜水</text>" in svg
 
 
-def test_the_same_figure_is_the_same_bytes(tmp_path: Path):
+def test_the_same_figure_is_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         write_files(of(RISING), tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
@@ -123,7 +122,7 @@ def test_the_same_figure_is_the_same_bytes(tmp_path: Path):
     assert inline(of(RISING), "l", "k") == inline(of(RISING), "l", "k")
 
 
-def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(tmp_path: Path):
+def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(tmp_path):
     svg, png = write_files(of(RISING), tmp_path / "of.dots")
     assert (svg.name, png.name) == ("of.dots.svg", "of.dots.png")
     with Image.open(png) as image:
@@ -143,9 +142,7 @@ def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(t
         (float("nan"), float("nan"), float("nan"), ("—", "—")),
     ],
 )
-def test_a_value_has_the_digits_that_its_interval_allows(
-    value: float, low: float, high: float, expected: tuple[str, str]
-):
+def test_a_value_has_the_digits_that_its_interval_allows(value, low, high, expected):
     assert with_interval(value, low, high) == expected
 
 
@@ -174,7 +171,7 @@ def test_numbers_read_well():
     ]
 
 
-def circling(samples: int) -> Dive:
+def circling(samples):
     """Two rounds of a circle, at 10 Hz."""
     time_s = np.arange(samples) / 10.0
     heading = 4 * np.pi * np.arange(samples) / samples

@@ -5,14 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from soak import rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster, Water
 from identify.dive import Dive, Signal
 from identify.identification import (
     Doubt,
-    Estimate,
     Identification,
     Outcome,
     Partner,
@@ -25,13 +23,13 @@ from identify.identification import (
 )
 from identify.report.figures import autocorrelation, dead_reckon
 from identify.report.identification import dive_section, identification_section, innovations_section
-from identify.report.page import Figure, Report, Section, write_report
+from identify.report.page import Report, write_report
 from identify.report.tables import nuisance_tables
 
 NAN = float("nan")
 
 
-def identification(*parameters: Estimate) -> Identification:
+def identification(*parameters):
     return Identification(
         "likelihood",
         Outcome.CONVERGED,
@@ -50,12 +48,12 @@ INERTIA = estimate("I_r", 15.2, 0.25, 14.71, 15.69)
 UNKNOWN = estimate("I_q", NAN, NAN, NAN, NAN, "pitch is hardly excited")
 
 
-def boxes(figure: Figure) -> list[Axes]:
+def boxes(figure):
     """The plots of a figure, as the page draws them on a wide screen."""
     return figure.draw(10.0).axes
 
 
-def marks(section: Section) -> list[tuple[float, float, str]]:
+def marks(section):
     """Where the marks of the intervals stand, and their shape: a disc, a diamond, an arrow."""
     (box,) = boxes(section.figures[0])
     return [
@@ -86,7 +84,7 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
     assert section.warning == ""
 
 
-def shape() -> Configuration:
+def shape():
     thruster = Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     return Configuration(
         dry_mass_kg=72.0,
@@ -122,7 +120,7 @@ def test_the_true_added_mass_is_the_true_total_less_the_rigid_body():
 
 
 @pytest.mark.parametrize("outcome", [o for o in Outcome if o is not Outcome.CONVERGED])
-def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explain_it(outcome: Outcome):
+def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explain_it(outcome):
     doubt = Doubt(("M_u",), "In surge the recorded velocity can't be what the controller used.")
     partly = identification_section(replace(identification(MASS), doubts=(doubt,)))
     assert partly.warning.split("\n\n") == ["Warning: some of these values are in doubt", doubt.sentence]
@@ -184,7 +182,7 @@ def test_an_interval_that_would_dwarf_the_others_ends_in_arrows():
 @pytest.mark.parametrize(
     "half_percent", [[0.6, 0.9, 1.4, 8.0, 9.7], [1.0, 1.0, 1.0, 24.0], [10.0, 10.0, 39.0]]
 )
-def test_intervals_of_different_but_ordinary_width_are_drawn_whole(half_percent: list[float]):
+def test_intervals_of_different_but_ordinary_width_are_drawn_whole(half_percent):
     wide = [estimate("M_u", 100.0, h / 2, 100.0 - h, 100.0 + h) for h in half_percent]
     section = identification_section(identification(*wide))
     assert {shape for *_, shape in marks(section)} == {"o"}
@@ -195,7 +193,7 @@ def test_intervals_of_different_but_ordinary_width_are_drawn_whole(half_percent:
     assert max(ends) < box.get_xlim()[1]
 
 
-def straight_dive() -> Dive:
+def straight_dive():
     """200 s at 0.5 m/s ahead, heading east; bottom lock drops out once, the thrusters fall silent once."""
     time_s = 5.0 + np.arange(0.0, 200.0, 0.1)
     n = len(time_s)
@@ -250,18 +248,14 @@ def test_dead_reckoning_goes_north_when_turned_about_all_axes():
 
 
 @pytest.mark.parametrize("name", rest_in_soak(["velocity", "pwm", "attitude", "pressure", "ff_mode"]))
-@pytest.mark.parametrize("samples", [0, 1])
-def test_a_dive_with_next_to_nothing_of_a_signal_or_nothing_but_unknowns_still_makes_a_page(
-    name: str, samples: int, tmp_path: Path
-):
+def test_a_dive_with_next_to_nothing_of_a_signal_or_nothing_but_unknowns_still_makes_a_page(name, tmp_path):
     dive = straight_dive()
     signal = dive.signals()[name]
-    short = replace(dive, **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
-    alone = Dive("x", Path("x"), "", **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
-    unknown = replace(dive, **{name: Signal(signal.time_s, np.full_like(signal.value, NAN))})
-    sections = tuple(
-        dive_section(each, Water()) for each in (short, alone, unknown, Dive("x", Path("x"), ""))
-    )
+    kept = [Signal(signal.time_s[:samples], signal.value[:samples]) for samples in (0, 1)]
+    unknown = Signal(signal.time_s, np.full_like(signal.value, NAN))
+    alone = [Dive("x", Path("x"), "", **{name: short}) for short in kept]
+    dives = (*(replace(dive, **{name: each}) for each in (*kept, unknown)), *alone, Dive("x", Path("x"), ""))
+    sections = tuple(dive_section(each, Water()) for each in dives)
     report = Report("t", "", "", sections)
     assert write_report(tmp_path / "x.html", report).stat().st_size > 1000
 

@@ -19,7 +19,7 @@ from identify.run.identify import identify
 MAP = "time: {column: t}\nvelocity: {columns: [u, %s, %s], unit: m/s}\n"
 
 
-def in_surge_alone(velocity: Signal) -> Signal:
+def in_surge_alone(velocity):
     return Signal(velocity.time_s, velocity.value * [1.0, np.nan, np.nan])
 
 
@@ -29,16 +29,14 @@ def case():
 
 
 @pytest.mark.parametrize("unknown", ["null", "~", '"?"'])
-def test_an_axis_without_a_column_is_unknown_and_one_that_stays_still_is_zero(
-    tmp_path: Path, unknown: str
-) -> None:
+def test_an_axis_without_a_column_is_unknown_and_one_that_stays_still_is_zero(tmp_path, unknown):
     (tmp_path / "dive.csv").write_text("t,u\n0,0.5\n0.1,0.6\n0.2,\n")
     (tmp_path / "columns.yaml").write_text(MAP % (unknown, '"-"'))
     dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
     np.testing.assert_array_equal(dive.velocity.value, [[0.5, np.nan, 0.0], [0.6, np.nan, 0.0]])
 
 
-def test_readings_of_one_axis_that_repeat_or_stand_still_are_left_out_all_the_same() -> None:
+def test_readings_of_one_axis_that_repeat_or_stand_still_are_left_out_all_the_same():
     time_s = np.arange(0.0, 60.0, 0.1)
     twice = np.repeat(np.random.default_rng(0).normal(size=300), 2)
     dive = Dive(
@@ -60,7 +58,7 @@ def test_readings_of_one_axis_that_repeat_or_stand_still_are_left_out_all_the_sa
     assert left.frozen["velocity"][0] == pytest.approx((20.0, 49.9))
 
 
-def test_identify_tells_the_axis_that_is_known_and_what_it_cannot_tell(case) -> None:
+def test_identify_tells_the_axis_that_is_known_and_what_it_cannot_tell(case):
     dive = dive_of(case)
     likelihood = {"likelihood": estimator("likelihood")}
     whole, part = (
@@ -79,7 +77,7 @@ def test_identify_tells_the_axis_that_is_known_and_what_it_cannot_tell(case) -> 
     assert not part["D_w"].identifiable
 
 
-def test_diagnose_judges_the_axis_that_is_known_and_names_the_others(case) -> None:
+def test_diagnose_judges_the_axis_that_is_known_and_names_the_others(case):
     dive = dive_of(case)
     diagnosis = diagnosed(case, dive=replace(dive, velocity=in_surge_alone(dive.velocity)))
     text = " ".join(diagnosis.provisos)
@@ -98,9 +96,7 @@ def test_diagnose_judges_the_axis_that_is_known_and_names_the_others(case) -> No
         ),
     ],
 )
-def test_a_recording_says_which_axes_its_velocity_lacks_and_blames_no_bottom_lock(
-    with_depth: bool, said: str
-) -> None:
+def test_a_recording_says_which_axes_its_velocity_lacks_and_blames_no_bottom_lock(with_depth, said):
     time_s = np.arange(0.0, 20.0, 0.1)
     velocity = in_surge_alone(Signal(time_s, np.ones((200, 3))))
     depth = Signal(time_s, np.ones((200, 1))) if with_depth else None

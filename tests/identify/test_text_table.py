@@ -1,32 +1,30 @@
 """Tables of text in the forms in which people have them."""
 
 import gzip
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bridge.errors import LogError
 from identify.ingest.open import read_dive
-from identify.ingest.streams import Stream
 from identify.ingest.text_table import read_table
 
 MAP = "time: {column: t}\ndepth: {columns: [z], unit: m}\n"
 
 
-def text_table(path: Path) -> tuple[Stream, tuple[str, ...]]:
+def text_table(path):
     recorded = read_table(path)
     (stream,) = recorded.streams
     return stream, recorded.notes
 
 
-def of(tmp_path: Path, text: str | bytes, name: str = "dive.csv") -> Path:
+def of(tmp_path, text, name="dive.csv"):
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
 
 
-def dive_of(tmp_path: Path, text: str, columns: str = MAP):
+def dive_of(tmp_path, text, columns=MAP):
     layout = tmp_path / "columns.yaml"
     layout.write_text(columns)
     return read_dive(of(tmp_path, text), layout)
@@ -50,7 +48,7 @@ def dive_of(tmp_path: Path, text: str, columns: str = MAP):
         ("t,z\r0,1.5\r1,2.25\r", "a.csv"),
     ],
 )
-def test_every_usual_form_gives_the_same_numbers(tmp_path: Path, text: str, name: str) -> None:
+def test_every_usual_form_gives_the_same_numbers(tmp_path, text, name):
     stream, _ = text_table(of(tmp_path, text, name))
     assert stream.name == ""
     assert stream.columns["t"].tolist() == [0.0, 1.0]
@@ -58,7 +56,7 @@ def test_every_usual_form_gives_the_same_numbers(tmp_path: Path, text: str, name
     assert stream.text == {}
 
 
-def test_a_table_in_gzip_and_one_in_the_wide_text_of_a_spreadsheet_are_read(tmp_path: Path) -> None:
+def test_a_table_in_gzip_and_one_in_the_wide_text_of_a_spreadsheet_are_read(tmp_path):
     plain = "t,z\n0,1.5\n"
     for data in (gzip.compress(plain.encode()), plain.encode("utf-16")):
         stream, notes = text_table(of(tmp_path, data, "a.csv.gz"))
@@ -66,7 +64,7 @@ def test_a_table_in_gzip_and_one_in_the_wide_text_of_a_spreadsheet_are_read(tmp_
         assert notes == ()
 
 
-def test_a_degree_sign_in_the_old_code_of_a_spreadsheet_is_kept(tmp_path: Path) -> None:
+def test_a_degree_sign_in_the_old_code_of_a_spreadsheet_is_kept(tmp_path):
     stream, _ = text_table(of(tmp_path, "t;heading [°]\n0;90,5\n".encode("cp1252")))
     assert stream.columns["heading [°]"].tolist() == [90.5]
 
@@ -75,19 +73,19 @@ def test_a_degree_sign_in_the_old_code_of_a_spreadsheet_is_kept(tmp_path: Path) 
     "text",
     ["t [s],u [m/s]\n0,1\n", "t [s]  u [m/s]\n0  1\n", "t,u\ns,m/s\n0,1\n", "t;u\n[s];(m/s)\n0;1\n"],
 )
-def test_units_stay_in_the_names_or_join_them_from_a_line_of_their_own(tmp_path: Path, text: str) -> None:
+def test_units_stay_in_the_names_or_join_them_from_a_line_of_their_own(tmp_path, text):
     stream, _ = text_table(of(tmp_path, text))
     assert list(stream.columns) == ["t [s]", "u [m/s]"]
     assert stream.columns["u [m/s]"].tolist() == [1.0]
 
 
-def test_a_table_without_names_is_named_by_numbers_and_says_so(tmp_path: Path) -> None:
+def test_a_table_without_names_is_named_by_numbers_and_says_so(tmp_path):
     stream, notes = text_table(of(tmp_path, "0 1.5\n1 2.25\n"))
     assert list(stream.columns) == ["1", "2"]
     assert notes == ("The table has no line of names: its columns are named by their numbers, 1 to 2.",)
 
 
-def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path: Path) -> None:
+def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path):
     stream, _ = text_table(of(tmp_path, ",z,z\n0,1,2\n"))
     assert {name: column.tolist() for name, column in stream.columns.items()} == {
         "column 1": [0.0],
@@ -96,7 +94,7 @@ def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path: Path) ->
     }
 
 
-def test_a_column_of_words_is_kept_as_words_and_refuses_no_file_that_does_not_use_it(tmp_path: Path) -> None:
+def test_a_column_of_words_is_kept_as_words_and_refuses_no_file_that_does_not_use_it(tmp_path):
     text = 't,state,z\n0,"idle, dry",1\n1,armed,2\n'
     stream, _ = text_table(of(tmp_path, text))
     assert stream.text == {"state": ("idle, dry", "armed")}
@@ -105,14 +103,14 @@ def test_a_column_of_words_is_kept_as_words_and_refuses_no_file_that_does_not_us
         dive_of(tmp_path, text, MAP.replace("[z]", "[state]"))
 
 
-def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path: Path) -> None:
+def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path):
     stream, _ = text_table(of(tmp_path, "t,on,z\n0,True,N/A\n1,FALSE,null\n2,true,3\n"))
     assert stream.columns["on"].tolist() == [1.0, 0.0, 1.0]
     assert np.isnan(stream.columns["z"][:2]).all()
     assert stream.columns["z"][2] == 3.0
 
 
-def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path: Path) -> None:
+def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path):
     table = read_table(of(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
     assert np.isnan(table.streams[0].columns["z"][:2]).all()
     assert table.empty["z"].tolist() == [True, False, False]
@@ -126,7 +124,7 @@ def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path: Path) -> Non
         ("7,x1", "Row 702 holds 'x1', which is no number: it was left out."),
     ],
 )
-def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path: Path, bad: str, said: str) -> None:
+def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path, bad, said):
     lines = [f"{k},1" for k in range(2000)]
     lines[700] = bad
     table = read_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
@@ -136,7 +134,7 @@ def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path: Path, ba
     assert table.lines[699:701].tolist() == [701, 703]
 
 
-def test_more_bad_lines_than_one_in_a_thousand_refuse_the_file_with_the_first(tmp_path: Path) -> None:
+def test_more_bad_lines_than_one_in_a_thousand_refuse_the_file_with_the_first(tmp_path):
     lines = [f"{k},1" for k in range(2000)]
     for place in (900, 700, 800):
         lines[place] = "1,2,3"
@@ -146,7 +144,7 @@ def test_more_bad_lines_than_one_in_a_thousand_refuse_the_file_with_the_first(tm
         text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
 
 
-def test_a_word_that_stands_rarely_in_an_empty_column_costs_no_row(tmp_path: Path) -> None:
+def test_a_word_that_stands_rarely_in_an_empty_column_costs_no_row(tmp_path):
     lines = [f"{k},{'mark' if k == 500 else ''}" for k in range(3000)]
     stream, notes = text_table(of(tmp_path, "t,event\n" + "\n".join(lines) + "\n"))
     assert len(stream.columns["t"]) == 3000
@@ -155,14 +153,14 @@ def test_a_word_that_stands_rarely_in_an_empty_column_costs_no_row(tmp_path: Pat
 
 
 @pytest.mark.parametrize("at", [0, 1500, 2999])
-def test_a_row_with_an_impossible_time_is_left_out_and_named(tmp_path: Path, at: int) -> None:
+def test_a_row_with_an_impossible_time_is_left_out_and_named(tmp_path, at):
     lines = [f"{1e30 if k == at else k},{k / 2}" for k in range(3000)]
     dive = dive_of(tmp_path, "t,z\n" + "\n".join(lines) + "\n")
     assert dive.depth.value[:, 0].tolist() == [k / 2 for k in range(3000) if k != at]
     assert [note for note in dive.notes if f"first row {at + 2}, 1e+30 s: 1 rows were left out" in note]
 
 
-def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_path: Path) -> None:
+def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_path):
     lines = [f"{k},{k / 2}" for k in range(3000)]
     stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n" + 500 * "\0"))
     assert stream.columns["t"].tolist() == list(range(3000))
@@ -173,12 +171,12 @@ def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_p
     assert notes == ("Row 1502 holds '??', which is no number: it was left out.",)
 
 
-def test_bytes_are_no_table(tmp_path: Path) -> None:
+def test_bytes_are_no_table(tmp_path):
     with pytest.raises(LogError, match="is no table of text"):
         text_table(of(tmp_path, bytes(range(256))))
 
 
-def test_numbers_over_many_parts_of_a_long_table_are_exact(tmp_path: Path) -> None:
+def test_numbers_over_many_parts_of_a_long_table_are_exact(tmp_path):
     value = np.round(np.random.default_rng(0).normal(size=120_000), 6)
     rows = [f"{k},{v}" for k, v in enumerate(value.tolist())]
     rows[70_000] = "70000,"
@@ -190,7 +188,7 @@ def test_numbers_over_many_parts_of_a_long_table_are_exact(tmp_path: Path) -> No
     assert notes == ()
 
 
-def test_a_separator_within_quotes_shifts_no_column_in_any_part_of_a_long_table(tmp_path: Path) -> None:
+def test_a_separator_within_quotes_shifts_no_column_in_any_part_of_a_long_table(tmp_path):
     rows = [f'{k},"a,5,7",{k}.5' for k in range(60_000)]
     stream, _ = text_table(of(tmp_path, "t,what,z\n" + "\n".join(rows) + "\n"))
     assert np.array_equal(stream.columns["z"], stream.columns["t"] + 0.5)

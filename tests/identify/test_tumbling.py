@@ -38,7 +38,7 @@ STEP_S, EVERY = 0.01, 5
 RATE_NOISE, TILT_NOISE, VELOCITY_NOISE = 0.004, 0.001, 0.005
 
 
-def tumbling(over: float, seconds: float = 150.0, seed: int = 3, pitching: float = 0.4, **kept: bool) -> Dive:
+def tumbling(over, seconds=150.0, seed=3, pitching=0.4, **kept):
     """Pulses of `over` N m in roll and `pitching` N m in pitch, pushes of 10 N ahead, rates of turn and attitude at
     20 Hz, the velocity too; a small disturbance. kept: of `gyro` and `velocity`, False for what is not recorded."""
     rng = np.random.default_rng(seed)
@@ -69,7 +69,7 @@ def tumbling(over: float, seconds: float = 150.0, seed: int = 3, pitching: float
     )
 
 
-def _coloured(rng: np.random.Generator, n: int) -> np.ndarray:
+def _coloured(rng, n):
     """(n, 6) of standard deviation 1 and a memory of 2 s."""
     keep = np.exp(-STEP_S / 2.0)
     out = np.zeros((n, 6))
@@ -78,7 +78,7 @@ def _coloured(rng: np.random.Generator, n: int) -> np.ndarray:
     return out
 
 
-def _flown(push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _flown(push):
     """Velocities (n, 6) and attitudes (n, 4) under a wrench (n, 6), held over each step; by the midpoint rule."""
     nu, q = np.zeros(6), np.array([1.0, 0.0, 0.0, 0.0])
     velocities, turned = np.zeros((len(push), 6)), np.zeros((len(push), 4))
@@ -90,12 +90,12 @@ def _flown(push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return velocities, turned
 
 
-def _faster(nu: np.ndarray, q: np.ndarray, tau: np.ndarray) -> np.ndarray:
+def _faster(nu, q, tau):
     g = restoring(SHAPE, tuple(q.tolist()))
     return np.array(acceleration(MASS, DAMPING, tuple(nu.tolist()), tuple(tau.tolist()), g))
 
 
-def _turning(nu: np.ndarray, q: np.ndarray) -> np.ndarray:
+def _turning(nu, q):
     w, x, y, z = q.tolist()
     p, r_, r = nu[3:].tolist()
     return 0.5 * np.array(

@@ -12,7 +12,6 @@ from identify.ingest.candidates import Confidence
 from identify.ingest.column_map import ColumnMap, Columns, TimeColumn, column_map
 from identify.ingest.map_text import map_text
 from identify.ingest.open import read_dive
-from identify.ingest.proposal import Proposal
 from identify.ingest.proposal_of_runs import propose
 from identify.ingest.rotation import to_earth
 from identify.ingest.signals import dive_fields
@@ -51,7 +50,7 @@ EXACT = [
 
 
 @pytest.mark.parametrize(("signal", "unit", "cell", "si"), EXACT)
-def test_a_cell_in_a_unit_is_exactly_so_much_in_si(signal: str, unit: str, cell: float, si: float) -> None:
+def test_a_cell_in_a_unit_is_exactly_so_much_in_si(signal, unit, cell, si):
     width = {"depth": 1, "pressure": 1, "voltage": 1, "rpm": 1, "pwm": 1, "tau_cmd": 6}.get(signal, 3)
     columns = {"t": np.arange(3.0), "c": np.full(3, float(cell)), "z": np.zeros(3)}
     mapped = ColumnMap(TimeColumn("t"), **{signal: Columns(("c", *"z" * (width - 1)), unit)})
@@ -63,22 +62,22 @@ def test_a_cell_in_a_unit_is_exactly_so_much_in_si(signal: str, unit: str, cell:
         assert fields[signal].value[0, 0] == pytest.approx(si, rel=1e-15)
 
 
-def test_a_depth_in_decibars_is_refused_with_what_makes_a_depth_of_it(tmp_path: Path) -> None:
+def test_a_depth_in_decibars_is_refused_with_what_makes_a_depth_of_it(tmp_path):
     written = tmp_path / "map.yaml"
     written.write_text("time: {column: t}\ndepth: {columns: [d], unit: dbar}\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"unit 'dbar' is none of m, cm, mm, ft, in; it is one of pressure"):
         column_map(written)
 
 
-def proposed(columns: dict[str, np.ndarray]) -> Proposal:
+def proposed(columns):
     return propose(table(columns), LOG)
 
 
-def velocity_of(streams: tuple[Stream, ...], proposal: Proposal) -> np.ndarray:
+def velocity_of(streams, proposal):
     return dive_fields(Streams(streams), proposal.columns, LOG)["velocity"].value
 
 
-def test_units_in_names_are_taken_and_physics_finds_those_that_no_name_has() -> None:
+def test_units_in_names_are_taken_and_physics_finds_those_that_no_name_has():
     columns = usual(READ)
     columns["depth [ft]"] = columns.pop("depth") / 0.3048
     columns["Pressure (psi)"] = columns.pop("pressure") / 6894.757293168361
@@ -96,13 +95,13 @@ def test_units_in_names_are_taken_and_physics_finds_those_that_no_name_has() -> 
     ("pascals", "unit"),
     [(1.0, "Pa"), (100.0, "hPa"), (1e3, "kPa"), (1e4, "dbar"), (6894.757, "psi"), (1e5, "bar")],
 )
-def test_the_unit_of_a_pressure_without_a_depth_is_known_by_the_airs(pascals: float, unit: str) -> None:
+def test_the_unit_of_a_pressure_without_a_depth_is_known_by_the_airs(pascals, unit):
     columns = {"t": READ["t"], "u": READ["velocity"][:, 0]}
     columns["pressure"] = (101_325.0 + 9900.0 * np.abs(READ["velocity"][:, 1])) / pascals
     assert proposed(columns).columns.pressure.unit == unit
 
 
-def test_a_pressure_from_the_surface_gets_the_airs_and_is_to_be_checked() -> None:
+def test_a_pressure_from_the_surface_gets_the_airs_and_is_to_be_checked():
     columns = {"t": READ["t"], "u": READ["velocity"][:, 0], "pressure_dbar": 0.99 * READ["depth"]}
     proposal = proposed(columns)
     assert proposal.columns.pressure.offset == pytest.approx((10.1325,))
@@ -120,7 +119,7 @@ def test_a_pressure_from_the_surface_gets_the_airs_and_is_to_be_checked() -> Non
         ("ENU", ENU),
     ],
 )
-def test_a_velocity_in_a_frame_is_turned_to_the_bodys_axes(frame: str, velocity: np.ndarray) -> None:
+def test_a_velocity_in_a_frame_is_turned_to_the_bodys_axes(frame, velocity):
     columns = {"t": READ["t"], **dict(zip("abc", velocity.T, strict=True))}
     columns |= dict(zip("wxyz", READ["attitude"].T, strict=True))
     mapped = ColumnMap(
@@ -132,7 +131,7 @@ def test_a_velocity_in_a_frame_is_turned_to_the_bodys_axes(frame: str, velocity:
     assert fields["velocity"].value == pytest.approx(READ["velocity"], abs=1e-12)
 
 
-def test_a_velocity_in_earth_axes_lasts_as_long_as_the_attitude_and_says_so() -> None:
+def test_a_velocity_in_earth_axes_lasts_as_long_as_the_attitude_and_says_so():
     attitude = {"t": READ["t"][500:1500], **dict(zip("wxyz", READ["attitude"][500:1500].T, strict=True))}
     velocity = {"t": READ["t"], **dict(zip("ned", NED.T, strict=True))}
     streams = Streams((Stream("a", attitude, {}), Stream("v", velocity, {})))
@@ -158,7 +157,7 @@ def test_a_velocity_in_earth_axes_lasts_as_long_as_the_attitude_and_says_so() ->
         ("gyro: {columns: [a, b, c], unit: rad/s, frame: FLU}", "only a velocity has a frame"),
     ],
 )
-def test_a_frame_that_can_not_be_is_refused_in_a_sentence(tmp_path: Path, text: str, said: str) -> None:
+def test_a_frame_that_can_not_be_is_refused_in_a_sentence(tmp_path, text, said):
     log, written = tmp_path / "log.csv", tmp_path / "map.yaml"
     log.write_text("t,a,b,c\n0,1,2,3\n1,1,2,3\n", encoding="utf-8")
     written.write_text(f"time: {{column: t}}\n{text}\n", encoding="utf-8")
@@ -166,7 +165,7 @@ def test_a_frame_that_can_not_be_is_refused_in_a_sentence(tmp_path: Path, text: 
         read_dive(log, written)
 
 
-def earth_table(names: str, velocity: np.ndarray, **less: np.ndarray) -> dict[str, np.ndarray]:
+def earth_table(names, velocity, **less):
     columns = {name: values for name, values in usual(READ).items() if name not in "uvw"}
     return {**columns, **dict(zip(names.split(), velocity.T, strict=True)), **less}
 
@@ -180,7 +179,7 @@ def earth_table(names: str, velocity: np.ndarray, **less: np.ndarray) -> dict[st
         ("east_velocity north_velocity up_velocity", ENU, "ENU"),
     ],
 )
-def test_names_of_the_earths_axes_propose_a_frame(names: str, velocity: np.ndarray, frame: str) -> None:
+def test_names_of_the_earths_axes_propose_a_frame(names, velocity, frame):
     columns = earth_table(names, velocity)
     proposal = proposed(columns)
     assert proposal.columns.velocity.frame == frame
@@ -188,7 +187,7 @@ def test_names_of_the_earths_axes_propose_a_frame(names: str, velocity: np.ndarr
     assert velocity_of(table(columns), proposal) == pytest.approx(READ["velocity"], abs=1e-9)
 
 
-def test_a_velocity_in_earth_axes_under_the_names_of_the_bodys_is_found_by_physics() -> None:
+def test_a_velocity_in_earth_axes_under_the_names_of_the_bodys_is_found_by_physics():
     columns = earth_table("u v w", NED)
     proposal = proposed(columns)
     assert proposal.columns.velocity.frame == "NED"
@@ -196,7 +195,7 @@ def test_a_velocity_in_earth_axes_under_the_names_of_the_bodys_is_found_by_physi
     assert velocity_of(table(columns), proposal) == pytest.approx(READ["velocity"], abs=1e-9)
 
 
-def test_of_a_bag_of_mavros_the_velocity_in_earth_axes_is_turned_by_an_attitude_of_ros() -> None:
+def test_of_a_bag_of_mavros_the_velocity_in_earth_axes_is_turned_by_an_attitude_of_ros():
     flu = np.array([1.0, -1.0, -1.0])
     w, x, y, z = READ["attitude"].T
     t = READ["t"]
@@ -221,7 +220,7 @@ def test_of_a_bag_of_mavros_the_velocity_in_earth_axes_is_turned_by_an_attitude_
             assert choice.confidence is Confidence.GUESSED
 
 
-def test_without_an_attitude_a_velocity_in_earth_axes_is_left_out_and_said() -> None:
+def test_without_an_attitude_a_velocity_in_earth_axes_is_left_out_and_said():
     columns = {"t": READ["t"], "r": READ["gyro"][:, 2], **dict(zip(("vn", "ve", "vd"), NED.T, strict=True))}
     proposal = proposed(columns)
     assert proposal.columns.velocity is None

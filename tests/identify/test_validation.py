@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.arrays import Array
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
 from identify.glance.following import Followed, followed
@@ -18,7 +17,7 @@ RATE_HZ = 20.0
 RISE_S, HOLD_S = 5.0, 15.0
 
 
-def surge_reference() -> tuple[Array, Array, Array]:
+def surge_reference():
     """Rest, up to 0.4 m/s in 5 s, hold, down again, rest: times, velocity, derivative."""
     up, down = DoubleS(0.0, 0.4, RISE_S), DoubleS(0.4, 0.0, RISE_S)
     time_s = np.arange(int(40 * RATE_HZ)) / RATE_HZ
@@ -31,7 +30,7 @@ def surge_reference() -> tuple[Array, Array, Array]:
     return time_s, velocity, slope
 
 
-def dive(offset_m_s: float = 0.0, lag_s: float = 0.0) -> Dive:
+def dive(offset_m_s=0.0, lag_s=0.0):
     """Surge follows `lag_s` late and `offset_m_s` too fast; the PID pushes 5 N, the feed-forward 3 N."""
     time_s, velocity, slope = surge_reference()
     reference = np.zeros((len(time_s), 14))
@@ -48,7 +47,7 @@ def dive(offset_m_s: float = 0.0, lag_s: float = 0.0) -> Dive:
     )  # fmt: skip
 
 
-def test_a_constant_error_is_found_in_every_phase_and_where_bottom_lock_is_lost() -> None:
+def test_a_constant_error_is_found_in_every_phase_and_where_bottom_lock_is_lost():
     surge = tracking_errors(dive(offset_m_s=-0.02)).axis("surge")
     assert [surge.phase(name) for name in PHASES] == pytest.approx([0.02] * 4)
     assert surge.unit == "m/s"
@@ -60,7 +59,7 @@ def test_a_constant_error_is_found_in_every_phase_and_where_bottom_lock_is_lost(
     assert tracking_errors(without_lock).axis("surge").overall == pytest.approx(0.02)
 
 
-def test_phases_follow_the_reference_derivative() -> None:
+def test_phases_follow_the_reference_derivative():
     time_s, velocity, slope = surge_reference()
     of = phases(velocity, slope)
     # The derivative lies below a twentieth of its peak in the first and last twentieth of each ramp of 1.25 s.
@@ -75,7 +74,7 @@ def test_phases_follow_the_reference_derivative() -> None:
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 1.0])
-def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes(lag_s: float) -> None:
+def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes(lag_s):
     surge = tracking_errors(dive(lag_s=lag_s)).axis("surge")
     assert surge.delay_s == pytest.approx(lag_s, abs=0.01)
     # While speeding up the mean error is the reference's rise over the delay.
@@ -83,13 +82,13 @@ def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes
     assert surge.acceleration_less_delay < 1e-3
 
 
-def noisy(sigma_m_s: float, seed: int, **how: float) -> Dive:
+def noisy(sigma_m_s, seed, **how):
     whole = dive(**how)
     noise = sigma_m_s * np.random.default_rng(seed).standard_normal(whole.velocity.value.shape)
     return replace(whole, velocity=Signal(whole.velocity.time_s, whole.velocity.value + noise))
 
 
-def test_a_sensor_s_noise_is_no_error_of_tracking() -> None:
+def test_a_sensor_s_noise_is_no_error_of_tracking():
     errors = [tracking_errors(noisy(0.004, seed)).axis("surge") for seed in range(40)]
     # A filter of gain 1/2 at 0.5 Hz lets through 0.0449 of the power of white noise up to 10 Hz.
     left = 0.004 * math.sqrt(0.0449)
@@ -98,7 +97,7 @@ def test_a_sensor_s_noise_is_no_error_of_tracking() -> None:
     assert np.mean(overall) == pytest.approx(math.sqrt(2 / math.pi) * left, rel=0.05)
 
 
-def test_an_error_beside_noise_is_found_as_it_is() -> None:
+def test_an_error_beside_noise_is_found_as_it_is():
     offset_m_s = 0.005
     errors = [tracking_errors(noisy(0.004, seed, offset_m_s=offset_m_s)).axis("surge") for seed in range(20)]
     for phase in PHASES:
@@ -106,9 +105,7 @@ def test_an_error_beside_noise_is_found_as_it_is() -> None:
         assert mean == pytest.approx(offset_m_s, rel=0.05)
 
 
-def test_the_error_of_the_mean_speed_is_told_by_speed_and_positive_where_it_goes_too_fast_either_way() -> (
-    None
-):
+def test_the_error_of_the_mean_speed_is_told_by_speed_and_positive_where_it_goes_too_fast_either_way():
     ahead, astern = dive(offset_m_s=0.01), dive(offset_m_s=0.03)
     time_s = np.concatenate([ahead.nu_ref.time_s, 40.0 + astern.nu_ref.time_s])
     reference = np.concatenate([ahead.nu_ref.value, -astern.nu_ref.value])
@@ -120,13 +117,13 @@ def test_the_error_of_the_mean_speed_is_told_by_speed_and_positive_where_it_goes
     assert (at.error, at.standard_error) == pytest.approx((0.02, 0.01), abs=1e-6)
 
 
-def test_a_speed_held_for_less_than_two_seconds_is_no_speed_held() -> None:
+def test_a_speed_held_for_less_than_two_seconds_is_no_speed_held():
     short = tracking_errors(dive(offset_m_s=0.01).between(0.0, 11.5)).axis("surge")
     assert short.steady_state == pytest.approx(0.01)
     assert short.speeds == ()
 
 
-def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
+def test_a_linear_heading_reference_has_only_a_steady_state():
     """The paper's yaw reference: the rate jumps to its value, and its derivative is never told."""
     time_s = np.arange(800) / RATE_HZ
     reference = np.zeros((800, 14))
@@ -140,14 +137,14 @@ def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
     assert math.isnan(yaw.pid_effort)
 
 
-def test_the_table_compares_modes_row_by_row() -> None:
+def test_the_table_compares_modes_row_by_row():
     rows = compare({"PID": dive(0.03), "feed-forward": dive(0.02), "both": dive(0.01)})
     assert [row.phase for row in rows] == list(PHASES)
     assert {row.axis for row in rows} == {"surge"}
     assert rows[1].values == pytest.approx((0.03, 0.02, 0.01))
 
 
-def test_curves_are_means_of_what_was_recorded() -> None:
+def test_curves_are_means_of_what_was_recorded():
     (surge,) = followed(dive(offset_m_s=-0.02), points=100)
     assert (surge.axis, surge.unit, surge.wrench_unit) == ("surge", "m/s", "N")
     assert len(surge.time_s) in (99, 100)
@@ -157,7 +154,7 @@ def test_curves_are_means_of_what_was_recorded() -> None:
     assert np.diff(surge.time_s) == pytest.approx(np.full(len(surge.time_s) - 1, 40 / 100), rel=0.01)
 
 
-def test_the_dvl_is_carried_to_the_origin() -> None:
+def test_the_dvl_is_carried_to_the_origin():
     whole = dive()
     turning = whole.gyro.value + np.array([0.0, 0.0, 0.1])
     (surge,) = followed(replace(whole, gyro=Signal(whole.gyro.time_s, turning)), (0.0, 0.5, 0.0))
@@ -165,7 +162,7 @@ def test_the_dvl_is_carried_to_the_origin() -> None:
     assert surge.measured - surge.reference == pytest.approx(np.full(len(surge.time_s), 0.05), abs=1e-9)
 
 
-def test_a_gap_stays_a_gap_and_a_slow_signal_is_held() -> None:
+def test_a_gap_stays_a_gap_and_a_slow_signal_is_held():
     whole = dive()
     value = whole.velocity.value.copy()
     out = (whole.velocity.time_s > 12.0) & (whole.velocity.time_s < 16.0)
@@ -177,9 +174,7 @@ def test_a_gap_stays_a_gap_and_a_slow_signal_is_held() -> None:
     assert np.isfinite(held.measured).all()
 
 
-def test_what_was_not_recorded_is_unknown_and_a_dive_without_reference_has_neither_curves_nor_errors() -> (
-    None
-):
+def test_what_was_not_recorded_is_unknown_and_a_dive_without_reference_has_neither_curves_nor_errors():
     (surge,) = followed(replace(dive(), tau_ff=None))
     assert np.isnan(surge.tau_ff).all()
     assert set(surge.to_json()["tau_ff"]) == {None}
@@ -187,7 +182,7 @@ def test_what_was_not_recorded_is_unknown_and_a_dive_without_reference_has_neith
     assert tracking_errors(replace(dive(), nu_ref=None)).axes == ()
 
 
-def test_what_was_written_is_read_back_and_a_gap_stays_one() -> None:
+def test_what_was_written_is_read_back_and_a_gap_stays_one():
     whole = dive(offset_m_s=1 / 3)
     value = whole.velocity.value.copy()
     value[len(value) // 2 :] = np.nan

@@ -45,7 +45,7 @@ def attitude(t):
     return mav.MAVLink_attitude_message(round(t * 1e3), 0, 0, wrapped, 0, 0, RATE)
 
 
-def read(tmp_path: Path, message_at, late_s: float = 0.0, system: int = 255):
+def read(tmp_path, message_at, late_s=0.0, system=255):
     stamped = [(t, 1, 1, attitude(t)) for t in TIMES_S]
     stamped += [(t + late_s, system, 0 if system == 255 else 1, message_at(t)) for t in TIMES_S[2:-2]]
     return read_dive(write(tmp_path / "circle.tlog", recording(sorted(stamped, key=lambda entry: entry[0]))))

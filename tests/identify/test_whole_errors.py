@@ -14,13 +14,13 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.glance.raising import MOST_UNASKED
-from identify.validate import WholeError, tracking_errors, whole_errors
+from identify.validate import tracking_errors, whole_errors
 
 RATE_HZ = 20.0
 STILL: Mapping[int, float] = MappingProxyType({})
 
 
-def held(errors: Mapping[int, float], rest: Mapping[int, float] = STILL, seconds: float = 200.0) -> Dive:
+def held(errors, rest=STILL, seconds=200.0):
     """Surge is asked for from 50 s to 130 s and followed exactly; each axis errs by a constant while it is, and by
     another constant before and after."""
     time_s = np.arange(0.0, seconds, 1 / RATE_HZ)
@@ -40,7 +40,7 @@ def held(errors: Mapping[int, float], rest: Mapping[int, float] = STILL, seconds
     )
 
 
-def of(dive: Dive) -> dict[str, WholeError]:
+def of(dive):
     return {error.axis: error for error in whole_errors(dive)}
 
 
@@ -85,7 +85,7 @@ def test_a_reference_that_never_moves_is_no_mission():
     assert whole_errors(still) == ()
 
 
-def disturbed(mode: Mode, dof: int, size: float, at_rest: float = 0.0) -> Dive:
+def disturbed(mode, dof, size, at_rest=0.0):
     """A sound dive of `test_raising` in which an axis also sways at 0.2 Hz, while the vehicle is under way."""
     dive = flown(mode, axes=(0,))
     time_s = dive.nu_ref.time_s

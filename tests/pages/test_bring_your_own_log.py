@@ -4,7 +4,6 @@ import json
 import shlex
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ FLU = np.array([1.0, -1.0, -1.0])
 RUNS = 3
 
 
-def write_foreign_log(folder: Path, seconds: float, seed: int = 100_011) -> None:
+def write_foreign_log(folder, seconds, seed=100_011):
     """Write `our_log.csv`, a row for each time of any sensor, its thirds as runs in `runs`, and `our.yaml`, the vehicle
     file."""
     case = draw_case(seed, names=[], seconds=seconds)

@@ -28,7 +28,7 @@ from identify.run.guess import guess
 HOWTO = Path(__file__).resolve().parents[2] / "docs" / "howto"
 
 
-def shown(page: str) -> SimpleNamespace:
+def shown(page):
     """The names that the page's block of Python defines."""
     (block,) = re.findall(r"```python\n(.*?)```", (HOWTO / page).read_text(encoding="utf-8"), re.S)
     names: dict[str, object] = {}
@@ -36,7 +36,7 @@ def shown(page: str) -> SimpleNamespace:
     return SimpleNamespace(**names)
 
 
-def course(nu: np.ndarray) -> Course:
+def course(nu):
     shape = load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"]
     count, thrusters = len(nu), len(shape.thrusters)
     none = np.zeros((count, thrusters))

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,12 +24,12 @@ QUICK = ["--axes", "yaw", "--minutes", "1"]
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def identified(path: Path, std: float, **more: object) -> Path:
+def identified(path, std, **more):
     """The JSON of an identification that knows the yaw inertia to `std`, relative."""
     parameters = [{"name": name, "value": 16.0 if name == "I_r" else None} for name in NAMES]
     data = {
@@ -152,9 +151,7 @@ ONE_DIVE, TWO_DIVES = ((100_000,), 6), ((100_000, 100_001), 13)
 
 @pytest.mark.soak
 @pytest.mark.parametrize(("seeds", "least"), [ONE_DIVE, TWO_DIVES])
-def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_inside(
-    tmp_path: Path, seeds: tuple[int, ...], least: int
-) -> None:
+def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_inside(tmp_path, seeds, least):
     file = load_vehicle("ruvifist:hovering")
     truth = load_truth(file, "hovering")
     known = replace(before_any_dive(file, "hovering"), values=dict(truth.model))

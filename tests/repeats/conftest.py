@@ -36,14 +36,14 @@ class Made:
     push_s: float = PUSH_S
     drag: float = field(default=5.0)
 
-    def but(self, **changes: object) -> "Made":
+    def but(self, **changes):
         return replace(self, **changes)
 
     @property
     def shape(self):
         return self.file.vehicle.configurations["quadrotor"]
 
-    def dive(self, name: str = "run") -> Dive:
+    def dive(self, name="run"):
         time_s = np.arange(0.0, self.rest_s + self.push_s, STEP_S)
         since_s = np.maximum(time_s - self.rest_s, 0.0)
         pushed = time_s >= self.rest_s - 1e-9
@@ -70,7 +70,7 @@ class Made:
             voltage=Signal(time_s, np.full((len(time_s), 1), self.voltage_v)),
         )
 
-    def dives(self, count: int, seed: int) -> list[Dive]:
+    def dives(self, count, seed):
         """Runs that scatter as runs do: buoyancy, moments, depth at rest."""
         rng = np.random.default_rng(seed)
         return [
@@ -84,5 +84,5 @@ class Made:
 
 
 @pytest.fixture(scope="session")
-def sound() -> Made:
+def sound():
     return Made(load_vehicle(str(EXAMPLE / "haizhe.yaml")))

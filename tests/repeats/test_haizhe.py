@@ -3,7 +3,6 @@
 import importlib.util
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from fakes.shared import shared
@@ -12,7 +11,7 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "haizhe"
 
 
 @pytest.fixture
-def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def example(monkeypatch):
     """The example's script as a module."""
     specification = importlib.util.spec_from_file_location("haizhe_run", EXAMPLE / "run.py")
     assert specification is not None
@@ -23,24 +22,20 @@ def example(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module
 
 
-def test_the_example_tells_a_weight_and_a_wrong_depth_from_sound_runs(example: ModuleType) -> None:
+def test_the_example_tells_a_weight_and_a_wrong_depth_from_sound_runs(example):
     table = example.run(shared("data", "haizhe"), most=50).splitlines()
     for kind in ("AddWeight", "PressureGain_constant"):
         ours = next(line.split() for line in table if line.startswith(kind))
         assert ours[1] == ours[2] != "0"
 
 
-def test_without_the_forests_library_a_sentence_says_what_to_install(
-    example: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_forests_library_a_sentence_says_what_to_install(example, monkeypatch):
     monkeypatch.setattr(example, "find_spec", lambda _: None)
     (line,) = example.forest_lines([], [], {})
     assert "pip install scikit-learn" in line
 
 
-def test_runs_are_split_by_a_hash_of_their_kind_and_number_and_left_over_runs_are_no_group(
-    example: ModuleType,
-) -> None:
+def test_runs_are_split_by_a_hash_of_their_kind_and_number_and_left_over_runs_are_no_group(example):
     runs = [example.Recorded("A", str(number), None) for number in range(400)]
     assert 150 < sum(run.is_to_develop for run in runs) < 250
     groups = list(example.groups_of(runs[:25], 10))
@@ -50,9 +45,7 @@ def test_runs_are_split_by_a_hash_of_their_kind_and_number_and_left_over_runs_ar
     )
 
 
-def test_each_hash_judges_both_halves_and_the_shares_and_wrong_kinds_are_summed_up(
-    example: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_hash_judges_both_halves_and_the_shares_and_wrong_kinds_are_summed_up(example, monkeypatch):
     runs = [example.Recorded("A", str(number), None) for number in range(200)]
     judged: list[set[str]] = []
 

@@ -9,7 +9,6 @@ import pytest
 
 from bridge.errors import FitError, LogError
 from identify.repeats.answer import plain, sentences
-from identify.repeats.judge import Judged
 from identify.repeats.marks import usual_from
 from identify.run.repeats import accept, judge
 
@@ -22,20 +21,20 @@ def usual(sound):
     return accept(sound.dives(60, 1), sound.file, "quadrotor")
 
 
-def answer(sound, usual, seed: int = 4, count: int = 10, **changes) -> Judged:
+def answer(sound, usual, seed=4, count=10, **changes):
     return judge(sound.but(**changes).dives(count, seed), sound.file, "quadrotor", usual)
 
 
-def test_sound_runs_are_told_to_be_so(sound, usual) -> None:
+def test_sound_runs_are_told_to_be_so(sound, usual):
     verdicts = [answer(sound, usual, seed).verdict for seed in range(10, 40)]
     assert verdicts.count("no_gap") >= 28
 
 
-def test_the_accepted_runs_themselves_have_no_gap(sound, usual) -> None:
+def test_the_accepted_runs_themselves_have_no_gap(sound, usual):
     assert judge(sound.dives(60, 1), sound.file, "quadrotor", usual).verdict == "no_gap"
 
 
-def test_runs_with_a_weight_are_heavier_by_it_and_it_may_be_payload(sound, usual) -> None:
+def test_runs_with_a_weight_are_heavier_by_it_and_it_may_be_payload(sound, usual):
     judged = answer(sound, usual, heavier_n=2.0)
     assert judged.finding is not None
     assert judged.verdict == "ambiguous"
@@ -45,7 +44,7 @@ def test_runs_with_a_weight_are_heavier_by_it_and_it_may_be_payload(sound, usual
     assert judged.finding.probability > 0.99
 
 
-def test_a_gain_on_the_absolute_pressure_shows_at_the_surface(sound, usual) -> None:
+def test_a_gain_on_the_absolute_pressure_shows_at_the_surface(sound, usual):
     judged = answer(sound, usual, reads_m=0.01 * AIR_M)
     assert judged.finding is not None
     assert (judged.verdict, judged.finding.name, judged.finding.also) == ("explained", "depth_scale", ())
@@ -53,9 +52,7 @@ def test_a_gain_on_the_absolute_pressure_shows_at_the_surface(sound, usual) -> N
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
-def test_a_weak_thruster_is_named_by_its_number_with_what_is_left_of_its_thrust(
-    sound, usual, number: int
-) -> None:
+def test_a_weak_thruster_is_named_by_its_number_with_what_is_left_of_its_thrust(sound, usual, number):
     gains = tuple(0.6 if k == number else 1.0 for k in range(1, 5))
     judged = answer(sound, usual, gains=gains)
     assert judged.finding is not None
@@ -66,7 +63,7 @@ def test_a_weak_thruster_is_named_by_its_number_with_what_is_left_of_its_thrust(
     assert gain.high95 < 0.9
 
 
-def test_the_more_runs_the_smaller_the_fault_that_shows(sound, usual) -> None:
+def test_the_more_runs_the_smaller_the_fault_that_shows(sound, usual):
     gains = (0.9, 1.0, 1.0, 1.0)
     few, many = (answer(sound, usual, count=count, gains=gains) for count in (2, 60))
     assert few.verdict == "no_gap"
@@ -74,12 +71,12 @@ def test_the_more_runs_the_smaller_the_fault_that_shows(sound, usual) -> None:
     assert many.finding.name == "weak_thruster"
 
 
-def test_what_no_candidate_explains_is_told_as_that(sound, usual) -> None:
+def test_what_no_candidate_explains_is_told_as_that(sound, usual):
     judged = answer(sound, usual, moment_nm=(0.0, 0.0, 0.6))
     assert (judged.verdict, judged.finding, judged.left) == ("unknown", None, ("yaw",))
 
 
-def test_what_a_cause_leaves_over_is_told(sound, usual) -> None:
+def test_what_a_cause_leaves_over_is_told(sound, usual):
     judged = answer(sound, usual, moment_nm=(0.0, 0.0, 0.3), reads_m=0.01 * AIR_M)
     assert judged.finding is not None
     assert (judged.verdict, judged.finding.name) == ("partly", "depth_scale")
@@ -88,7 +85,7 @@ def test_what_a_cause_leaves_over_is_told(sound, usual) -> None:
     assert plain(judged)["gap"]["unexplained"] > 0.2
 
 
-def test_every_answer_keeps_to_the_schema_and_is_said_in_sentences(sound, usual) -> None:
+def test_every_answer_keeps_to_the_schema_and_is_said_in_sentences(sound, usual):
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     for changes in ({}, {"heavier_n": 2.0}, {"reads_m": 0.1}, {"gains": (0.5, 1.0, 1.0, 1.0)}):
         judged = answer(sound, usual, **changes)
@@ -101,17 +98,17 @@ def test_every_answer_keeps_to_the_schema_and_is_said_in_sentences(sound, usual)
     assert sentences(answer(sound, usual))[0].startswith("No gap")
 
 
-def test_without_a_run_that_pushes_from_rest_there_is_nothing_to_judge(sound, usual) -> None:
+def test_without_a_run_that_pushes_from_rest_there_is_nothing_to_judge(sound, usual):
     with pytest.raises(FitError, match="none of the runs"):
         judge([sound.but(rest_s=0.0).dive()], sound.file, "quadrotor", usual)
 
 
-def test_what_is_not_accepted_runs_is_refused() -> None:
+def test_what_is_not_accepted_runs_is_refused():
     for wrong in ({}, {"mean": [0.0], "scatter": [[1.0]], "thrust_n": [1.0]}, {"mean": "x"}):
         with pytest.raises(LogError, match="holds no accepted runs"):
             usual_from(wrong)
 
 
-def test_an_accepted_file_of_another_shape_is_refused(usual) -> None:
+def test_an_accepted_file_of_another_shape_is_refused(usual):
     with pytest.raises(LogError, match="holds no accepted runs"):
         usual_from({**usual.to_json(), "mean": np.zeros(4).tolist()})

@@ -12,7 +12,7 @@ def run_of_made(made, **changes):
     return run_of(made.but(**changes).dive(), made.file, "quadrotor")
 
 
-def test_a_run_shows_its_depth_at_rest_its_sinking_its_lean_and_how_it_begins_to_turn(sound) -> None:
+def test_a_run_shows_its_depth_at_rest_its_sinking_its_lean_and_how_it_begins_to_turn(sound):
     run = run_of_made(sound, reads_m=0.04, moment_nm=(0.2, -0.1, 0.05))
     righting = 8.0 * 9.80665 * 0.03
     assert run.rest_depth_m == pytest.approx(0.04)
@@ -22,7 +22,7 @@ def test_a_run_shows_its_depth_at_rest_its_sinking_its_lean_and_how_it_begins_to
     assert run.turning_nm == pytest.approx(0.05, rel=1e-6)
 
 
-def test_it_turns_by_the_series_of_the_same_formula_where_nothing_slows_it(sound) -> None:
+def test_it_turns_by_the_series_of_the_same_formula_where_nothing_slows_it(sound):
     shape = sound.shape
     free = replace(shape, model={**shape.model, "D_r": 0.0})
     slow = replace(shape, model={**shape.model, "D_r": 1e-9})
@@ -49,12 +49,12 @@ def test_it_turns_by_the_series_of_the_same_formula_where_nothing_slows_it(sound
         ({"push_s": 4.0}, "pushes for 4.0 s, and has to for 5 s"),
     ],
 )
-def test_a_run_that_does_not_go_from_rest_into_a_push_is_refused(sound, changes, words: str) -> None:
+def test_a_run_that_does_not_go_from_rest_into_a_push_is_refused(sound, changes, words):
     with pytest.raises(FitError, match=words):
         run_of_made(sound, **changes)
 
 
-def test_a_run_without_depth_is_refused(sound) -> None:
+def test_a_run_without_depth_is_refused(sound):
     with pytest.raises(FitError, match="commands of its thrusters, depth and attitude"):
         run_of(replace(sound.dive(), depth=None), sound.file, "quadrotor")
 
@@ -63,29 +63,29 @@ def usual_of_made(sound):
     return usual_of([run_of(dive, sound.file, "quadrotor") for dive in sound.dives(20, 1)], sound.shape)
 
 
-def test_what_the_model_lacks_is_the_buoyancy_and_the_moments(sound) -> None:
+def test_what_the_model_lacks_is_the_buoyancy_and_the_moments(sound):
     run = run_of_made(sound, reads_m=0.04, moment_nm=(0.2, -0.1, 0.05), buoyancy_n=9.5)
     (marks,) = usual_of_made(sound).marks_of([run], sound.shape)
     assert marks == pytest.approx([0.04, -9.5, 0.2, -0.1, 0.05], rel=1e-3)
 
 
-def test_thrust_goes_by_the_square_of_the_voltage(sound) -> None:
+def test_thrust_goes_by_the_square_of_the_voltage(sound):
     runs = [run_of_made(sound, voltage_v=voltage) for voltage in (12.0, 11.4)]
     marks = usual_of_made(sound).marks_of(runs, sound.shape)
     assert marks[0] == pytest.approx(marks[1], rel=1e-6)
 
 
-def test_runs_that_are_alike_to_the_last_digit_tell_no_scatter(sound) -> None:
+def test_runs_that_are_alike_to_the_last_digit_tell_no_scatter(sound):
     with pytest.raises(FitError, match="do not differ in all that they show"):
         usual_of([run_of_made(sound)] * 20, sound.shape)
 
 
-def test_nineteen_runs_are_too_few_to_tell_how_far_runs_scatter(sound) -> None:
+def test_nineteen_runs_are_too_few_to_tell_how_far_runs_scatter(sound):
     with pytest.raises(FitError, match="19 runs are too few"):
         usual_of([run_of_made(sound)] * 19, sound.shape)
 
 
-def test_accepted_runs_come_back_from_plain_data_as_they_were(sound) -> None:
+def test_accepted_runs_come_back_from_plain_data_as_they_were(sound):
     usual = usual_of_made(sound)
     back = usual_from(usual.to_json())
     assert back.to_json() == usual.to_json()

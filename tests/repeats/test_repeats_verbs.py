@@ -1,13 +1,11 @@
 """`identify --together` keeps what runs of one push have in common; `diagnose --accepted` judges further ones by it."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bridge import exit_codes
-from identify.dive import Dive
 from identify.ingest.rotation import euler_angles
 from tui.cli import main
 
@@ -21,7 +19,7 @@ voltage: {columns: [volt], unit: V}
 """
 
 
-def write(dives: list[Dive], folder: Path) -> str:
+def write(dives, folder):
     folder.mkdir()
     rng = np.random.default_rng(9)
     for number, dive in enumerate(dives):
@@ -36,7 +34,7 @@ def write(dives: list[Dive], folder: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def place(sound, tmp_path_factory) -> Path:
+def place(sound, tmp_path_factory):
     folder = tmp_path_factory.mktemp("repeats")
     (folder / "columns.yaml").write_text(MAP, encoding="utf-8")
     write(sound.but(push_s=6.0).dives(20, 1), folder / "sound")
@@ -55,11 +53,11 @@ def place(sound, tmp_path_factory) -> Path:
     return folder
 
 
-def given(folder: Path, sound) -> list[str]:
+def given(folder, sound):
     return ["--vehicle", str(sound.file.path), "--columns", str(folder / "columns.yaml")]
 
 
-def test_a_weak_thruster_shows_in_runs_that_tell_no_model(place: Path, sound, capsys) -> None:
+def test_a_weak_thruster_shows_in_runs_that_tell_no_model(place, sound, capsys):
     answer = place / "answer.json"
     wanted = ["--accepted", str(place / "sound.json"), "--json", str(answer), *given(place, sound)]
     assert main(["diagnose", str(place / "weak"), *wanted]) == exit_codes.DONE
@@ -70,7 +68,7 @@ def test_a_weak_thruster_shows_in_runs_that_tell_no_model(place: Path, sound, ca
     assert len(data["runs"]["used"]) == 8
 
 
-def test_runs_of_another_manoeuvre_are_left_out_and_told(place: Path, sound, tmp_path: Path, capsys) -> None:
+def test_runs_of_another_manoeuvre_are_left_out_and_told(place, sound, tmp_path, capsys):
     runs = write([*sound.but(push_s=6.0).dives(3, 3), sound.but(rest_s=0.0).dive()], tmp_path / "runs")
     assert (
         main(["diagnose", runs, "--accepted", str(place / "sound.json"), *given(place, sound)])
@@ -80,7 +78,7 @@ def test_runs_of_another_manoeuvre_are_left_out_and_told(place: Path, sound, tmp
     assert "1 more do not go from rest into a steady push, and were left out." in said
 
 
-def test_they_have_no_page_and_no_model_to_accept(place: Path, sound, tmp_path: Path, capsys) -> None:
+def test_they_have_no_page_and_no_model_to_accept(place, sound, tmp_path, capsys):
     wanted = [
         "--accepted",
         str(place / "sound.json"),
@@ -92,7 +90,7 @@ def test_they_have_no_page_and_no_model_to_accept(place: Path, sound, tmp_path: 
     assert "tells no model to check, accept or draw" in " ".join(capsys.readouterr().err.split())
 
 
-def test_damaged_marks_in_an_accepted_file_are_refused(place: Path, sound, tmp_path: Path, capsys) -> None:
+def test_damaged_marks_in_an_accepted_file_are_refused(place, sound, tmp_path, capsys):
     data = json.loads((place / "sound.json").read_text(encoding="utf-8"))
     data["repeats"]["mean"] = [0.0]
     (tmp_path / "wrong.json").write_text(json.dumps(data), encoding="utf-8")

@@ -138,7 +138,7 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
         ),
     ],
 )
-def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
+def test_the_verdict_speaks_of_the_best_evidence_there_is(other, ending):
     assert wording.verdict_sentence(diagnosis(**other)).endswith(ending + PLACE)
 
 
@@ -415,7 +415,7 @@ def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there
 
 
 def test_a_speed_is_named_only_above_that_of_rest_and_where_the_gap_goes_with_it():
-    def above(low: float) -> str:
+    def above(low):
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
         return gap_words.where_sentence(replace(gap(), slices=slices))
 
@@ -444,9 +444,7 @@ def test_a_speed_is_named_only_above_that_of_rest_and_where_the_gap_goes_with_it
         ),
     ],
 )
-def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom(
-    shares: dict[tuple[str, str], float], said: str
-):
+def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom(shares, said):
     spread = tuple(Share(*place, share) for place, share in shares.items())
     assert gap_words.where_sentence(replace(gap(), where=spread, slices=())) == said
 

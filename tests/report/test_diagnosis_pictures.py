@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 
-from identify.report.plot import Bar, Panel, bars, heatmap, stack
+from identify.report.plot import Bar, bars, heatmap, stack
 
 
-def drawn(panel: Panel) -> Axes:
+def drawn(panel):
     (box,) = stack([panel])(10.0).axes
     return box
 
@@ -31,7 +30,7 @@ def test_bars_are_no_longer_than_their_room_and_never_negative():
 @pytest.mark.parametrize(
     "name", ["0.30 to 0.60 m/s", "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)"]
 )
-def test_names_of_bars_stand_clear_of_the_bars_and_their_numbers(width_in: float, name: str):
+def test_names_of_bars_stand_clear_of_the_bars_and_their_numbers(width_in, name):
     picture = stack(
         [bars([Bar(name, 1.0, "1000 nats")] * 3 + [Bar("a", 1.0, "1", "accepted")] * ("waves" in name))]
     )(width_in)

@@ -24,12 +24,12 @@ from identify.report.plot import Line, lines_panel, stack
 from tui.files import settings
 
 
-def figure(name: str) -> Figure:
+def figure(name):
     line = Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
     return Figure(name, "caption", stack([lines_panel("y", "x", [line])]))
 
 
-def test_each_figure_is_two_files_and_one_name_twice_is_told_apart(tmp_path: Path):
+def test_each_figure_is_two_files_and_one_name_twice_is_told_apart(tmp_path):
     first, second = (
         Section("a", figures=(figure("path dive-7"), figure("depth"))),
         Section("b", figures=(figure("depth"),)),
@@ -53,14 +53,14 @@ def test_each_figure_is_two_files_and_one_name_twice_is_told_apart(tmp_path: Pat
         ("x" * 300, "x" * 100),
     ],
 )
-def test_a_name_is_taken_by_every_file_system(words: str, name: str):
+def test_a_name_is_taken_by_every_file_system(words, name):
     assert file_name(words) == name
 
 
 FILE = load_vehicle("ruvifist:hovering")
 
 
-def dive(name: str, sha256: str) -> Dive:
+def dive(name, sha256):
     depth = Signal(np.array([5.0, 105.0]), np.zeros((2, 1)))
     return Dive(name, Path("/somewhere") / name / "telemetry.tlog", sha256, depth=depth)
 

@@ -13,7 +13,7 @@ from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.glance.foretold import Held
 from identify.glance.raising import Criterion, Raising
-from identify.report.page import Figure, Report, render_report
+from identify.report.page import render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
@@ -31,7 +31,7 @@ SWAY = AxisErrors("sway", "m/s", 0.0069, 0.0030, 0.0026, 0.0035, 0.25, 0.0031, 1
 YAW = AxisErrors("yaw", "rad/s", 0.02, 0.01, NAN, 0.015, 1.0, 0.012, 0.5, 0.6, 1.7)
 
 
-def moving(name: str, late_s: float, dofs: tuple[int, ...] = (0,), start_s: float = 0.0) -> Dive:
+def moving(name, late_s, dofs=(0,), start_s=0.0):
     """50 s in which the reference of each axis rises, holds and falls, and the vehicle follows `late_s` later."""
     time_s = np.arange(0.0, 50.0, 0.05)
     n = len(time_s)
@@ -53,18 +53,18 @@ def moving(name: str, late_s: float, dofs: tuple[int, ...] = (0,), start_s: floa
     )
 
 
-def made(dives: dict[str, Dive], judged: dict[str, Raising | None] | None = None) -> Report:
+def made(dives, judged=None):
     judged = judged or dict.fromkeys(dives)
     runs = (Run(label, dive, tracking_errors(dive), judged[label]) for label, dive in dives.items())
     return validation_report(Validation(FILE, tuple(runs), AT_ORIGIN))
 
 
-def errs(overall: float, axis: str = "surge") -> TrackingErrors:
+def errs(overall, axis="surge"):
     whole = tracking_errors(moving("x", 1.0)).axes[0]
     return TrackingErrors("x", (replace(whole, axis=axis, overall=overall),))
 
 
-def labels(figure: Figure) -> list[str]:
+def labels(figure):
     return [text.get_text() for text in figure.draw(10.0).legends[0].get_texts()]
 
 
@@ -94,9 +94,7 @@ def labels(figure: Figure) -> list[str]:
         ),
     ],
 )
-def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much(
-    errors: dict[str, TrackingErrors], said: str
-):
+def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much(errors, said):
     assert verdict(errors) == said
 
 

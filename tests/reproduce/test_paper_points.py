@@ -202,7 +202,7 @@ def test_a_dive_without_sway_is_refused():
 RATE = math.radians(12)
 
 
-def turning(lag_s=0.0, past_rad=0.0, way=1.0, offset=0.0) -> Dive:
+def turning(lag_s=0.0, past_rad=0.0, way=1.0, offset=0.0):
     """A ramp of 15 s from 7 s on, followed `lag_s` later and past its end at last."""
     time_s = np.arange(0.0, 32.0, 0.05)
     n = len(time_s)
@@ -236,7 +236,7 @@ def test_a_heading_over_south_is_no_jump():
     assert measured.value[-1, 0] == pytest.approx(wanted.value[-1, 0])
 
 
-def surging(speed=0.2) -> Dive:
+def surging(speed=0.2):
     """20 s at a speed, with 1 s of change before and after; every thruster at 1600 us while steady."""
     time_s = np.arange(0.0, 30.0, 0.05)
     n = len(time_s)

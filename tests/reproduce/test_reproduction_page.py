@@ -22,7 +22,7 @@ from bridge.plain import plain
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import rest, run, turn
 from bridge.vehicle.coefficients import BY_NAME
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import bounds
@@ -31,15 +31,13 @@ from identify.report.page import render_report
 from tui import cli
 
 
-def dive(
-    file: VehicleFile, configuration, mission: Mission, mode: Mode, coefficients=None, seed=100_001
-) -> Dive:
+def dive(file, configuration, mission, mode, coefficients=None, seed=100_001):
     """A dive with the signals of a recording; velocity with a little noise, the rest exact."""
     run = simulate_truth(file, configuration, mission, seed=seed, parameters=coefficients, mode=mode)
     rng = np.random.default_rng(seed)
     time_s, n = run.time_s, len(run.time_s)
 
-    def of(value) -> Signal:
+    def of(value):
         return Signal(time_s, np.asarray(value, dtype=float).reshape(n, -1))
 
     reference = [

@@ -22,7 +22,7 @@ from bridge.signing.key import (
     write_key,
 )
 from bridge.signing.link import EPOCH_UNIX_S, STEPS_A_S, Gate, Times
-from bridge.wire.framing import CRC_EXTRA, Encoder, Frame, Framer, decode
+from bridge.wire.framing import CRC_EXTRA, Encoder, Framer, decode
 
 SECRET = hashlib.sha256(b"one").digest()
 OTHER = hashlib.sha256(b"another").digest()
@@ -30,20 +30,20 @@ BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
 TIME = 0x123456789A
 
 
-def plain(sequence_from: int = 0) -> bytes:
+def plain(sequence_from=0):
     encoder = Encoder(1, 1)
     for _ in range(sequence_from):
         encoder.encode(BEAT)
     return encoder.encode(BEAT)
 
 
-def frame_of(raw: bytes) -> Frame:
+def frame_of(raw):
     framer = Framer()
     (frame,) = [*framer.feed(raw), *framer.flush()]
     return frame
 
 
-def pymavlink_with(secret: bytes, time: int) -> dialect.MAVLink:
+def pymavlink_with(secret, time):
     mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     mav.signing.secret_key = secret
     mav.signing.link_id = 7

@@ -24,19 +24,19 @@ class Side:
         self.link = SignedLink(inside, self.gate, clock)
         self.stranger = Encoder(1, 1)
 
-    def now(self) -> int:
+    def now(self):
         return round((self.clock.unix_s() - EPOCH_UNIX_S) * STEPS_A_S)
 
-    def arrives(self, time: int, key: SigningKey = KEY, link: int = 0) -> bytes:
+    def arrives(self, time, key=KEY, link=0):
         """The bytes that pass of a frame signed so."""
         self.outside.write(signed(self.stranger.encode(BEAT), key.secret, link, time))
         return self.link.read(0.0)
 
-    def arrives_unsigned(self) -> bytes:
+    def arrives_unsigned(self):
         self.outside.write(self.stranger.encode(BEAT))
         return self.link.read(0.0)
 
-    def waits(self, seconds: float) -> None:
+    def waits(self, seconds):
         self.clock.advance_to(self.clock.boot_s() + seconds)
         self.link.read(0.0)
 
@@ -237,7 +237,7 @@ def test_a_vehicle_whose_clock_stands_in_the_past_is_told_of_and_heals_once_it_h
     ground, vehicle = Side(SimulatedClock()), Side(SimulatedClock(unix_at_boot_s=1_500_000_000.0))
     encoder = Encoder(1, 1)
 
-    def speaks(sender: Side, receiver: Side, raw: bytes) -> bytes:
+    def speaks(sender, receiver, raw):
         sender.link.write(raw)
         receiver.outside.write(sender.outside.read(0.0))
         return receiver.link.read(0.0)

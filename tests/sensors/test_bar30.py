@@ -25,19 +25,19 @@ AN520 = (0x3132, 0x3334, 0x3536, 0x3738, 0x3940, 0x4142, 0x4344, 0x4500)
 class Waits:
     """A wait that moves a clock and remembers how long it was asked to wait."""
 
-    def __init__(self, clock: SimulatedClock) -> None:
+    def __init__(self, clock):
         self.clock, self.asked = clock, []
 
-    def __call__(self, seconds: float) -> None:
+    def __call__(self, seconds):
         self.asked.append(seconds)
         self.clock.advance_to(self.clock.now_s + seconds)
 
 
-def no_wait(_seconds: float) -> None:
+def no_wait(_seconds):
     pass
 
 
-def datasheet_arithmetic(d1: int, d2: int, c: Calibration) -> tuple[int, int]:
+def datasheet_arithmetic(d1, d2, c):
     """Pressure (0.1 mbar) and temperature (0.01 deg C) in the whole numbers of the datasheet's flow
     charts."""
     dt = d2 - c.c5 * 256
@@ -58,7 +58,7 @@ def datasheet_arithmetic(d1: int, d2: int, c: Calibration) -> tuple[int, int]:
     return (d1 * (sens - sensi) // 2097152 - (off - offi)) // 8192, temp - ti
 
 
-def sensor(bus: FakeBar30) -> tuple[Bar30, SimulatedClock, Waits]:
+def sensor(bus):
     clock = SimulatedClock(100.0)
     waits = Waits(clock)
     return Bar30(bus, waits), clock, waits

@@ -13,11 +13,11 @@ from bridge.sensors.samples import EscSample
 VECTOR = bytes.fromhex("23064001f4007b00f548")
 
 
-def four() -> EscParser:
+def four():
     return EscParser(count=4, poles=14)
 
 
-def answer(number: int) -> bytes:
+def answer(number):
     """An answer that shows by its current which controller gave it."""
     return encode_esc(2000.0, 14, 16.0, float(number), 30.0)
 

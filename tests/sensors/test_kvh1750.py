@@ -18,17 +18,17 @@ PLUS_10, MINUS_10, ZERO, PLUS_490 = (
 PERIOD = 1e-3
 
 
-def rates_of(parser: Kvh1750Parser, chunks, time_s: float = 0.0) -> np.ndarray:
+def rates_of(parser, chunks, time_s=0.0):
     blocks = [block for chunk in chunks for block in parser.feed(chunk, time_s)]
     return np.concatenate([block.rate for block in blocks]) if blocks else np.zeros(0)
 
 
-def sine(count: int) -> np.ndarray:
+def sine(count):
     """Rates that are whole numbers of the least significant bit, no two neighbours the same."""
     return whole(0.3 * np.sin(np.arange(count) * 0.005))
 
 
-def whole(rates: np.ndarray) -> np.ndarray:
+def whole(rates):
     """`rates` rounded to what a frame can carry."""
     return np.rint(rates / LSB_RAD_S) * LSB_RAD_S
 
@@ -170,7 +170,7 @@ def test_a_rate_beyond_the_rated_range_is_flagged():
     assert not block.valid.any()
 
 
-def flagged(rates: np.ndarray) -> list[int]:
+def flagged(rates):
     """The frames that are marked invalid, checked to be the same however the stream is cut."""
     data = encode_kvh1750(rates)
     results = [
@@ -183,11 +183,11 @@ def flagged(rates: np.ndarray) -> list[int]:
     return list(np.flatnonzero(~results[0]))
 
 
-def spike(deg_s: float) -> np.ndarray:
+def spike(deg_s):
     return 0.17 + np.radians(np.where(np.arange(40) == 20, deg_s, 0.0))
 
 
-def step(deg_s: float) -> np.ndarray:
+def step(deg_s):
     return np.radians(np.where(np.arange(40) < 20, 0.0, deg_s))
 
 
@@ -212,7 +212,7 @@ def test_a_shaft_that_shakes_the_gyro_costs_no_frame():
     assert set(flagged(shaken)) <= {0}
 
 
-def damaged(data: bytes, faults: int, rng: random.Random) -> bytes:
+def damaged(data, faults, rng):
     """`data` with bits flipped, bytes lost and bytes inserted, `faults` in all, anywhere."""
     stream = bytearray(data)
     for _ in range(faults):

@@ -15,7 +15,7 @@ LONG_FRAME = encode_kvh1760(2e-4, 6, stamp=123456)
 ANGLE = float(np.float32(1e-4))
 
 
-def rates(blocks) -> list[float]:
+def rates(blocks):
     return [float(rate) for block in blocks for rate in block.rate]
 
 

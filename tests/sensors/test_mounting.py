@@ -20,14 +20,14 @@ ENU_TO_NED = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
 EAST, NORTH, UP = np.eye(3)
 
 
-def imu(axes_in_enu: np.ndarray | None = None, **fields) -> ImuSample:
+def imu(axes_in_enu=None, **fields):
     """A sample whose device axes x y z are the rows of `axes_in_enu`."""
     attitude = None if axes_in_enu is None else quaternion_of(np.asarray(axes_in_enu).T)
     values = {"specific_force": (0.0, 0.0, 9.81), "rate": (0.0, 0.0, 0.0), "attitude": attitude, **fields}
     return ImuSample(time_s=1.0, **values)
 
 
-def roll_pitch_yaw_deg(attitude) -> np.ndarray:
+def roll_pitch_yaw_deg(attitude):
     w, x, y, z = attitude
     return Rotation.from_quat([x, y, z, w]).as_euler("ZYX", degrees=True)[::-1]
 
@@ -124,7 +124,7 @@ def test_the_sense_of_a_gyro_is_that_of_its_axis(mounting, sense):
     np.testing.assert_array_equal(turned.time_s, block.time_s)
 
 
-def fit_times(clock: ClockFit, counts: np.ndarray, arrivals: np.ndarray) -> np.ndarray:
+def fit_times(clock, counts, arrivals):
     return np.array([clock.time_of(int(c), float(a)) for c, a in zip(counts, arrivals, strict=True)])
 
 

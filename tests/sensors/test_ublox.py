@@ -37,14 +37,14 @@ PVT_FIELDS = {
 PVT_FIELDS |= {"gSpeed": 500, "headMot": 57.3}
 
 
-def nav(name: str, **fields) -> bytes:
+def nav(name, **fields):
     return UBXMessage("NAV", f"NAV-{name}", GET, **fields).serialize()
 
 
 PVT = nav("PVT", **PVT_FIELDS)
 
 
-def assert_the_fix(sample: GnssSample) -> None:
+def assert_the_fix(sample):
     assert (sample.fix_type, sample.satellites) == (FIX_3D, 9)
     place = (sample.latitude_deg, sample.longitude_deg, sample.altitude_m, sample.horizontal_sigma_m)
     assert place == pytest.approx((59.91, -10.75, 12.5, 2.1))

@@ -48,7 +48,7 @@ DOCUMENTED = {
 NAN = math.nan
 
 
-def line(**changes) -> bytes:
+def line(**changes):
     return json.dumps({**FIELDS, **changes}).encode() + b"\r\n"
 
 

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.sensors.samples import DvlSample
 from bridge.sensors.wayfinder import (
     EXIT_COMMAND_MODE,
     WayfinderParser,
@@ -30,7 +29,7 @@ WHEN = datetime(2026, 11, 20, 2, 55, 3, 250_000)
 NAN = math.nan
 
 
-def samples(data: bytes) -> list[DvlSample]:
+def samples(data):
     return WayfinderParser().feed(data, 10.0)
 
 

@@ -43,7 +43,7 @@ LONG = encode_mtdata2([(0x5040, bytes(200)), *BASE, (0x7010, bytes(100))])
 """Of extended length."""
 
 
-def sample_of(frame: bytes) -> ImuSample:
+def sample_of(frame):
     (sample,) = XsensParser().feed(frame, 10.0)
     return sample
 
@@ -85,7 +85,7 @@ def test_the_suggested_output_set_is_an_ordinary_frame():
     assert sample_of(OURS) == ImuSample(10.0, FORCE, RATE, LEVEL)
 
 
-def encode_numbers(precision: int, numbers: tuple[float, ...]) -> bytes:
+def encode_numbers(precision, numbers):
     """By the low two bits of an identifier: f32, FP12.20, FP16.32 (the fraction goes first), f64."""
     if precision == 1:
         return struct.pack(f">{len(numbers)}i", *(round(v * 2**20) for v in numbers))

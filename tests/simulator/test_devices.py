@@ -32,7 +32,7 @@ WORLD = Surroundings(QUIET, Water(), ThrustCurve(), 1_790_000_000.0)
 YAW = math.radians(30)
 
 
-def cruise(duration_s: float = 1.0, rate: float = 0.0, depth_m: float = 2.0) -> Stretch:
+def cruise(duration_s=1.0, rate=0.0, depth_m=2.0):
     """Steady motion ahead, aside and down at a heading of 30 degrees, and a yaw that speeds up evenly."""
     time_s = np.arange(round(duration_s * 200) + 1) / 200
     state, nu_dot = np.zeros((len(time_s), 13)), np.zeros((len(time_s), 6))
@@ -180,7 +180,7 @@ def test_bytes_arrive_in_order_and_not_before_their_latency_has_passed():
 def test_one_more_device_leaves_the_noise_of_the_others_as_it_was():
     world = replace(WORLD, noise=NoiseLevels())
 
-    def gyro_bytes(sensors: Sensors) -> list[bytes]:
+    def gyro_bytes(sensors):
         arrivals = Instruments(sensors, world, np.random.default_rng(5)).arrivals(cruise())
         return [a.data for a in arrivals if a.slot == "fog"]
 

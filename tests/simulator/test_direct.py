@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from bridge.attitude import heading_of
-from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
+from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.missions import rest, run, turn, validation
 from bridge.simulator.truth import load_truth
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 
@@ -16,12 +16,12 @@ FILE = load_vehicle("ruvifist")
 OUT = Mission("out", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 6.0)))
 
 
-def dive(mode: Mode, configuration: str = "hovering", mission: Mission = OUT, seed: int = 3) -> TruthRun:
+def dive(mode, configuration="hovering", mission=OUT, seed=3):
     truth = load_truth(FILE, configuration)
     return simulate_truth(FILE, configuration, mission, seed=seed, mode=mode, parameters=truth.model)
 
 
-def errors(run: TruthRun, mission: Mission, phase: str, dof: int, word: str) -> float:
+def errors(run, mission, phase, dof, word):
     chosen = np.zeros(len(run.time_s), dtype=np.bool_)
     for leg, start_s, end_s in mission.spans():
         if leg.phase == phase and word in leg.name:
@@ -29,7 +29,7 @@ def errors(run: TruthRun, mission: Mission, phase: str, dof: int, word: str) -> 
     return float(np.abs(run.nu - run.nu_ref)[chosen, dof].mean())
 
 
-def alone_in_still_water(file: VehicleFile, configuration: str, mission: Mission) -> TruthRun:
+def alone_in_still_water(file, configuration, mission):
     truth = load_truth(file, configuration)
     return simulate_truth(
         file,

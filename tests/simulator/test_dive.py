@@ -42,12 +42,12 @@ OUT = Mission(
 )
 
 
-def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
+def recorded(mission=OUT, **options):
     """The messages of a dive by type, those with a name by name."""
     framer = Framer()
     by_type: dict[str, list[Any]] = defaultdict(list)
 
-    def sink(_unix_s: float, data: bytes) -> None:
+    def sink(_unix_s, data):
         for frame in framer.feed(data):
             message = decode(frame)
             kind = message.get_type()
@@ -62,7 +62,7 @@ def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
     return by_type
 
 
-def accepted(times: float = 1.0) -> ParameterServer:
+def accepted(times=1.0):
     """The parameters of a vehicle that has been given the truth, its mass and damping in surge so many times theirs."""
     server = ParameterServer(None, vehicle_table(FILE.vehicle))
     for configuration in FILE.vehicle.configurations:
@@ -75,7 +75,7 @@ def accepted(times: float = 1.0) -> ParameterServer:
 
 
 @pytest.fixture(scope="module")
-def out_and_back() -> dict[str, list[Any]]:
+def out_and_back():
     return recorded()
 
 
@@ -280,7 +280,7 @@ TO_AND_FRO = Mission("to and fro", (AHEAD, BACK) * 3)
 class Dive:
     """The vehicle under way, and its ground."""
 
-    def __init__(self, times: float = 1.0, mode: Mode = Mode.SHADOW) -> None:
+    def __init__(self, times=1.0, mode=Mode.SHADOW):
         near, self.ground = memory_pair()
         self.parameters = accepted(times)
         self.parameters.write("FF_MODE", float(mode), armed=False)
@@ -289,19 +289,19 @@ class Dive:
         self.framer = Framer()
         self.ticks = 0
 
-    def fly(self, seconds: float) -> None:
+    def fly(self, seconds):
         for _ in range(round(seconds * 20)):
             self.vehicle.tick(TO_AND_FRO.reference(self.ticks / 20))
             self.ticks += 1
 
-    def asks(self, mode: Mode) -> list[Any]:
+    def asks(self, mode):
         """The answers to the ground's order, without telemetry."""
         self.heard()
         self.ground.write(GROUND.encode(dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", float(mode), 9)))
         self.fly(0.1)
         return [m for m in self.heard() if m.get_type() in ("PARAM_VALUE", "PARAM_ERROR", "STATUSTEXT")]
 
-    def heard(self) -> list[Any]:
+    def heard(self):
         frames = []
         while data := self.ground.read(0.0):
             frames += self.framer.feed(data)

@@ -1,6 +1,7 @@
 """Missions, and the true model that a simulated vehicle has."""
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,8 @@ ALL = [
 ]
 
 
-def sampled(mission: Mission, rate_hz: float = 10.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+@cache
+def sampled(mission, rate_hz=10.0):
     time_s = np.arange(0, mission.duration_s, 1 / rate_hz)
     references = [mission.reference(t) for t in time_s]
     return (

@@ -26,17 +26,11 @@ SPIN = replace(
 )
 
 
-def plant(
-    shape: Configuration = PUSH,
-    truth: Truth = STILL_WATER,
-    lag_s: float = 0.0,
-    rate_hz: float = 200.0,
-    seed: int = 0,
-) -> Plant:
+def plant(shape=PUSH, truth=STILL_WATER, lag_s=0.0, rate_hz=200.0, seed=0):
     return Plant(shape, CURVE, lag_s, truth, np.random.default_rng(seed), depth_m=5.0, rate_hz=rate_hz)
 
 
-def pwm(thrust_n: float) -> float:
+def pwm(thrust_n):
     return float(CURVE.pwm(thrust_n))
 
 
@@ -198,7 +192,7 @@ def test_position_and_attitude_follow_the_rotation_matrix_of_the_attitude(turn, 
     np.testing.assert_allclose(numeric, matrix_of(attitude) @ skew, atol=1e-6)
 
 
-def matrix_of(quaternion: np.ndarray) -> np.ndarray:
+def matrix_of(quaternion):
     """Body to earth by Rodrigues' formula, from the quaternion's scalar and vector part."""
     scalar, vector = quaternion[0], quaternion[1:]
     cross = np.cross(vector, np.eye(3)).T

@@ -8,6 +8,7 @@ from fake_verbs import FakeVerbs
 from fake_verbs import desk as desk_of
 from made_parameters import PARAM, FakeVehicle, desk, has, line_of, on_screen, plan, receipt, row, views
 from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, played, pressed, settled
+from soak import rest_in_soak
 from textual.widgets._toast import Toast
 
 from bridge.reports import Written
@@ -118,15 +119,21 @@ def test_lines_that_have_no_room_are_counted_on_their_side_and_a_question_hides_
     on_screen(FakeVehicle(), Lacks("lines above"), "u", *names)
 
 
-@pytest.mark.parametrize(
-    ("verdict", "word"),
-    [("not on the vehicle", "absent"), ("implausible", "unlikely"), ("refused", "refused")],
-)
-def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line_and_in_full_on_a_wide_one(verdict, word):
-    parameter = {**FIRST, "verdict": verdict, "reason": "why so"}
-    name, vehicle = parameter["name"], FakeVehicle(plan(parameters=[parameter]))
-    on_screen(vehicle, has(name, word), Sees(f"{verdict}: why so."), size=(60, 24))
-    on_screen(vehicle, lambda app: f" {verdict} " in line_of(app, name), size=WIDE)
+def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line_and_in_full_on_a_wide_one():
+    words = {"not on the vehicle": "absent", "implausible": "unlikely", "refused": "refused"}
+    lines = {f"FF1_{n}": verdict for n, verdict in enumerate(words)}
+    rows = [
+        {**FIRST, "name": name, "verdict": verdict, "reason": "why so"} for name, verdict in lines.items()
+    ]
+    vehicle = FakeVehicle(plan(parameters=rows))
+    steps = [
+        step
+        for name, verdict in lines.items()
+        for step in (has(name, words[verdict]), Sees(f"{verdict}: why so."), "down")
+    ]
+    on_screen(vehicle, *steps, size=(60, 24))
+    in_full = [lambda app, n=n, v=v: f" {v} " in line_of(app, n) for n, v in lines.items()]
+    on_screen(vehicle, *in_full, size=WIDE)
 
 
 AWKWARD = [
@@ -179,7 +186,7 @@ def test_a_gain_that_is_not_set_is_a_gain_of_1_before_an_upload_and_after_a_roll
     )
 
 
-@pytest.mark.parametrize("size", [NARROW, WIDE, (48, 24)])
+@pytest.mark.parametrize("size", rest_in_soak([NARROW, WIDE, (48, 24)]))
 def test_a_mass_that_is_not_set_reads_so_and_is_no_mass_of_0_kg(size):
     first = FIRST | {"present": 0.0, "accepted": 0.0, "change": None}
     on_screen(

@@ -41,11 +41,6 @@ def said():
 
 
 @pytest.fixture
-def watcher():
-    return Watcher(RUVIFIST)
-
-
-@pytest.fixture
 def healthy(watcher):
     vehicle = OnAir(watcher)
     vehicle.beats(1.0, armed=True)

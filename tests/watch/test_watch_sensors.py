@@ -17,15 +17,9 @@ from tui.watch_text import header
 
 
 @pytest.fixture
-def watcher():
-    return Watcher(load_vehicle("ruvifist"))
-
-
-@pytest.fixture
-def vehicle(watcher):
-    on_air = OnAir(watcher)
-    on_air.beats(0.0)
-    return on_air
+def vehicle(vehicle):
+    vehicle.beats(0.0)
+    return vehicle
 
 
 def row(watcher, signal, now_s):
@@ -125,20 +119,8 @@ RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (-math.pi / 2, 1.5)
 
 
-@pytest.fixture
-def tracer():
-    return Watcher(RUVIFIST)
-
-
-@pytest.fixture
-def traced(tracer):
-    on_air = OnAir(tracer)
-    on_air.beats(0.0)
-    return on_air
-
-
-def last(tracer, key, now_s):
-    return tracer.picture(now_s).traces[key].value[-1]
+def last(watcher, key, now_s):
+    return watcher.picture(now_s).traces[key].value[-1]
 
 
 def test_a_ring_keeps_the_newest_of_a_step_and_no_more_than_twenty_a_second():
@@ -151,25 +133,25 @@ def test_a_ring_keeps_the_newest_of_a_step_and_no_more_than_twenty_a_second():
     assert reference is None
 
 
-def test_only_the_last_minute_is_shown(tracer, traced):
+def test_only_the_last_minute_is_shown(watcher, vehicle):
     for k in range(100):
-        traced.tells("dvl", dvl(), float(k))
-    trace = tracer.picture(99.5).traces["u"]
+        vehicle.tells("dvl", dvl(), float(k))
+    trace = watcher.picture(99.5).traces["u"]
     assert trace.time_s[0] == 40.0
     assert trace.age_s == pytest.approx(0.5)
     assert trace.freshness is Freshness.FRESH
-    assert tracer.picture(110.0).traces["u"].freshness is Freshness.GONE
+    assert watcher.picture(110.0).traces["u"].freshness is Freshness.GONE
 
 
-def test_velocity_rates_depth_and_heading_stand_beside_their_references(tracer, traced):
-    traced.tells("nu_ref", REFERENCE, 1.0)
-    traced.tells("dvl", dvl(0.3, -0.1, 0.05), 1.05)
-    traced.tells("imu", imu(0.1, 0.2, 0.3), 1.05)
-    traced.tells("attitude", (*LEVEL, *STILL), 1.05)
+def test_velocity_rates_depth_and_heading_stand_beside_their_references(watcher, vehicle):
+    vehicle.tells("nu_ref", REFERENCE, 1.0)
+    vehicle.tells("dvl", dvl(0.3, -0.1, 0.05), 1.05)
+    vehicle.tells("imu", imu(0.1, 0.2, 0.3), 1.05)
+    vehicle.tells("attitude", (*LEVEL, *STILL), 1.05)
     water = RUVIFIST.vehicle.water
     at_two_metres = 100 * water.surface_pressure_hpa + 2.0 * water.density_kg_m3 * water.gravity_m_s2
-    traced.tells("pressure", (at_two_metres, 20.0), 1.1)
-    traces = tracer.picture(1.2).traces
+    vehicle.tells("pressure", (at_two_metres, 20.0), 1.1)
+    traces = watcher.picture(1.2).traces
     results = {
         key: (float(t.value[-1]), float(t.reference[-1]))
         for key, t in traces.items()
@@ -182,21 +164,21 @@ def test_velocity_rates_depth_and_heading_stand_beside_their_references(tracer, 
     }  # fmt: skip
 
 
-def test_a_reference_that_is_no_longer_told_ends(tracer, traced):
-    traced.tells("nu_ref", REFERENCE, 1.0)
-    traced.tells("dvl", dvl(), 1.1)
-    traced.tells("dvl", dvl(), 3.0)
-    reference = tracer.picture(3.0).traces["u"].reference
+def test_a_reference_that_is_no_longer_told_ends(watcher, vehicle):
+    vehicle.tells("nu_ref", REFERENCE, 1.0)
+    vehicle.tells("dvl", dvl(), 1.1)
+    vehicle.tells("dvl", dvl(), 3.0)
+    reference = watcher.picture(3.0).traces["u"].reference
     assert reference[0] == pytest.approx(0.4)
     assert math.isnan(reference[1])
 
 
-def test_yaw_rate_is_the_fibre_optic_gyros_while_it_speaks(tracer, traced):
-    traced.tells("fog", (0.5,), 1.0)
-    traced.tells("imu", imu(r=0.4), 1.1)
-    assert last(tracer, "r", 1.2) == pytest.approx(0.5)
-    traced.tells("imu", imu(r=0.4), 3.0)
-    assert last(tracer, "r", 3.1) == pytest.approx(0.4)
+def test_yaw_rate_is_the_fibre_optic_gyros_while_it_speaks(watcher, vehicle):
+    vehicle.tells("fog", (0.5,), 1.0)
+    vehicle.tells("imu", imu(r=0.4), 1.1)
+    assert last(watcher, "r", 1.2) == pytest.approx(0.5)
+    vehicle.tells("imu", imu(r=0.4), 3.0)
+    assert last(watcher, "r", 3.1) == pytest.approx(0.4)
 
 
 def test_velocity_is_that_of_the_bodys_origin(tmp_path):
@@ -239,36 +221,36 @@ def test_ardusub_tells_attitude_rates_depth_thrusters_and_battery_in_its_own_mes
     assert [row.pwm_us for row in picture.thrusters] == list(range(1501, 1507))
 
 
-def test_depth_that_the_vehicle_states_comes_before_that_of_its_pressure(tracer, traced):
-    traced.says(mav.MAVLink_global_position_int_message(1000, 0, 0, 0, -4000, 0, 0, 0, 0), 1.0)
-    traced.tells("pressure", (101325.0, 20.0), 1.1)
-    assert last(tracer, "depth", 1.2) == pytest.approx(4.0)
+def test_depth_that_the_vehicle_states_comes_before_that_of_its_pressure(watcher, vehicle):
+    vehicle.says(mav.MAVLink_global_position_int_message(1000, 0, 0, 0, -4000, 0, 0, 0, 0), 1.0)
+    vehicle.tells("pressure", (101325.0, 20.0), 1.1)
+    assert last(watcher, "depth", 1.2) == pytest.approx(4.0)
 
 
-@pytest.mark.usefixtures("traced")
-def test_a_dvl_driver_under_a_ground_stations_name_is_heard(tracer):
-    driver = OnAir(tracer, 255, 0)
+@pytest.mark.usefixtures("vehicle")
+def test_a_dvl_driver_under_a_ground_stations_name_is_heard(watcher):
+    driver = OnAir(watcher, 255, 0)
     delta = mav.MAVLink_vision_position_delta_message(10**6, 100_000, [0.0] * 3, [0.03, 0.0, -0.01], 90.0)
     driver.says(delta, 1.0)
-    assert last(tracer, "u", 1.1) == pytest.approx(0.3)
-    assert last(tracer, "w", 1.1) == pytest.approx(-0.1)
+    assert last(watcher, "u", 1.1) == pytest.approx(0.3)
+    assert last(watcher, "w", 1.1) == pytest.approx(-0.1)
 
 
-def test_an_autopilots_velocity_is_turned_into_body_axes_where_no_dvl_speaks(tracer, traced):
+def test_an_autopilots_velocity_is_turned_into_body_axes_where_no_dvl_speaks(watcher, vehicle):
     turned = Rotation.from_euler("ZYX", (70.0, 20.0, -30.0), degrees=True)
     x, y, z, w = turned.as_quat()
-    traced.tells("attitude", (w, x, y, z, *STILL), 1.0)
-    traced.says(mav.MAVLink_local_position_ned_message(1000, 0, 0, 0, 0.3, 0.7, 0.1), 1.1)
-    results = [last(tracer, key, 1.2) for key in "uvw"]
+    vehicle.tells("attitude", (w, x, y, z, *STILL), 1.0)
+    vehicle.says(mav.MAVLink_local_position_ned_message(1000, 0, 0, 0, 0.3, 0.7, 0.1), 1.1)
+    results = [last(watcher, key, 1.2) for key in "uvw"]
     assert results == pytest.approx(turned.inv().apply((0.3, 0.7, 0.1)), abs=1e-6)
-    traced.tells("dvl", dvl(0.2), 1.3)
-    traced.says(mav.MAVLink_local_position_ned_message(1200, 0, 0, 0, 0.0, 0.7, 0.1), 1.4)
-    assert last(tracer, "u", 1.5) == pytest.approx(0.2)
+    vehicle.tells("dvl", dvl(0.2), 1.3)
+    vehicle.says(mav.MAVLink_local_position_ned_message(1200, 0, 0, 0, 0.0, 0.7, 0.1), 1.4)
+    assert last(watcher, "u", 1.5) == pytest.approx(0.2)
 
 
-def test_the_contracts_message_comes_before_ardusubs_until_it_is_silent(tracer, traced):
-    traced.tells("attitude", (*LEVEL, *STILL), 1.0)
-    traced.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1.5)
-    assert last(tracer, "heading", 1.6) == pytest.approx(0.0)
-    traced.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 5.0)
-    assert last(tracer, "heading", 5.1) == pytest.approx(math.degrees(1.0))
+def test_the_contracts_message_comes_before_ardusubs_until_it_is_silent(watcher, vehicle):
+    vehicle.tells("attitude", (*LEVEL, *STILL), 1.0)
+    vehicle.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1.5)
+    assert last(watcher, "heading", 1.6) == pytest.approx(0.0)
+    vehicle.says(mav.MAVLink_attitude_message(1000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 5.0)
+    assert last(watcher, "heading", 5.1) == pytest.approx(math.degrees(1.0))

@@ -16,16 +16,6 @@ from tui.watch_text import header
 RUVIFIST = load_vehicle("ruvifist")
 
 
-@pytest.fixture
-def watcher():
-    return Watcher(RUVIFIST)
-
-
-@pytest.fixture
-def vehicle(watcher):
-    return OnAir(watcher)
-
-
 def test_before_anything_came_the_picture_claims_nothing(watcher):
     picture = watcher.picture(5.0)
     assert picture.armed is Armed.UNKNOWN
@@ -341,7 +331,7 @@ def test_what_a_set_lacked_is_past_once_another_is_in_force():
     vehicle = OnAir(watcher)
     vehicle.beats(1.0)
 
-    def said(words: str, at_s: float) -> None:
+    def said(words, at_s):
         vehicle.says(status_texts(words, 4, 1)[0], at_s)
 
     lacks = (coded(Topic.SET_FAULT, f"FF {axis} off") for axis in ("surge", "sway"))

@@ -5,5 +5,5 @@ from service_rig import Rig
 
 
 @pytest.fixture
-def rig() -> Rig:
+def rig():
     return Rig()

@@ -12,7 +12,7 @@ from bridge.wire.framing import ESC_STATUS, Encoder, Framer, decode
 BATTERY = [16000] + [65535] * 9
 
 
-def messages() -> list[dialect.MAVLink_message]:
+def messages():
     return [
         dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3),
         dialect.MAVLink_statustext_message(6, b"hello"),
@@ -23,19 +23,19 @@ def messages() -> list[dialect.MAVLink_message]:
     ]
 
 
-def stream(count: int = 60) -> list[bytes]:
+def stream(count=60):
     encoder = Encoder(1, 1)
     every = messages()
     return [encoder.encode(every[i % len(every)]) for i in range(count)]
 
 
-def unknown_frame(payload: bytes, sequence: int = 0) -> bytes:
+def unknown_frame(payload, sequence=0):
     number = 60_123
     head = bytes((0xFD, len(payload), 0, 0, sequence, 7, 8)) + number.to_bytes(3, "little")
     return head + payload + b"\x12\x34"
 
 
-def take(chunks: list[bytes]) -> list[bytes]:
+def take(chunks):
     framer = Framer()
     frames = [frame.raw for chunk in chunks for frame in framer.feed(chunk)]
     return frames + [frame.raw for frame in framer.flush()]
@@ -113,7 +113,7 @@ def test_every_intact_frame_survives_one_flipped_bit_in_a_thousand_bytes():
     assert results == [frame for i, frame in enumerate(frames) if i not in hurt]
 
 
-def _feed_in_pieces(data: bytes, size: int) -> list:
+def _feed_in_pieces(data, size):
     framer = Framer()
     frames = [frame for i in range(0, len(data), size) for frame in framer.feed(data[i : i + size])]
     return frames + framer.flush()
@@ -168,7 +168,7 @@ def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one():
     assert take([a + damaged + strange + damaged + c]) == [a, c]
 
 
-def hostile(rng: random.Random, size: int) -> bytes:
+def hostile(rng, size):
     """Bytes of which nearly every one could begin a frame, with frames of known and unknown ids among them."""
     data = b""
     while len(data) < size:
@@ -198,7 +198,7 @@ def test_among_hostile_bytes_too_the_frames_are_the_same_however_the_stream_is_s
 def test_no_stream_makes_it_check_a_start_more_than_twice(pattern, monkeypatch):
     checked = 0
 
-    def counting(data: bytes) -> int:
+    def counting(data):
         nonlocal checked
         checked += 1
         return int(mcrf4xx(data))

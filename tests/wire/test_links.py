@@ -136,12 +136,12 @@ def test_memory_carries_chunks_in_order_and_notices_the_other_end_closing():
         b.write(b"x")
 
 
-def frames(count: int) -> list[bytes]:
+def frames(count):
     encoder = Encoder(1, 1)
     return [encoder.frame(0, bytes((i, 2, 3, 4, 5, 6, 7, 8, 9))) for i in range(count)]
 
 
-def drain(link: Link) -> bytes:
+def drain(link):
     data = b""
     while more := link.read(0.0):
         data += more
@@ -188,19 +188,19 @@ def test_a_lossy_link_delays_and_its_switches_work_while_it_runs():
 class Plug:
     """A link factory with a switch."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.plugged = False
         self.device: Link | None = None
         self.opened = 0
 
-    def open(self) -> Link:
+    def open(self):
         if not self.plugged:
             raise LinkError("there is no port")
         self.opened += 1
         mine, self.device = memory_pair()
         return mine
 
-    def unplug(self) -> None:
+    def unplug(self):
         self.plugged = False
         self.device.close()
 
@@ -250,7 +250,7 @@ def test_what_is_written_while_a_port_is_away_is_counted():
 def test_a_lost_port_is_let_go_before_it_is_opened_again():
     ports: list[FakeLink] = []
 
-    def opened() -> Link:
+    def opened():
         assert all(port.closed for port in ports)
         ports.append(FakeLink("port", reads_fail=True))
         return ports[-1]
@@ -273,7 +273,7 @@ def test_the_pause_between_tries_doubles_up_to_a_second():
 def test_nobody_waits_for_a_network_that_takes_its_time_to_connect():
     answered, near = threading.Event(), memory_pair()[0]
 
-    def slow() -> Link:
+    def slow():
         assert answered.wait(10.0)
         return near
 
@@ -288,7 +288,7 @@ def test_nobody_waits_for_a_network_that_takes_its_time_to_connect():
 def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is():
     attempts: list[Link | LinkError] = [LinkError("tcp:far:1: refused"), memory_pair()[0]]
 
-    def factory() -> Link:
+    def factory():
         attempt = attempts.pop(0)
         if isinstance(attempt, LinkError):
             raise attempt
@@ -299,7 +299,7 @@ def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is():
     assert "tcp:far:1: refused" in said
 
 
-def opened(aside: Aside, said: list[str] | None = None) -> Link:
+def opened(aside, said=None):
     for _ in range(500):
         try:
             return aside()

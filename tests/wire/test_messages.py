@@ -3,7 +3,6 @@
 import math
 import struct
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -36,7 +35,7 @@ course = st.just(NAN) | st.integers(0, 35999).map(lambda c: math.radians(c / 100
 seen = st.just(NAN) | st.integers(0, 40).map(float)
 
 
-def numbers(n: int) -> st.SearchStrategy[tuple[float, ...]]:
+def numbers(n):
     return st.tuples(*[number] * n)
 
 
@@ -66,14 +65,14 @@ VALUES: dict[str, st.SearchStrategy[tuple[float, ...]]] = {
 }
 
 
-def over_the_wire(reading: Reading) -> tuple[Reading | None, dict[str, Any]]:
+def over_the_wire(reading):
     """The reading as it comes back, and the fields that pymavlink sees."""
     (frame,) = Framer().feed(Encoder(1, 1).frame(*encode(reading)))
     message = pymavlink_decode(frame)
     return decode(frame), message.to_dict()
 
 
-def same(a: float, b: float) -> bool:
+def same(a, b):
     return (math.isnan(a) and math.isnan(b)) or math.isclose(a, b, rel_tol=2e-7, abs_tol=1e-9)
 
 
@@ -228,11 +227,11 @@ FLOATS = st.sampled_from((math.nan, math.inf, -math.inf, 0.0, -0.0, FLOAT32_MAX,
 PRINTED = st.characters(min_codepoint=0x20, max_codepoint=0x7E)
 
 
-def kind_of(name: str) -> Any:
+def kind_of(name):
     return getattr(dialect, f"MAVLink_{name.lower()}_message")
 
 
-def value_of(wire: str, count: int) -> st.SearchStrategy[Any]:
+def value_of(wire, count):
     if wire == "char":
         return st.text(PRINTED, max_size=count).map(lambda text: text.encode("ascii"))
     if wire == "float":
@@ -244,14 +243,14 @@ def value_of(wire: str, count: int) -> st.SearchStrategy[Any]:
     return st.lists(element, min_size=count, max_size=count) if count else element
 
 
-def values_of(name: str) -> st.SearchStrategy[tuple[Any, ...]]:
+def values_of(name):
     kind = kind_of(name)
     counts = dict(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))
     wires = zip(kind.fieldnames, kind.fieldtypes, strict=True)
     return st.tuples(*[value_of(wire, counts[field]) for field, wire in wires])
 
 
-def exact(value: Any) -> Any:
+def exact(value):
     """What is equal only where the value is the same to the bit; one NaN is as good as another."""
     if isinstance(value, bytes):
         return value.rstrip(b"\0").decode("ascii")
@@ -264,10 +263,7 @@ def exact(value: Any) -> Any:
     return int(value)
 
 
-@pytest.mark.parametrize("name", CONTRACT)
-@settings(max_examples=60)
-@given(data=st.data())
-def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
+def is_read_to_the_bit(name, data):
     values = data.draw(values_of(name))
     kind = kind_of(name)
     raw = bytes(kind(*values).pack(dialect.MAVLink(None, srcSystem=1, srcComponent=191)))
@@ -279,3 +275,18 @@ def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
     frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *places, counts={})
     fields = Fields(frames, name, frames.rows(name))
     assert exact([fields[field][0] for field in kind.fieldnames]) == exact(values)
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+@settings(max_examples=20)
+@given(data=st.data())
+def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
+    is_read_to_the_bit(name, data)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", CONTRACT)
+@settings(max_examples=1000)
+@given(data=st.data())
+def test_whatever_pymavlink_writes_we_read_to_the_bit(name, data):
+    is_read_to_the_bit(name, data)

@@ -1,6 +1,6 @@
 """Files of ours: whole under their name, and YAML that holds no more than it may."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager, contextmanager
 from errno import ENOSPC
 from pathlib import Path
@@ -16,25 +16,25 @@ Writer = Callable[[Path], AbstractContextManager[BinaryIO]]
 
 
 @contextmanager
-def large(path: Path) -> Iterator[BinaryIO]:
+def large(path):
     with replacing(path, "try again") as file:
         yield file
 
 
 @pytest.fixture(params=[whole, large])
-def writer(request: pytest.FixtureRequest) -> Writer:
+def writer(request):
     written: Writer = request.param
     return written
 
 
-def cut(writer: Writer, path: Path) -> None:
+def cut(writer, path):
     with writer(path) as file:
         file.write(b"ne")
         raise OSError(ENOSPC, "No space left on device")
 
 
 @pytest.fixture
-def old(tmp_path: Path) -> Path:
+def old(tmp_path):
     path = tmp_path / "dive.yaml"
     path.write_bytes(b"old")
     return path

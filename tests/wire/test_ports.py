@@ -2,9 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,15 +13,15 @@ from waiting import over_and_over
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError
-from bridge.links.link import Link, memory_pair
+from bridge.links.link import memory_pair
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.ports import Inbox, port_spec, run_ports
 from bridge.onboard.service import Bridge
-from bridge.sensors.bar30 import FakeBar30, I2cBus
+from bridge.sensors.bar30 import FakeBar30
 from bridge.sensors.drivers import greeting, make_parser
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.samples import Arrival
-from bridge.vehicle.config import Device, Vehicle
+from bridge.vehicle.config import Device
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire import readings
 from bridge.wire.framing import Frame, Framer, decode
@@ -34,12 +32,12 @@ WITHIN_S = 60.0
 class Ground:
     """The other end of the bridge's link."""
 
-    def __init__(self, link: Any) -> None:
+    def __init__(self, link):
         self._link = link
         self._framer = Framer()
         self._waiting: list[Frame] = []
 
-    def until(self, wanted: Callable[[Frame], bool]) -> Frame:
+    def until(self, wanted):
         """The next frame that is wanted."""
         deadline_s = time.monotonic() + WITHIN_S
         while time.monotonic() < deadline_s:
@@ -50,15 +48,15 @@ class Ground:
             self._waiting += self._framer.feed(self._link.read(0.5))
         raise AssertionError("it did not come in time")
 
-    def silent(self, seconds: float) -> bool:
+    def silent(self, seconds):
         """Whether nothing comes for so long."""
         return not self._link.read(seconds)
 
-    def text(self, part: str) -> str:
+    def text(self, part):
         """All texts up to the one with `part`, in however many pieces."""
         said = ""
 
-        def says(frame: Frame) -> bool:
+        def says(frame):
             nonlocal said
             message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
             said += message.text if message is not None else ""
@@ -67,8 +65,8 @@ class Ground:
         self.until(says)
         return said
 
-    def reading(self, signal: str) -> readings.Reading:
-        def carries(frame: Frame) -> bool:
+    def reading(self, signal):
+        def carries(frame):
             reading = readings.decode(frame)
             return reading is not None and reading.signal == signal
 
@@ -76,10 +74,8 @@ class Ground:
 
 
 @contextmanager
-def bridging(
-    craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
-) -> Iterator[tuple[Bridge, Ground, SystemClock]]:
-    def open_bus(number: int) -> I2cBus:
+def bridging(craft, bus=None, act=lambda: None):
+    def open_bus(number):
         if bus is None:
             raise LinkError(f"/dev/i2c-{number} can't be opened")
         return bus
@@ -89,7 +85,7 @@ def bridging(
         yield bridge, Ground(far), clock
 
 
-def feeding(device: Link, data: bytes) -> Any:
+def feeding(device, data):
     """Writes `data` over and over: a port drops bytes that came before it was opened."""
     return over_and_over(lambda: device.write(data), 0.02)
 
@@ -137,7 +133,7 @@ def test_the_heart_beats_in_the_loop_that_does_the_work_and_stands_still_with_it
     stuck, go_on = threading.Event(), threading.Event()
     device, path = open_pty()
 
-    def work() -> None:
+    def work():
         stuck.set()
         assert go_on.wait(WITHIN_S)
 
@@ -165,7 +161,7 @@ def test_an_inbox_drops_what_has_no_room_and_counts_it_once():
 class FullInbox(Inbox):
     """Has no room for the first word of a fault."""
 
-    def put(self, arrival: Arrival) -> bool:
+    def put(self, arrival):
         if arrival.fault and not self.refused:
             self.refused = True
             return False

@@ -267,7 +267,7 @@ for n, raw in enumerate(frames(200) * 100):
 """
 
 
-def killed_ring(folder: Path, after: int) -> int:
+def killed_ring(folder, after):
     """How many frames a ring said to have written when it was killed."""
     with subprocess.Popen(
         [sys.executable, "-c", WRITES, str(folder)],
@@ -280,7 +280,7 @@ def killed_ring(folder: Path, after: int) -> int:
     return len(said)
 
 
-def survives(folder: Path, after: int) -> None:
+def survives(folder, after):
     written, endless = killed_ring(folder, after), frames(200) * 100
     kept = ring_raws(folder)
     # The frame under way at the kill may be there whole, or not.

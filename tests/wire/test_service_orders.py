@@ -1,7 +1,6 @@
 """The bridge answers the ground, and takes orders from the configured ground alone."""
 
 import math
-from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -31,7 +30,7 @@ def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks(rig):
         assert all(frame.message_id != dialect.MAVLINK_MSG_ID_TIMESYNC for frame in Framer().feed(data))
 
 
-def arm(value: float, system: int = 1, component: int = 1, command: int = 400) -> Any:
+def arm(value, system=1, component=1, command=400):
     return dialect.MAVLink_command_long_message(system, component, command, 0, value, 0, 0, 0, 0, 0, 0)
 
 
@@ -70,7 +69,7 @@ def test_the_list_of_parameters_is_paced(rig):
 
 def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning(rig):
 
-    def commit(crc: int) -> list[tuple[str, int]]:
+    def commit(crc):
         answers = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", float(crc), 9))
         return [(m.text, m.severity) for m in answers if m.get_type() == "STATUSTEXT"]
 
@@ -86,7 +85,7 @@ def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning
 def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same(rig):
     rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
 
-    def write(name: bytes, value: float) -> list[Any]:
+    def write(name, value):
         return rig.ask(dialect.MAVLink_param_set_message(1, 1, name, value, 9))
 
     for n in range(50):
@@ -104,7 +103,7 @@ def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the
     assert write(b"FF_MODE", 2.0) == []
 
 
-def answered(rig: Rig, kind: str, message: Any, count: int, encoder: Encoder | None = None) -> int:
+def answered(rig, kind, message, count, encoder=None):
     """How many of so many messages that come within one instant get an answer of this kind."""
     for _ in range(count):
         rig.ground.write((encoder or rig.encoder).encode(message))

@@ -19,7 +19,7 @@ SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 START_US = 1_790_000_000_000_000
 
 
-def records(count: int) -> list[tuple[int, bytes]]:
+def records(count):
     encoder = Encoder(1, 1)
     every = (
         dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3),
@@ -29,15 +29,15 @@ def records(count: int) -> list[tuple[int, bytes]]:
     return [(START_US + 5000 * i, encoder.encode(every[i % len(every)])) for i in range(count)]
 
 
-def to_bytes(log: list[tuple[int, bytes]]) -> bytes:
+def to_bytes(log):
     return b"".join(stamp.to_bytes(8, "big") + raw for stamp, raw in log)
 
 
-def read(path: Path) -> list[tuple[int, bytes]]:
+def read(path):
     return [(stamp, frame.raw) for stamp, frame in read_tlog(path)]
 
 
-def unknown_frame(payload: bytes) -> bytes:
+def unknown_frame(payload):
     return bytes((0xFD, len(payload), 0, 0, 0, 7, 8)) + (60_123).to_bytes(3, "little") + payload + b"\x12\x34"
 
 
@@ -107,7 +107,7 @@ def test_a_file_cut_at_any_byte_gives_every_whole_record(tmp_path, packed):
         assert reader.counts["checksum"] == 0
 
 
-def _gzip_without_end(data: bytes) -> bytes:
+def _gzip_without_end(data):
     return gzip.compress(data, compresslevel=0)[:-8]
 
 

@@ -3,7 +3,6 @@
 import errno
 import socket
 import sys
-from collections.abc import Iterator
 
 import pytest
 from fakes.ports import free_port
@@ -12,7 +11,6 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
-from bridge.links.link import Link
 from bridge.links.open import open_link
 from bridge.links.udp import ReceiveBuffer, UdpLink, source_of
 from bridge.signing.link import KeylessLink
@@ -69,7 +67,7 @@ def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone_by_the_
 
 
 def test_udpout_without_a_route_opens_all_the_same(monkeypatch):
-    def unreachable(*_: object) -> str:
+    def unreachable(*_):
         raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
     monkeypatch.setattr("bridge.links.udp._own_towards", unreachable)
@@ -85,7 +83,7 @@ def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it():
     ground = open_link("udpin:127.0.0.1:0")
     old, new, other = (open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(3))
 
-    def says(link: Link, encoder: Encoder) -> None:
+    def says(link, encoder):
         link.write(encoder.frame(0, bytes(9)))
         assert ground.read(SOON_S)
 
@@ -135,7 +133,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="the system does not 
 
 
 @pytest.fixture
-def ends() -> Iterator[tuple[UdpLink, socket.socket]]:
+def ends():
     """A link whose socket has the smallest buffer, and who sends to it."""
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground,
@@ -148,7 +146,7 @@ def ends() -> Iterator[tuple[UdpLink, socket.socket]]:
         yield link, vehicle
 
 
-def frames(count: int) -> list[bytes]:
+def frames(count):
     encoder = Encoder(1, 1)
     return [encoder.encode(dialect.MAVLink_system_time_message(0, n)) for n in range(count)]
 

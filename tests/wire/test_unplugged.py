@@ -6,14 +6,13 @@ import resource
 import threading
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pytest
 from device_streams import ON_A_LINE
 from figures import keep
 from plugged_devices import Devices
 from service_rig import in_real_time, vehicle
+from soak import rest_in_soak
 from waiting import until
 
 from bridge.clock import SimulatedClock, SystemClock
@@ -30,7 +29,7 @@ PATIENCE_S = 60.0
 HANDLES = "/dev/fd"
 
 
-def targets() -> set[str]:
+def targets():
     """Targets of the open handles of this process."""
     result = set()
     for handle in os.listdir(HANDLES):
@@ -39,7 +38,7 @@ def targets() -> set[str]:
     return result
 
 
-def peak_memory() -> int:
+def peak_memory():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
@@ -51,7 +50,7 @@ class Came:
     more_memory: float
 
 
-def pull_and_plug(folder: Path, dvl: str, times: int, seed: int) -> Came:
+def pull_and_plug(folder, dvl, times, seed):
     """Every device is pulled and plugged so often; what is held meanwhile stays what it was."""
     rng, clock = random.Random(seed), SystemClock()
     devices = Devices(folder, dvl)
@@ -111,11 +110,11 @@ NAMED_WITHIN_S = 5.0
 STEP_S = 0.05
 
 
-def heard_at(data: bytes, times: float) -> bytes:
+def heard_at(data, times):
     """`data` as received by 8N1 if its bits last `times` as long as expected."""
     levels = [level for byte in data for level in (0, *(byte >> bit & 1 for bit in range(8)), 1)]
 
-    def level(at: float) -> int:
+    def level(at):
         sent = int(at / times)
         return levels[sent] if sent < len(levels) else 1
 
@@ -130,7 +129,7 @@ def heard_at(data: bytes, times: float) -> bytes:
     return bytes(result)
 
 
-def told_within(slot: str, kind: Any, say: Any, rate_hz: float, times: float) -> tuple[float, str] | None:
+def told_within(slot, kind, say, rate_hz, times):
     """Time, after 4 s in order, and words with which a bridge names the device; None if it does not."""
     craft = vehicle(**{slot: Device(kind, port="/dev/ttyX")})
     clock = SimulatedClock()
@@ -156,7 +155,7 @@ def test_at_the_right_rate_the_wire_changes_nothing():
         assert heard_at(data, 1.0) == data
 
 
-@pytest.mark.parametrize("times", [12.0, 2.0, 0.5, 1 / 12])
+@pytest.mark.parametrize("times", rest_in_soak([2.0, 0.5, 12.0, 1 / 12], keep=2))
 @pytest.mark.parametrize("name", ON_A_LINE)
 def test_a_device_at_a_wrong_rate_is_named_within_five_seconds(name, times):
     slot = ON_A_LINE[name][0]
