@@ -82,9 +82,15 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
         model.unlink(missing_ok=True)
         figures = diagnosed(answer_of("diagnose", first, "--accept", str(model)))
         accepted = ("--accepted", str(model), "--despite-doubts") if model.exists() else ()
+        figures["log"] = diagnosed(answer_of("diagnose", log_of(first)))
         figures["after"] = diagnosed(answer_of("diagnose", recording_of(path, runs, name, 2), *accepted))
     kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     return figures
+
+
+def log_of(recording: Path) -> Path:
+    """The autopilot's own log of a dive."""
+    return min((recording.parents[1] / "logs").glob("*.BIN"))
 
 
 def answer_of(verb: str, recording: Path, *options: str) -> dict[str, Any]:
@@ -169,12 +175,18 @@ def table(results: dict[str, dict[str, Any]]) -> str:
             )
     head = ("plan flown by sticks, recorded by the companion", "true", "identified is off by, dive by dive")
     lines = [*bench_table((*head, "95 % given the thrust, ±", "inside"), rows)]
-    lines += ["", "| planted in the body | named | the next dive, with that accepted |", "|---|---|---|"]
-    lines += [
-        f"| {CASES[name].words} | {_answered(figures)} | {_answered(figures['after'])} |"
+    rows = [
+        (CASES[name].words, *(_answered(each) for each in (figures, figures["log"], figures["after"])))
         for name, figures in results.items()
         if name not in (PLAIN, PLANNED, FOLLOWING)
     ]
+    head = (
+        "planted in the body",
+        "named",
+        "by the autopilot's `.BIN` alone",
+        "the next dive, with that accepted",
+    )
+    lines += ["", *bench_table(head, rows)]
     return "\n".join([*lines, "", *flown_by_itself(results[PLANNED])])
 
 
