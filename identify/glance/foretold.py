@@ -1,7 +1,9 @@
 """Comparison of a dive with the errors foretold for it and with the gains accepted before it."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from bridge.arrays import Array
@@ -9,6 +11,7 @@ from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.foretold import TWICE, Credit, Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive
+from identify.given_thrust import Given
 from identify.words import fixed, speed
 
 if TYPE_CHECKING:
@@ -20,6 +23,7 @@ TWOFOLD: Final = 2.0
 """From this multiple on the model that foretold it is not the vehicle's."""
 SMALL: Final = {"m/s": 0.005, "rad/s": 0.0026}
 """Errors below this (5 mm/s, 0.15 deg/s) never contradict: a rougher sea makes a multiple of the smallest of them."""
+NONE_GIVEN: Final[Mapping[int, Given]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -132,40 +136,92 @@ def _held(row: Foretold, error: "WholeError") -> Held:
 
 @dataclass(frozen=True)
 class MadeUp:
-    """How a dive made up for a weak thruster. went_by: gain over its curve that the allocation went by, accepted
-    effects included; `credit.true` is its thrust as diagnosed."""
+    """How a dive made up for a thruster with an accepted gain, or in shadow: how the feed-forward will once it acts.
+
+    went_by: gain over its curve by which the allocation went, or will, accepted effects included. gave: thrust over its
+    curve that it gave in the dive, None if the dive does not tell; `credit.true` is that of the diagnosis. acts:
+    whether the feed-forward acted. pushes: whether the thruster pushes an axis of the feed-forward.
+    """
 
     credit: Credit
     went_by: float
+    gave: Given | None = None
+    acts: bool = True
+    pushes: bool = True
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether it was, or will be, made up for once; None if it is not known and no axis of the feed-forward needs
+        it."""
+        if self.acts or self.gave is not None:
+            return self.once
+        return False if self.pushes else None
 
     @property
     def once(self) -> bool:
+        gives = self.credit.true if self.gave is None else self.gave.gain
+        unsure = 0.0 if self.gave is None else self.gave.half95 / self.gave.gain
+        return abs(self.went_by / gives - 1) <= TWICE + unsure
+
+    @property
+    def as_diagnosed(self) -> bool:
+        """Whether the allocation went by what the diagnosis found."""
         return abs(self.went_by / self.credit.true - 1) <= TWICE
 
     @property
+    def changed(self) -> bool:
+        """Whether the thruster gives another thrust than it was diagnosed and made up for with."""
+        return self.as_diagnosed and not self.once
+
+    @property
     def twice(self) -> bool:
-        """Whether more was made up for than there is; else, if not `once`, less."""
-        return not self.once and (self.went_by < self.credit.true) == (self.credit.true < 1)
+        """Whether more was made up for than the diagnosis found, and than there is."""
+        return self._more and not self.once
 
     @property
     def unmended(self) -> bool:
         """Whether the accepted gain was not in force."""
-        return not self.once and not self.twice
+        return not self.as_diagnosed and not self._more
+
+    @property
+    def _more(self) -> bool:
+        """Whether more was made up for than the diagnosis found."""
+        return not self.as_diagnosed and (self.went_by < self.credit.true) == (self.credit.true < 1)
 
     @property
     def name(self) -> str:
-        how = "" if self.once else " twice" if self.twice else " too little"
+        if self.gave is None and not self.acts:
+            return f"thruster {self.credit.thruster} not known in shadow"
+        how = (
+            ""
+            if self.once
+            else " as it is no longer"
+            if self.changed
+            else " twice"
+            if self.twice
+            else " too little"
+        )
         return f"thruster {self.credit.thruster} made up for{how}"
 
     @property
     def words(self) -> str:
-        return (
-            f"asked as if it gave {fixed(100 * self.went_by, 0)} % of its curve; it gives "
-            f"{fixed(100 * self.credit.true, 0)} %, as diagnosed"
-        )
+        asked = f"{'' if self.acts else 'will be '}asked as if it gave {fixed(100 * self.went_by, 0)} % of its curve"
+        if self.gave is not None:
+            half = fixed(100 * self.gave.half95, 0)
+            return f"{asked}; in this dive it gave {fixed(100 * self.gave.gain, 0)} ± {half} %"
+        if not self.acts:
+            return f"{asked}; this dive does not tell what it gives"
+        return f"{asked}; it gives {fixed(100 * self.credit.true, 0)} %, as diagnosed"
 
     @property
     def mend(self) -> str:
+        if self.gave is None and not self.acts:
+            return "dive surge, sway and yaw in shadow, in calm water, so that it shows what it gives"
+        if self.changed:
+            return (
+                "roll back what was accepted (seatrial params rollback), or diagnose this dive, and accept and upload "
+                "the new value"
+            )
         if self.twice:
             return (
                 "take back the accepted effect (seatrial params rollback), or the gain of that thruster in the "
@@ -174,16 +230,37 @@ class MadeUp:
         return "upload what was accepted"
 
 
-def made_up(gains: Array | None, credits: Sequence[Credit]) -> tuple[MadeUp, ...]:
-    """The accepted thrusters whose gain (n,) the dive tells."""
-    if gains is None:
-        return ()
-    places = ((credit, credit.thruster - 1) for credit in credits)
+def made_up(
+    gains: Array | None, credits: Sequence[Credit], gave: Mapping[int, Given] = NONE_GIVEN
+) -> tuple[MadeUp, ...]:
+    """The accepted thrusters of a dive in which the feed-forward acted and whose gain (n,) it tells; `gave`: what they
+    gave, by number."""
     return tuple(
-        MadeUp(credit, float(gains[at]))
-        for credit, at in places
-        if at < len(gains) and gains[at] == gains[at]
+        MadeUp(credit, gain, gave.get(credit.thruster))
+        for credit in credits
+        if (gain := _gain_of(credit.thruster, gains)) is not None
     )
+
+
+def to_make_up(
+    gains: Array | None,
+    credits: Sequence[Credit],
+    gave: Mapping[int, Given] = NONE_GIVEN,
+    idle: Collection[int] = (),
+) -> tuple[MadeUp, ...]:
+    """The accepted thrusters of a dive in shadow: `gains` (n,) are the vehicle's own, on top of which the accepted ones
+    will act; `idle`: those that push no axis of the feed-forward."""
+    made = []
+    for credit in credits:
+        own = _gain_of(credit.thruster, gains) or credit.assumed
+        pushes = credit.thruster not in idle
+        made.append(MadeUp(credit, own * credit.found, gave.get(credit.thruster), acts=False, pushes=pushes))
+    return tuple(made)
+
+
+def _gain_of(thruster: int, gains: Array | None) -> float | None:
+    gain = math.nan if gains is None or thruster > len(gains) else float(gains[thruster - 1])
+    return gain if math.isfinite(gain) else None
 
 
 def verdict_of(held: Sequence[Held]) -> str:

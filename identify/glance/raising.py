@@ -31,7 +31,10 @@ In every mode, every axis is watched over the whole mission:
   much while nothing is asked of it, that is the sea's doing, and not judged.
 - Where a diagnosis was accepted before the dive, the errors are at most a third above those that it foretold. The
   criterion fails at twice as much.
-- A thruster with an accepted gain is made up for once: the allocation goes by its accepted gain to 5 %.
+- A thruster with an accepted gain is made up for once: the allocation goes by what the thruster gave in this dive, to
+  5 % and what that is known to; where the dive does not tell it, by what the diagnosis found. In shadow nothing is made
+  up for yet, and what the allocation will go by is compared: there a dive that does not tell what the thruster gives is
+  no GO, for the compensation would begin unjudged.
 """
 
 from collections.abc import Sequence
@@ -325,7 +328,7 @@ def go_no_go(
     whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
     unasked = _unasked([error for error in whole if np.isfinite(error.unasked)])
     foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", LOOK_CLOSER) for each in held]
-    credited = [Criterion(each.name, each.once, each.words, each.mend) for each in made_up]
+    credited = [Criterion(each.name, each.passed, each.words, each.mend) for each in made_up]
     thrust = _thrust(dive, mode, thrusters)
     return Raising(mode, Mode.BOTH, (*changed, *criteria, *unasked, *foretold, *credited, thrust))
 

@@ -10,10 +10,12 @@ from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.foretold import Credit
 from bridge.vehicle.mode import Mode
 from identify import validate as tracking
 from identify.allocated import allocated_gains
 from identify.dive import Dive
+from identify.given_thrust import given_thrust, pushes
 from identify.glance.following import followed
 from identify.glance.foretold import (
     Foretelling,
@@ -22,6 +24,7 @@ from identify.glance.foretold import (
     held_against,
     is_next,
     made_up,
+    to_make_up,
     verdict_of,
 )
 from identify.glance.raising import Raising, go_no_go, in_one_mode
@@ -133,18 +136,27 @@ def _judged(
         file.vehicle.name,
         configuration_name,
     )
-    if (
-        foretelling is not None
-        and is_of_it
-        and mode is not None
-        and mode.applies_feedforward
-        and is_next(whole, foretelling)
-    ):
-        gains = made_up(allocated_gains(run.dive, file, configuration_name), foretelling.credits)
+    if foretelling is not None and is_of_it and mode is not None and is_next(whole, foretelling):
+        gains = _made_up(run.dive, mode, file, configuration_name, foretelling.credits)
         # A dive in which the accepted values were not in force is not the one that was foretold.
-        in_force = not any(gain.unmended for gain in gains)
+        in_force = mode.applies_feedforward and not any(gain.unmended for gain in gains)
         held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
     return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains))
+
+
+def _made_up(
+    dive: Dive, mode: Mode, file: VehicleFile, configuration_name: str, credits: Sequence[Credit]
+) -> tuple[MadeUp, ...]:
+    """How thrusters with an accepted gain were made up for in a dive in one mode, or will be once that is raised."""
+    if not credits:
+        return ()
+    numbers = [credit.thruster for credit in credits]
+    gains = allocated_gains(dive, file, configuration_name)
+    gave = given_thrust(dive, file, configuration_name, numbers)
+    if mode.applies_feedforward:
+        return made_up(gains, credits, gave)
+    shape = file.vehicle.configurations[configuration_name]
+    return to_make_up(gains, credits, gave, [number for number in numbers if not pushes(shape, number)])
 
 
 def verdict(errors: Mapping[str, TrackingErrors]) -> str:

@@ -19,6 +19,7 @@ from identify.diagnose.result import Accepted, Hull, Value
 from identify.dive import Dive, Signal
 from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in
 from identify.glance.foretold import Foretelling
+from identify.glance.raising import Criterion, Raising
 from identify.run.validate import validate
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -147,11 +148,7 @@ def test_its_progress_runs_through_all_missions_that_are_flown(shares):
 
 def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     unmended = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S + 600)
-    shape = FILE.vehicle.configurations["hovering"]
-    thrusters = (replace(shape.thrusters[0], gain=0.8), *shape.thrusters[1:])
-    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
-    by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
-    twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=by_itself, began_s=BEGAN_S + 600)
+    twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=on_board(0.8), began_s=BEGAN_S + 600)
     first, second = validate([unmended, twice], FILE, foretelling_of(foresight, before)).runs
     assert first.held == ()  # the accepted values were not in force
     assert not first.raising.go
@@ -159,6 +156,62 @@ def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     assert not second.raising.go
     assert "yaw not as foretold, thruster 1 made up for twice" in second.raising.sentence
     assert [held.kept for held in second.held if held.foretold.axis == "yaw"] == [False]
+
+
+def on_board(gain: float) -> VehicleFile:
+    """A vehicle whose own file makes up for its first thruster."""
+    shape = FILE.vehicle.configurations["hovering"]
+    thrusters = (replace(shape.thrusters[0], gain=gain), *shape.thrusters[1:])
+    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
+    return replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
+
+
+def of_thruster(raising: Raising) -> Criterion:
+    (criterion,) = (each for each in raising.criteria if each.what.startswith("thruster 1"))
+    return criterion
+
+
+@pytest.mark.parametrize("mode", [Mode.SHADOW, Mode.BOTH])
+def test_a_thruster_that_is_no_longer_weak_is_no_go_before_and_after_the_feed_forward_acts_and_the_way_out_is_named(
+    before, foresight, mode
+):
+    repaired = dived(TRUTH, MENDED, mode, seed=505, began_s=BEGAN_S + 600)
+    (run,) = validate([repaired], FILE, foretelling_of(foresight, before)).runs
+    criterion = of_thruster(run.raising)
+    assert criterion.what == "thruster 1 made up for as it is no longer"
+    will = "will be " if mode is Mode.SHADOW else ""
+    assert criterion.words.startswith(f"{will}asked as if it gave 80 % of its curve; in this dive it gave ")
+    assert not run.raising.go
+    assert (
+        "oll back what was accepted (seatrial params rollback), or diagnose this dive" in run.raising.sentence
+    )
+
+
+def test_in_shadow_a_go_rests_on_what_the_thruster_gives(before, foresight):
+    still_weak = dived(weak(0.8), MENDED, Mode.SHADOW, seed=606, began_s=BEGAN_S + 600)
+    untold = replace(still_weak, pwm=None)
+    known, unknown = validate([still_weak, untold], FILE, foretelling_of(foresight, before)).runs
+    assert known.raising.go, known.raising.sentence
+    assert of_thruster(known.raising).what == "thruster 1 made up for"
+    assert not unknown.raising.go
+    assert of_thruster(unknown.raising).what == "thruster 1 not known in shadow"
+
+
+def test_in_shadow_a_gain_that_the_vehicle_has_by_itself_is_seen_to_act_twice_once_it_is_raised(
+    before, foresight
+):
+    by_itself = dived(TRUTH, MENDED, Mode.SHADOW, seed=707, file=on_board(0.8), began_s=BEGAN_S + 600)
+    (run,) = validate([by_itself], FILE, foretelling_of(foresight, before)).runs
+    assert of_thruster(run.raising).what == "thruster 1 made up for twice"
+    assert not run.raising.go
+
+
+def test_a_thruster_as_weak_as_both_gains_together_make_up_for_is_made_up_for_once(before, foresight):
+    weaker = dived(weak(0.8), MENDED, Mode.BOTH, seed=808, file=on_board(0.8), began_s=BEGAN_S + 600)
+    (run,) = validate([weaker], FILE, foretelling_of(foresight, before)).runs
+    assert of_thruster(run.raising).what == "thruster 1 made up for"
+    assert of_thruster(run.raising).words.startswith("asked as if it gave 64 % of its curve; in this dive it")
+    assert run.raising.go, run.raising.sentence
 
 
 def test_a_dive_before_the_diagnosed_one_and_that_one_itself_are_not_held_against_it(before, foresight):
@@ -192,11 +245,7 @@ def test_an_effect_that_can_t_be_flown_is_named_and_nothing_foretold(before):
 
 
 def test_a_vehicle_that_makes_up_for_it_by_itself_is_told_and_nothing_foretold():
-    shape = FILE.vehicle.configurations["hovering"]
-    thrusters = (replace(shape.thrusters[0], gain=0.8), *shape.thrusters[1:])
-    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
-    by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
-    dive = dived(TRUTH, {}, Mode.OFF, seed=7, file=by_itself)
+    dive = dived(TRUTH, {}, Mode.OFF, seed=7, file=on_board(0.8))
     foretelling = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
     assert foretelling.rows == ()
     (credit,) = foretelling.credits

@@ -10,6 +10,7 @@ import pytest
 from bridge.vehicle.foretold import Credit, Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
+from identify.given_thrust import Given
 from identify.glance.foretold import (
     Foretelling,
     MadeUp,
@@ -18,6 +19,7 @@ from identify.glance.foretold import (
     held_against,
     is_next,
     made_up,
+    to_make_up,
     verdict_of,
 )
 from identify.validate import WholeError
@@ -92,6 +94,35 @@ def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, name):
     assert thruster.name == name
     assert thruster.words.startswith(f"asked as if it gave {100 * went_by:.0f} % of its curve; it gives 80 %")
     assert ("rollback" in thruster.mend) is (went_by == 0.64)
+
+
+@pytest.mark.parametrize(
+    ("went_by", "gave", "name"),
+    [
+        (0.80, Given(0.82, 0.02), "thruster 3 made up for"),
+        (0.64, Given(0.63, 0.02), "thruster 3 made up for"),
+        (0.80, Given(1.00, 0.02), "thruster 3 made up for as it is no longer"),
+        (0.80, Given(0.60, 0.02), "thruster 3 made up for as it is no longer"),
+        (0.64, Given(0.80, 0.02), "thruster 3 made up for twice"),
+        (1.00, Given(0.80, 0.02), "thruster 3 made up for too little"),
+    ],
+)
+def test_what_a_thruster_gave_in_the_dive_decides_rather_than_what_the_diagnosis_found(went_by, gave, name):
+    thruster = MadeUp(Credit(3, 1.0, 0.8, 1.0, acting=False), went_by, gave)
+    assert thruster.name == name
+    assert thruster.passed is (name == "thruster 3 made up for")
+    assert f"in this dive it gave {100 * gave.gain:.0f} ± 2 %" in thruster.words
+    assert ("diagnose this dive" in thruster.mend) is thruster.changed
+
+
+def test_in_shadow_the_accepted_gain_comes_on_top_of_the_vehicles_own():
+    credits = tuple(Credit(number, 1.0, 0.8, None, acting=False) for number in (1, 2, 3))
+    first, second, third = to_make_up(np.array([0.8, math.nan]), credits, {1: Given(0.8, 0.01)}, idle=[3])
+    assert first.went_by == pytest.approx(0.64)
+    assert (first.name, first.passed) == ("thruster 1 made up for twice", False)
+    assert first.words == "will be asked as if it gave 64 % of its curve; in this dive it gave 80 ± 1 %"
+    assert (second.went_by, second.name, second.passed) == (0.8, "thruster 2 not known in shadow", False)
+    assert third.passed is None  # no axis of the feed-forward needs it
 
 
 def test_a_strong_thruster_is_made_up_for_twice_above_its_gain():
