@@ -1,7 +1,7 @@
 """Comparison of a dive with the errors foretold for it and with the gains accepted before it."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -42,6 +42,14 @@ class Foretelling:
     effects: tuple[str, ...]
     rows: tuple[Foretold, ...] = ()
     credits: tuple[Credit, ...] = ()
+
+
+Foretellings = Callable[[Dive, Mode, str], Foretelling | None]
+"""What a dive in one mode, of a configuration by name, is compared with; None for nothing."""
+
+
+def nothing_foretold(_dive: Dive, _mode: Mode, _configuration: str) -> None:
+    """Compares a dive with nothing."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +109,20 @@ def rows_words(rows: Sequence[Foretold]) -> tuple[str, ...]:
 
 def began(dive: Dive) -> str:
     """When a dive began, by the vehicle's clock or else by its name: UTC text, "" if unknown."""
-    unix_s = date_in_name(dive.name) if dive.unix_at_boot_s is None else dive.unix_at_boot_s + dive.span_s[0]
-    return "" if unix_s is None else utc_text(unix_s)
+    return _when(dive, 0.0, dive.span_s[0])
+
+
+def ended(dive: Dive) -> str:
+    """When a dive ended, as `began`."""
+    return _when(dive, dive.duration_s, dive.span_s[1])
+
+
+def _when(dive: Dive, after_s: float, boot_s: float) -> str:
+    """The time at a boot time, which is `after_s` after the time in the dive's name."""
+    named_s = date_in_name(dive.name)
+    if dive.unix_at_boot_s is not None:
+        return utc_text(dive.unix_at_boot_s + boot_s)
+    return "" if named_s is None else utc_text(named_s + after_s)
 
 
 def is_next(dive: Dive, of: Foretelling) -> bool:

@@ -18,12 +18,13 @@ from identify.dive import Dive
 from identify.given_thrust import given_thrust, pushes
 from identify.glance.following import followed
 from identify.glance.foretold import (
-    Foretelling,
+    Foretellings,
     Held,
     MadeUp,
     held_against,
     is_next,
     made_up,
+    nothing_foretold,
     to_make_up,
     verdict_of,
 )
@@ -87,11 +88,12 @@ class Validation:
         ]
 
 
-def validate(dives: Sequence[Dive], file: VehicleFile, foretelling: Foretelling | None = None) -> Validation:
+def validate(
+    dives: Sequence[Dive], file: VehicleFile, foretold: Foretellings = nothing_foretold
+) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
-    `foretelling`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared
-    with it.
+    `foretold` gives, for that part, the contents of the sidecar of the accepted diagnosis that it is compared with.
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
@@ -104,7 +106,7 @@ def validate(dives: Sequence[Dive], file: VehicleFile, foretelling: Foretelling 
         _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True
     ):
         run = Run(label, part.dive, tracking_errors(part.dive, lever_m), None, mode)
-        runs.append(_judged(run, whole, part.mode, file, foretelling) if run.compared else run)
+        runs.append(_judged(run, whole, part.mode, file, foretold) if run.compared else run)
     return Validation(file, tuple(runs), lever_m)
 
 
@@ -121,9 +123,7 @@ def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 
 
-def _judged(
-    run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretelling: Foretelling | None
-) -> Run:
+def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretold: Foretellings) -> Run:
     """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
     vehicle file can't decide that."""
     try:
@@ -132,6 +132,7 @@ def _judged(
         return run
     held: tuple[Held, ...] = ()
     gains: tuple[MadeUp, ...] = ()
+    foretelling = None if mode is None else foretold(run.dive, mode, configuration_name)
     is_of_it = foretelling is not None and (foretelling.vehicle, foretelling.configuration) == (
         file.vehicle.name,
         configuration_name,

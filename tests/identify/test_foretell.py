@@ -18,7 +18,7 @@ from bridge.vehicle.mode import Mode
 from identify.diagnose.result import Accepted, Hull, Value
 from identify.dive import Dive, Signal
 from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in
-from identify.glance.foretold import Foretelling
+from identify.glance.foretold import Foretelling, Foretellings
 from identify.glance.raising import Criterion, Raising
 from identify.run.validate import validate
 
@@ -114,10 +114,15 @@ def foretelling_of(foresight: Foresight, dive: Dive) -> Foretelling:
     )  # fmt: skip
 
 
+def just(foresight: Foresight, dive: Dive) -> Foretellings:
+    """Every dive is compared with what was foretold."""
+    return lambda *_: foretelling_of(foresight, dive)
+
+
 @pytest.mark.parametrize("mode", rest_in_soak([Mode.ALONE, Mode.BOTH]))
 def test_the_next_dive_comes_as_foretold_within_a_third_and_is_a_go(before, foresight, mode):
     after = dived(weak(0.8), MENDED, mode, seed=202, began_s=BEGAN_S + 600)
-    (run,) = validate([after], FILE, foretelling_of(foresight, before)).runs
+    (run,) = validate([after], FILE, just(foresight, before)).runs
     assert [held.foretold.axis for held in run.held] == ["surge", "sway", "yaw"]
     for held in run.held:
         assert held.flown == pytest.approx(held.foretold.after, rel=1 / 3)
@@ -149,7 +154,7 @@ def test_its_progress_runs_through_all_missions_that_are_flown(shares):
 def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     unmended = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S + 600)
     twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=on_board(0.8), began_s=BEGAN_S + 600)
-    first, second = validate([unmended, twice], FILE, foretelling_of(foresight, before)).runs
+    first, second = validate([unmended, twice], FILE, just(foresight, before)).runs
     assert first.held == ()  # the accepted values were not in force
     assert not first.raising.go
     assert "thruster 1 made up for too little" in first.raising.sentence
@@ -176,7 +181,7 @@ def test_a_thruster_that_is_no_longer_weak_is_no_go_before_and_after_the_feed_fo
     before, foresight, mode
 ):
     repaired = dived(TRUTH, MENDED, mode, seed=505, began_s=BEGAN_S + 600)
-    (run,) = validate([repaired], FILE, foretelling_of(foresight, before)).runs
+    (run,) = validate([repaired], FILE, just(foresight, before)).runs
     criterion = of_thruster(run.raising)
     assert criterion.what == "thruster 1 made up for as it is no longer"
     will = "will be " if mode is Mode.SHADOW else ""
@@ -190,7 +195,7 @@ def test_a_thruster_that_is_no_longer_weak_is_no_go_before_and_after_the_feed_fo
 def test_in_shadow_a_go_rests_on_what_the_thruster_gives(before, foresight):
     still_weak = dived(weak(0.8), MENDED, Mode.SHADOW, seed=606, began_s=BEGAN_S + 600)
     untold = replace(still_weak, pwm=None)
-    known, unknown = validate([still_weak, untold], FILE, foretelling_of(foresight, before)).runs
+    known, unknown = validate([still_weak, untold], FILE, just(foresight, before)).runs
     assert known.raising.go, known.raising.sentence
     assert of_thruster(known.raising).what == "thruster 1 made up for"
     assert not unknown.raising.go
@@ -201,14 +206,14 @@ def test_in_shadow_a_gain_that_the_vehicle_has_by_itself_is_seen_to_act_twice_on
     before, foresight
 ):
     by_itself = dived(TRUTH, MENDED, Mode.SHADOW, seed=707, file=on_board(0.8), began_s=BEGAN_S + 600)
-    (run,) = validate([by_itself], FILE, foretelling_of(foresight, before)).runs
+    (run,) = validate([by_itself], FILE, just(foresight, before)).runs
     assert of_thruster(run.raising).what == "thruster 1 made up for twice"
     assert not run.raising.go
 
 
 def test_a_thruster_as_weak_as_both_gains_together_make_up_for_is_made_up_for_once(before, foresight):
     weaker = dived(weak(0.8), MENDED, Mode.BOTH, seed=808, file=on_board(0.8), began_s=BEGAN_S + 600)
-    (run,) = validate([weaker], FILE, foretelling_of(foresight, before)).runs
+    (run,) = validate([weaker], FILE, just(foresight, before)).runs
     assert of_thruster(run.raising).what == "thruster 1 made up for"
     assert of_thruster(run.raising).words.startswith("asked as if it gave 64 % of its curve; in this dive it")
     assert run.raising.go, run.raising.sentence
@@ -216,7 +221,7 @@ def test_a_thruster_as_weak_as_both_gains_together_make_up_for_is_made_up_for_on
 
 def test_a_dive_before_the_diagnosed_one_and_that_one_itself_are_not_held_against_it(before, foresight):
     earlier = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S - 600)
-    runs = validate([earlier, before], FILE, foretelling_of(foresight, before)).runs
+    runs = validate([earlier, before], FILE, just(foresight, before)).runs
     assert [run.held for run in runs] == [(), ()]
     assert not any("thruster 1" in c.what for run in runs for c in run.raising.criteria)
 

@@ -3,18 +3,18 @@
 import argparse
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge import exit_codes
-from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode
-from gcs_plugin.params.last_accepted import last_sidecar
+from gcs_plugin.params.last_accepted import in_force
 from identify.dive import Dive, Kind
-from identify.glance.foretold import Foretelling, verdict_of
+from identify.glance.foretold import Foretelling, Foretellings, began, ended, verdict_of
 from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
-    foretold = foretelling(arguments.foretold, Path(arguments.receipts), dives, file)
+    foretold = foretellings(arguments.foretold, Path(arguments.receipts), file)
     done = validate(dives, file, foretold)
     console = show.results(arguments.json)
     errors = {run.label: run.errors for run in done.runs}
@@ -73,29 +73,29 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
-def foretelling(
-    given: str | None, receipts: Path, dives: Sequence[Dive], file: VehicleFile
-) -> Foretelling | None:
-    """The foretelling in the named file, or else in the newest upload in `receipts` that stands.
+def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Foretellings:
+    """What each dive is compared with: the named file, or else the upload in `receipts` that was in force.
 
     Raises UsageError for a named file that foretells nothing.
     """
-    if given is not None:
-        sidecar = sidecar_of_file(Path(given))
-        foretold = None if sidecar is None else foretelling_of(sidecar)
-        if foretold is None:
-            raise UsageError(
-                f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
-            )
-        return foretold
-    for dive in dives:
-        try:
-            configuration = file.configuration_of(dive.configuration_index())
-        except ConfigError:
-            continue
-        sidecar = last_sidecar(receipts, configuration)
-        return None if sidecar is None else foretelling_of(sidecar)
-    return None
+    if given is None:
+        return partial(_foretold_in_force, receipts, file)
+    sidecar = sidecar_of_file(Path(given))
+    foretold = None if sidecar is None else foretelling_of(sidecar)
+    if foretold is None:
+        raise UsageError(
+            f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
+        )
+    return lambda _dive, _mode, _configuration: foretold
+
+
+def _foretold_in_force(
+    receipts: Path, file: VehicleFile, dive: Dive, mode: Mode, configuration: str
+) -> Foretelling | None:
+    # In shadow the question is with which model the feed-forward would act, and that may have come while it dived.
+    at_utc = began(dive) if mode.applies_feedforward else ended(dive)
+    model = in_force(receipts, file.vehicle.name, configuration, at_utc)
+    return None if model is None else foretelling_of(model.sidecar)
 
 
 def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:
