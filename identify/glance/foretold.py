@@ -23,6 +23,9 @@ TWOFOLD: Final = 2.0
 """From this multiple on the model that foretold it is not the vehicle's."""
 SMALL: Final = {"m/s": 0.005, "rad/s": 0.0026}
 """Errors below this (5 mm/s, 0.15 deg/s) never contradict: a rougher sea makes a multiple of the smallest of them."""
+MOST_OF_REST: Final = 2.0
+"""An error up to this multiple of what the sea makes of a vehicle at rest is the sea's, and not judged."""
+LEVEL: Final = ("surge", "sway")
 NONE_GIVEN: Final[Mapping[int, Given]] = MappingProxyType({})
 
 
@@ -55,18 +58,21 @@ def nothing_foretold(_dive: Dive, _mode: Mode, _configuration: str) -> None:
 @dataclass(frozen=True)
 class Held:
     """An axis foretold and flown. flown, asked: of this dive, rms, m/s or rad/s. kept: whether it came as foretold,
-    None if that can't be said."""
+    None if that can't be said. rough: it did not, and the sea alone moved the vehicle half as much while it rested."""
 
     foretold: Foretold
     flown: float
     asked: float
     kept: bool | None
+    rough: bool = False
 
     @property
     def name(self) -> str:
         """`surge as foretold`, `surge not as foretold`."""
         if not self.comparable:
             return f"{self.foretold.axis} in another mission than foretold"
+        if self.rough:
+            return f"{self.foretold.axis} in a rougher sea than foretold"
         how = "nearly as" if self.kept is None else "as" if self.kept else "not as"
         return f"{self.foretold.axis} {how} foretold"
 
@@ -141,17 +147,29 @@ def is_alike(speed: float, other: float) -> bool:
 
 def held_against(errors: Sequence["WholeError"], rows: Sequence[Foretold], mode: Mode) -> tuple[Held, ...]:
     """The errors of a dive flown in one mode beside those foretold for that mode."""
-    by_axis = {error.axis: error for error in errors}
+    by_axis, sea = {error.axis: error for error in errors}, sea_of(errors)
     return tuple(
-        _held(row, by_axis[row.axis]) for row in rows if row.mode == mode.word and row.axis in by_axis
+        _held(row, by_axis[row.axis], sea.get(row.axis, 0.0))
+        for row in rows
+        if row.mode == mode.word and row.axis in by_axis
     )
 
 
-def _held(row: Foretold, error: "WholeError") -> Held:
+def _held(row: Foretold, error: "WholeError", sea: float) -> Held:
     within = error.rms <= THIRD * row.after
     far = error.rms > TWOFOLD * row.after and error.rms > SMALL[row.unit]
-    kept = None if not is_alike(error.asked, row.asked) else True if within else False if far else None
-    return Held(row, error.rms, error.asked, kept)
+    rough = far and error.rms <= MOST_OF_REST * sea
+    alike = is_alike(error.asked, row.asked)
+    kept = None if not alike or rough else True if within else False if far else None
+    return Held(row, error.rms, error.asked, kept, rough and alike)
+
+
+def sea_of(errors: Sequence["WholeError"]) -> dict[str, float]:
+    """How far the sea moves each axis, by the rms while nothing is asked of the vehicle. It comes from one side, and a
+    vehicle that turns meets it in surge and in sway: both have the larger of their two."""
+    rest = {error.axis: error.rest for error in errors if math.isfinite(error.rest)}
+    level = [rest[axis] for axis in LEVEL if axis in rest]
+    return rest | (dict.fromkeys(LEVEL, max(level)) if level else {})
 
 
 @dataclass(frozen=True)
@@ -285,13 +303,11 @@ def _gain_of(thruster: int, gains: Array | None) -> float | None:
 
 def verdict_of(held: Sequence[Held]) -> str:
     """One sentence on a dive: whether it came as foretold."""
-    comparable = [each for each in held if each.comparable]
+    comparable = [each for each in held if each.comparable and not each.rough]
     if not comparable:
-        return (
-            ""
-            if not held
-            else "Another mission than the one that was diagnosed: not held against what was foretold."
-        )
+        rough = any(each.rough for each in held)
+        other = "A rougher sea" if rough else "Another mission than the one that was diagnosed"
+        return f"{other}: not held against what was foretold." if held else ""
     worse = [each for each in comparable if each.kept is False]
     clause = "; ".join(f"{each.foretold.axis} {each.figures}" for each in comparable)
     head = (

@@ -64,6 +64,15 @@ def test_errors_that_are_small_in_any_sea_contradict_nothing():
     assert held_against([error(0.0051)], [small], Mode.BOTH)[0].kept is False
 
 
+@pytest.mark.parametrize(("rest", "kept"), [(0.0, False), (0.035, False), (0.039, None)])
+def test_an_error_that_the_sea_makes_of_a_vehicle_at_rest_contradicts_nothing(rest, kept):
+    flown = [replace(error(0.077), rest=0.0), replace(error(0.05, axis="sway"), rest=rest)]
+    (held,) = held_against(flown, [SURGE], Mode.BOTH)
+    assert held.kept is kept
+    assert held.name == f"surge {'not as' if kept is False else 'in a rougher sea than'} foretold"
+    assert verdict_of([held]).startswith("Not as foretold" if kept is False else "A rougher sea: not held")
+
+
 @pytest.mark.parametrize(("asked", "alike"), [(0.136, True), (0.134, False), (0.239, True), (0.241, False)])
 def test_another_mission_is_told_and_not_held_against_it(asked, alike):
     (held,) = held_against([error(0.05, asked=asked)], [SURGE], Mode.BOTH)

@@ -8,11 +8,12 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from test_raising import failed, flown, judged
+from test_raising import failed, flown, judged, under
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
+from identify.glance.foretold import sea_of
 from identify.glance.raising import MOST_UNASKED
 from identify.validate import WholeError, tracking_errors, whole_errors
 
@@ -158,3 +159,43 @@ def test_what_moves_as_much_at_rest_is_the_sea_s_and_not_judged():
     assert sway.passed is None
     assert sway.words.endswith("at rest: the sea")
     assert raising.go
+
+
+def test_a_vehicle_that_turns_meets_the_sea_in_surge_and_in_sway():
+    """It lay with the sea ahead, and moves sideways once it has turned."""
+    assert sea_of(whole_errors(disturbed(Mode.SHADOW, 0, 0.03, at_rest=0.02)))["sway"] == pytest.approx(
+        0.02, rel=0.1
+    )
+    dive = disturbed(Mode.SHADOW, 1, 0.03)
+    ahead = disturbed(Mode.SHADOW, 0, 0.0, at_rest=0.02)
+    (alone,) = [c for c in judged(dive).criteria if c.what == "sway not asked to move"]
+    both = replace(
+        dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + ahead.velocity.value * [1, 0, 0])
+    )
+    (sway,) = [c for c in judged(both).criteria if c.what == "sway not asked to move"]
+    assert (alone.passed, sway.passed) == (False, None)
+
+
+def in_swell(mode: Mode, size: float) -> Dive:
+    """A sound dive of `test_raising` in surge, which the sea moves to and fro by so much, rms."""
+    dive = flown(mode, axes=(0,))
+    swell = size * math.sqrt(2) * np.sin(2 * np.pi * 0.2 * dive.velocity.time_s)
+    moved = dive.velocity.value + swell[:, None] * [1.0, 0.0, 0.0]
+    return replace(dive, velocity=Signal(dive.velocity.time_s, moved))
+
+
+def test_in_a_swell_what_the_pid_does_is_no_fault_of_the_feed_forward():
+    calm, swell = (judged(in_swell(Mode.BOTH, size)) for size in (0.0, 0.05))
+    assert failed(calm) == ["surge left to the PID"]
+    assert failed(swell) == []
+    (left,) = [c for c in swell.criteria if c.what == "surge left to the PID"]
+    assert left.words.endswith("; but the sea moves it")
+
+
+def test_in_a_swell_a_no_go_asks_for_a_calmer_sea_rather_than_for_a_model_of_this_dive():
+    dive = in_swell(Mode.SHADOW, 0.05)
+    pid = dive.tau_pid.value.copy()
+    pid[:, 0] += 40.0 * np.sin(2 * np.pi * 0.2 * dive.tau_pid.time_s)
+    raising = judged(under(dive, pid))
+    assert "surge likeness" in failed(raising)
+    assert raising.sentence.endswith("Dive in shadow again in a calmer sea.")
