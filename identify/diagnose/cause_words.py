@@ -19,7 +19,7 @@ def name_of(finding: Finding) -> str:
 
 def effect_words(effect: Effect) -> str:
     """An effect's name in words, with its thruster's number if it has one."""
-    name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
+    name = of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"a change of {name}" if effect.variant == SINCE else name
 
 
@@ -30,11 +30,11 @@ def words(name: str) -> str:
 
 def candidate_words(effect: Effect) -> str:
     """Its name in words, with its thruster's number and its variant if it has them."""
-    name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
+    name = of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"{name} ({effect.variant})" if effect.variant else name
 
 
-def _of_thruster(name: str, number: int) -> str:
+def of_thruster(name: str, number: int) -> str:
     """`weak thruster 8`, `thruster misalignment (thruster 8)`."""
     wording = words(name)
     return f"{wording} {number}" if wording.endswith("thruster") else f"{wording} (thruster {number})"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import AcceptedEffect
+from bridge.vehicle.coefficients import AcceptedEffect, gain_name
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.shrunk import AxisShrink, Shrink
@@ -212,6 +212,12 @@ class Accepted:
     def tells(self) -> bool:
         """Whether it holds anything to accept: a wrong log has no size, and gives no mass."""
         return bool(self.values) or any(effect.parameters for effect in self.effects)
+
+    @property
+    def taken_back(self) -> frozenset[str]:
+        """Names of the gains that were accepted before and are no longer: those thrusters are not weak any more."""
+        gains = {gain_name(each.number) for each in self.effects if each.number and "gain" in each.parameters}
+        return frozenset(gains - self.values.keys())
 
 
 NOTHING = Accepted({}, (), ())

@@ -4,7 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from identify.diagnose.cause_words import cause_line, effect_words, name_of, percent_bounded, percents, words
+from identify.diagnose.cause_words import (
+    SINCE,
+    cause_line,
+    effect_words,
+    name_of,
+    percent_bounded,
+    percents,
+    words,
+)
 from identify.diagnose.drift_words import (
     DRIFT_S,
     _at_horizon,
@@ -33,8 +41,20 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The next dive or sensor; empty without ambiguity."""
-    return () if diagnosis.next is None else _next(diagnosis.next)
+    """What to do about an accepted effect that has changed, then the next dive or sensor; empty without either."""
+    dive = () if diagnosis.next is None else _next(diagnosis.next)
+    return (*_way_out(diagnosis.findings), *dive)
+
+
+def _way_out(findings: Sequence[Finding]) -> tuple[str, ...]:
+    likely, _ = sorted_by_likelihood(findings)
+    changed = [effect_words(each.cause.effect) for each in likely if each.cause.effect.variant == SINCE]
+    if not changed:
+        return ()
+    return (
+        f"{capital(listed(changed))}: the vehicle makes up for it as it was. Accept and upload the new value, or roll "
+        "back (seatrial params rollback).",
+    )
 
 
 def _next(advice: Next) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ from identify.effects.library import library
 from identify.effects.rigid_body import ADDED_PAYLOAD
 from identify.foretell import Foresight
 from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
-from identify.run.diagnose import effects_without
+from identify.run.diagnose import Before, effects_without
 from tui import cli
 from tui.accepting import _sends, accept
 from tui.commands.diagnose import tell_diagnosis
@@ -70,6 +70,12 @@ def test_an_upload_is_promised_to_send_only_what_the_feed_forward_can_make_up_fo
     assert _sends(path, diagnosis(munk, accepted=drag), replace(SHAPE, damping="both")) == nominal_alone
     nothing = _sends(path, diagnosis(munk, accepted=Accepted({}, (), ())), SHAPE)
     assert nothing == "nothing in it is for the vehicle; export and simulate --accepted take it"
+    # A gain that was accepted before and is no longer is withdrawn.
+    repaired = AcceptedEffect("weak_thruster", "weak thruster 1", {"gain": 1.0}, 1)
+    assert (
+        _sends(path, diagnosis(munk, accepted=Accepted(D_U, (repaired,), ())), SHAPE)
+        == f"{upload} it to the vehicle"
+    )
     payload = replace(DRAG, cause=Cause(ADDED_PAYLOAD, np.array([1.0])))
     sent = _sends(path, diagnosis(payload, accepted=Accepted(D_U, (), ())), SHAPE)
     assert sent == f"{upload} it to the vehicle"
@@ -197,6 +203,26 @@ def test_a_run_that_compiles_first_says_so_and_no_other(first, files, capsys, mo
     words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")
     assert cli.main([*map(str, words)]) == exit_codes.NO
     assert ("compiling first, once after installation" in capsys.readouterr().err) is first
+
+
+def test_the_dive_is_diagnosed_against_what_accepted_names_or_what_was_in_force(files, monkeypatch):
+    asked, against = [], []
+
+    def model(accepted, dive, *_):
+        asked.append((accepted, dive.name))
+        return Before(notes=("in force",))
+
+    def no_dive(*_, before, **_more):
+        against.append(before.notes)
+        raise FitError("nothing was pushed")
+
+    monkeypatch.setattr("tui.commands.diagnose.before_of", model)
+    monkeypatch.setattr("tui.commands.diagnose.diagnose", no_dive)
+    words = [str(word) for word in ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")]
+    for more in ([], ["--accepted", "none"]):
+        assert cli.main([*words, *more]) == exit_codes.NO
+    assert asked == [(None, "dive"), ("none", "dive")]
+    assert against == [("in force",)] * 2
 
 
 NOTHING = Gap(math.nan, (), (), {}, (), (), ())

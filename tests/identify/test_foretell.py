@@ -269,6 +269,22 @@ def test_a_dive_that_flew_with_the_accepted_gain_says_that_it_was_accepted_befor
     assert any("it was accepted before" in line for line in foretold_lines(foretelling))
 
 
+def test_a_gain_that_is_accepted_no_longer_is_foretold_to_be_taken_back():
+    """A thruster was repaired, and still made up for in this dive."""
+    dive = dived(TRUTH, MENDED, Mode.BOTH, seed=10)
+    repaired = replace(
+        accepted(FED),
+        effects=(AcceptedEffect("weak_thruster", "weak_thruster of thruster 1", {"gain": 1.0}, 1),),
+    )
+    assert repaired.taken_back == {"T1_gain"}
+    (yaw,) = (
+        row
+        for row in foretell(repaired, fitted(), dive, FILE, "hovering").rows
+        if (row.axis, row.mode) == ("yaw", "both")
+    )
+    assert yaw.after < yaw.before / 2
+
+
 def test_the_reference_is_flown_as_it_was_recorded(before):
     mission = mission_in(before)
     at_s = float(mission.time_s[0])
