@@ -6,6 +6,7 @@ values that were to be written. A verified roll back to TIME-before.param takes 
 a roll back to a file of another name takes back all uploads.
 """
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -95,7 +96,8 @@ def accepted_values(receipts: Path, system: int) -> dict[str, float]:
 class InForce:
     """The model of a configuration that a vehicle was sent, as the files of its upload keep it.
 
-    since: when the upload began, UTC text by this computer's clock. path: its parameter file.
+    since: when the upload began, UTC text by this computer's clock; of a model that was sent again, the first one.
+    path: its parameter file.
     """
 
     since: str
@@ -113,19 +115,32 @@ def in_force(
     that were begun later do not count.
     """
     kept = [each for each in kept_in(receipts) if not at_utc or _utc(each.time) <= at_utc]
+    newest: InForce | None = None
     for upload in reversed(_not_undone(kept)):
         path = path_of(upload.preimage, ACCEPTED)
         try:
             sidecar = read_sidecar(path)
         except ParamError:
-            return None
+            break
         if (
-            sidecar is not None
-            and sidecar.vehicle == vehicle
-            and configuration in (None, sidecar.configuration)
+            sidecar is None
+            or sidecar.vehicle != vehicle
+            or configuration not in (None, sidecar.configuration)
         ):
-            return InForce(_utc(upload.time), path, sidecar)
-    return None
+            continue
+        if newest is not None and sidecar != newest.sidecar:
+            break
+        newest = InForce(_utc(upload.time), path, sidecar)
+    return newest
+
+
+def ever_accepted(receipts: Path) -> list[Sidecar]:
+    """The sidecars of all that vehicles accepted, rolled back since or not; those that can't be read are left out."""
+    sidecars = []
+    for kept in kept_in(receipts):
+        with contextlib.suppress(ParamError):
+            sidecars.append(read_sidecar(path_of(kept.preimage, ACCEPTED)))
+    return [sidecar for sidecar in sidecars if sidecar is not None]
 
 
 def _utc(time: str) -> str:

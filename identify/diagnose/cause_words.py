@@ -1,10 +1,12 @@
 """Causes and their sizes in words: names, probabilities, values with their units and intervals."""
 
 import math
+from collections.abc import Iterable
 
+from bridge.vehicle.coefficients import AcceptedEffect
 from identify.diagnose.result import Finding, Value
 from identify.effects.effect import Effect
-from identify.words import capital, fixed, significant, unit_after, with_interval
+from identify.words import capital, fixed, listed, significant, unit_after, with_interval
 
 CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
 
@@ -38,6 +40,13 @@ def of_thruster(name: str, number: int) -> str:
     """`weak thruster 8`, `thruster misalignment (thruster 8)`."""
     wording = words(name)
     return f"{wording} {number}" if wording.endswith("thruster") else f"{wording} (thruster {number})"
+
+
+def effects_words(effects: Iterable[AcceptedEffect]) -> str:
+    """Accepted effects: `weak thruster 1 and quadratic drag`."""
+    return listed(
+        [of_thruster(each.name, each.number) if each.number else words(each.name) for each in effects]
+    )
 
 
 def percents(low: float, high: float) -> str:

@@ -1,7 +1,7 @@
 """A diagnosis in sentences, for the command, the app and the reports: verdict, gap, causes, shrink, next dive."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from identify.diagnose.cause_words import (
@@ -43,18 +43,24 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What to do about an accepted effect that has changed, then the next dive or sensor; empty without either."""
     dive = () if diagnosis.next is None else _next(diagnosis.next)
-    return (*_way_out(diagnosis.findings), *dive)
+    return (*_way_out(diagnosis), *dive)
 
 
-def _way_out(findings: Sequence[Finding]) -> tuple[str, ...]:
-    likely, _ = sorted_by_likelihood(findings)
-    changed = [effect_words(each.cause.effect) for each in likely if each.cause.effect.variant == SINCE]
-    if not changed:
-        return ()
-    return (
-        f"{capital(listed(changed))}: the vehicle makes up for it as it was. Accept and upload the new value, or roll "
-        "back (seatrial params rollback).",
+def _way_out(diagnosis: Diagnosis) -> tuple[str, ...]:
+    likely, _ = sorted_by_likelihood(diagnosis.findings)
+    changed = [each.cause.effect for each in likely if each.cause.effect.variant == SINCE]
+    whole = {(each.name, each.number): each.parameters for each in diagnosis.accepted.effects}
+    return tuple(
+        f"{capital(effect_words(effect))}{_now(whole.get((effect.name, effect.number), {}))}: the vehicle makes up for "
+        "it as it was. Accept and upload the new value, or roll back (seatrial params rollback)."
+        for effect in changed
     )
+
+
+def _now(parameters: Mapping[str, float]) -> str:
+    """`, to gain 0.603`, by its parameters with the change included."""
+    values = [f"{name} {significant(value)}" for name, value in parameters.items()]
+    return f", to {listed(values)}" if values else ""
 
 
 def _next(advice: Next) -> tuple[str, ...]:

@@ -295,13 +295,13 @@ def go_no_go(
     configuration: str,
     held: Sequence[Held] = (),
     made_up: Sequence[MadeUp] = (),
-    look_closer: str = LOOK_CLOSER,
+    instead: str = "",
 ) -> Raising | None:
     """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference, and for a
     baseline: flown by the PID with no feed-forward beside it.
 
     `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain;
-    `look_closer`: what to do where an axis moves that should not.
+    `instead`: what to do, where an axis moves that should not, rather than to diagnose the dive.
     """
     part = in_one_mode(dive)
     mode, dive = part.mode, part.dive
@@ -337,7 +337,7 @@ def go_no_go(
     ]
     if all(criterion.passed is None for of_axis in of_axes.values() for criterion in of_axis):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
-    closer = next((each.mend for each in made_up if each.changed), look_closer)
+    closer = instead or next((each.mend for each in made_up if each.changed), LOOK_CLOSER)
     unasked = _unasked([error for error in whole if np.isfinite(error.unasked)], sea, closer)
     foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", closer) for each in held]
     credited = [Criterion(each.name, each.passed, each.words, each.mend) for each in made_up]

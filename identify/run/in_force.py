@@ -10,7 +10,7 @@ from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior
-from identify.diagnose.cause_words import of_thruster, words
+from identify.diagnose.cause_words import effects_words
 from identify.priors import values_sent
 from identify.run.diagnose import Before
 from identify.words import listed
@@ -50,10 +50,9 @@ def before_in_force(sidecar: Mapping[str, Any], since_utc: str, shape: Configura
 
 def _note(effects: Iterable[AcceptedEffect], since_utc: str) -> str:
     since = since_utc[:16].replace("T", " ")
-    named = [of_thruster(each.name, each.number) if each.number else words(each.name) for each in effects]
     return (
-        f"In force since {since} UTC by the receipts, and taken as accepted: {listed(named)}; --accepted none leaves "
-        "it out."
+        f"In force since {since} UTC by the receipts, and taken as accepted: {effects_words(effects)}; --accepted none "
+        "leaves it out."
     )
 
 

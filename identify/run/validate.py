@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
@@ -88,8 +88,15 @@ class Validation:
         ]
 
 
+Advice = Callable[[Dive, str], str]
+"""What to do where a dive of a configuration, by name, moves an axis that it should not; "" for the usual."""
+
+
 def validate(
-    dives: Sequence[Dive], file: VehicleFile, foretold: Foretellings = nothing_foretold
+    dives: Sequence[Dive],
+    file: VehicleFile,
+    foretold: Foretellings = nothing_foretold,
+    advice: Advice = lambda _dive, _configuration: "",
 ) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
@@ -106,7 +113,7 @@ def validate(
         _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True
     ):
         run = Run(label, part.dive, tracking_errors(part.dive, lever_m), None, mode)
-        runs.append(_judged(run, whole, part.mode, file, foretold) if run.compared else run)
+        runs.append(_judged(run, whole, part.mode, file, foretold, advice) if run.compared else run)
     return Validation(file, tuple(runs), lever_m)
 
 
@@ -123,7 +130,9 @@ def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 
 
-def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretold: Foretellings) -> Run:
+def _judged(
+    run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretold: Foretellings, advice: Advice
+) -> Run:
     """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
     vehicle file can't decide that."""
     try:
@@ -142,7 +151,8 @@ def _judged(run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretol
         # A dive in which the accepted values were not in force is not the one that was foretold.
         in_force = mode.applies_feedforward and not any(gain.unmended for gain in gains)
         held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
-    return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains))
+    instead = advice(run.dive, configuration_name)
+    return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains, instead))
 
 
 def _made_up(

@@ -138,10 +138,11 @@ def test_where_nothing_differs_from_what_was_accepted_nothing_is_written_to_acce
 
 def test_of_a_change_of_what_was_accepted_the_way_out_is_told():
     changed = replace(DRAG, cause=Cause(replace(DRAG.cause.effect, variant=SINCE), DRAG.cause.values))
-    (line,) = next_lines(diagnosis(changed))
+    whole = Accepted({}, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 40.0}),), ())
+    (line,) = next_lines(diagnosis(changed, accepted=whole))
     assert line == (
-        "A change of quadratic drag: the vehicle makes up for it as it was. Accept and upload the new value, or roll "
-        "back (seatrial params rollback)."
+        "A change of quadratic drag, to X_uu 40.0: the vehicle makes up for it as it was. Accept and "
+        "upload the new value, or roll back (seatrial params rollback)."
     )
     assert next_lines(diagnosis(DRAG)) == ()
     assert next_lines(diagnosis(replace(changed, probability=0.4))) == ()

@@ -260,6 +260,14 @@ def test_the_model_in_force_is_that_of_the_newest_upload_that_stands(tmp_path):
     assert in_force(receipts.path, "ruvifist", "hovering").sidecar.foretold == ()
 
 
+def test_a_model_that_was_sent_again_is_in_force_since_it_was_sent_first(tmp_path):
+    receipts = Receipts(tmp_path / "receipts")
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
+    receipts.keep(Outcome.SAME, sidecar=FORETOLD, FF1_M_U=101.0)
+    assert in_force(receipts.path, "ruvifist", "hovering").since == "2026-11-21T06:32:00Z"
+
+
 def test_at_an_earlier_time_the_model_is_in_force_that_stood_then(tmp_path):
     receipts = Receipts(tmp_path / "receipts")
     receipts.keep(FF1_M_U=100.0)

@@ -8,13 +8,13 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from test_raising import failed, flown, judged, under
+from test_raising import FILE, failed, flown, judged, under
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.glance.foretold import sea_of
-from identify.glance.raising import MOST_UNASKED
+from identify.glance.raising import MOST_UNASKED, go_no_go
 from identify.validate import WholeError, tracking_errors, whole_errors
 
 RATE_HZ = 20.0
@@ -121,6 +121,11 @@ def test_an_axis_that_moves_unasked_is_no_go_beyond_10_mm_s_or_0_3_deg_s(mode, d
     if not go:
         assert not raising.go
         assert "See what moves it: diagnose this dive" in raising.sentence
+
+
+def test_there_is_advice_other_than_to_diagnose_the_dive_if_more_is_known():
+    raising = go_no_go(disturbed(Mode.SHADOW, 1, 0.02), FILE, "hovering", instead="upload gap.param")
+    assert raising.sentence.endswith("sway not asked to move. Upload gap.param.")
 
 
 def test_two_degrees_a_second_of_yaw_are_told_in_degrees():

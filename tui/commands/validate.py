@@ -25,6 +25,7 @@ from tui.files import Files
 from tui.parameter_files import foretelling_of, sidecar_of_file
 from tui.recordings import column_map_for
 from tui.show import Table
+from tui.unsent import how_to_send, unsent
 
 if TYPE_CHECKING:
     from identify.report.page import Report
@@ -34,8 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
-    foretold = foretellings(arguments.foretold, Path(arguments.receipts), file)
-    done = validate(dives, file, foretold)
+    receipts = Path(arguments.receipts)
+    foretold = foretellings(arguments.foretold, receipts, file)
+    done = validate(dives, file, foretold, partial(send_first, receipts, file))
     console = show.results(arguments.json)
     errors = {run.label: run.errors for run in done.runs}
     if any(run.compared for run in done.runs):
@@ -96,6 +98,12 @@ def _foretold_in_force(
     at_utc = began(dive) if mode.applies_feedforward else ended(dive)
     model = in_force(receipts, file.vehicle.name, configuration, at_utc)
     return None if model is None else foretelling_of(model.sidecar)
+
+
+def send_first(receipts: Path, file: VehicleFile, dive: Dive, configuration: str) -> str:
+    """What to do before a dive is diagnosed: upload what was accepted and never sent; "" without that."""
+    found = unsent(receipts, dive, file, configuration)
+    return "" if found is None else how_to_send(*found)
 
 
 def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:
