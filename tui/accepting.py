@@ -27,7 +27,7 @@ from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
-from identify.glance.foretold import began
+from identify.glance.foretold import began, began_for_receipts
 from identify.identification import Outcome, worst
 from identify.run.diagnose import Before, published
 from identify.run.in_force import before_in_force
@@ -206,7 +206,7 @@ def before_of(
 def in_force_before(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) -> Before:
     """The model with accepted effects that was in force when a dive began; an empty one without, or for a dive that
     does not tell when that was."""
-    begun = began(dive)
+    begun = began_for_receipts(dive)
     model = in_force(receipts, file.vehicle.name, configuration, begun) if begun else None
     if model is None or not model.sidecar.effects:
         return Before()

@@ -10,7 +10,7 @@ from gcs_plugin.params.last_accepted import ever_accepted, in_force
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path
 from identify.diagnose.cause_words import effects_words
 from identify.dive import Dive
-from identify.glance.foretold import began
+from identify.glance.foretold import began, began_for_receipts
 from tui.app.desk import ACCEPTABLE
 
 
@@ -20,11 +20,11 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
 
     Looked for in this folder, and where the app leaves it beside this dive and its neighbours.
     """
-    begun = began(dive)
-    flown_with = in_force(receipts, file.vehicle.name, configuration, begun)
+    flown_with = in_force(receipts, file.vehicle.name, configuration, began_for_receipts(dive))
     if flown_with is not None and flown_with.sidecar.effects:
         return None
     sent = {model.dive_sha256 for model in ever_accepted(receipts) if model.effects}
+    begun = began(dive)
     found = [
         (path, model)
         for path, model in _models(dive)

@@ -115,20 +115,29 @@ def rows_words(rows: Sequence[Foretold]) -> tuple[str, ...]:
 
 def began(dive: Dive) -> str:
     """When a dive began, by the vehicle's clock or else by its name: UTC text, "" if unknown."""
-    return _when(dive, 0.0, dive.span_s[0])
+    return _when(dive, dive.unix_at_boot_s, 0.0, dive.span_s[0])
 
 
-def ended(dive: Dive) -> str:
-    """When a dive ended, as `began`."""
-    return _when(dive, dive.duration_s, dive.span_s[1])
+def began_for_receipts(dive: Dive) -> str:
+    """As `began`, by the clock of the computer that recorded the dive, which uploads are dated by too."""
+    return _when(dive, _by_recorder(dive), 0.0, dive.span_s[0])
 
 
-def _when(dive: Dive, after_s: float, boot_s: float) -> str:
+def ended_for_receipts(dive: Dive) -> str:
+    """When a dive ended, as `began_for_receipts`."""
+    return _when(dive, _by_recorder(dive), dive.duration_s, dive.span_s[1])
+
+
+def _when(dive: Dive, at_boot_s: float | None, after_s: float, boot_s: float) -> str:
     """The time at a boot time, which is `after_s` after the time in the dive's name."""
     named_s = date_in_name(dive.name)
-    if dive.unix_at_boot_s is not None:
-        return utc_text(dive.unix_at_boot_s + boot_s)
+    if at_boot_s is not None:
+        return utc_text(at_boot_s + boot_s)
     return "" if named_s is None else utc_text(named_s + after_s)
+
+
+def _by_recorder(dive: Dive) -> float | None:
+    return dive.unix_at_boot_s if dive.recorded_at_boot_s is None else dive.recorded_at_boot_s
 
 
 def is_next(dive: Dive, of: Foretelling) -> bool:

@@ -161,6 +161,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         if messages.get("HEARTBEAT", autopilot=ARDUPILOT) is None
         else ARDUPILOT_STAMPED_S,
         "unix_at_boot_s": _unix_at_boot_s(messages),
+        "recorded_at_boot_s": messages.arrived_at_boot_s,
         "motors": _motors(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": {message_name(int(number)): int(count) for number, count in zip(*sent, strict=True)}

@@ -81,6 +81,11 @@ def test_a_dive_is_held_against_what_was_in_force_when_it_began_and_in_shadow_wh
         assert (foretold(dived(second), Mode.BOTH, "hovering") is not None) is both
         assert (foretold(dived(second), Mode.SHADOW, "hovering") is not None) is shadow
     assert foretold(dived(1), Mode.BOTH, "survey") is None
+    # A vehicle's clock may be hours off: uploads are dated by this computer's, and so is its recording.
+    behind = replace(dived(1), unix_at_boot_s=1_700_000_000.0, recorded_at_boot_s=1_790_000_101.0)
+    assert foretold(behind, Mode.BOTH, "hovering") is not None
+    ahead = replace(dived(1), recorded_at_boot_s=1_790_000_000.0)
+    assert foretold(ahead, Mode.BOTH, "hovering") is None
 
 
 def test_every_axis_has_a_row_for_the_whole_mission_while_others_move_and_at_rest():

@@ -104,13 +104,15 @@ def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(followed):
     data = json.loads((followed.folder / "first.json").read_text(encoding="utf-8"))
     assert data["outcome"] == "converged"
     assert len(list((followed.folder / "receipts").glob("*-accepted.param"))) == 2
-    # The last lines of the page: the weak dive and the mended one, and what that still lacks.
+    # The last line of the page: what the mended dive still lacks; and the one before: the weak dive and the mended one.
+    said = " ".join(followed.said.split())
+    assert "No gap" in said
+    assert "taken as accepted: weak thruster 1" in said
+    followed.type("seatrial validate weak/*-both mended/*-both --vehicle ruvifist")
     said = " ".join(followed.said.split())
     assert "NO-GO, lower the feed-forward to shadow: yaw not asked to move" in said
     assert "As foretold: surge" in said
     assert "GO: the feed-forward may stay at both" in said
-    assert "No gap" in said
-    assert "taken as accepted: weak thruster 1" in said
     effects = json.loads((followed.folder / "gap.param.json").read_text(encoding="utf-8"))["effects"]
     assert [(effect["name"], effect["number"]) for effect in effects] == [("weak_thruster", 1)]
     assert abs(effects[0]["parameters"]["gain"] - 0.79) < 0.01

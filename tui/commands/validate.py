@@ -14,7 +14,13 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.params.last_accepted import in_force
 from identify.dive import Dive, Kind
-from identify.glance.foretold import Foretelling, Foretellings, began, ended, verdict_of
+from identify.glance.foretold import (
+    Foretelling,
+    Foretellings,
+    began_for_receipts,
+    ended_for_receipts,
+    verdict_of,
+)
 from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
@@ -95,7 +101,7 @@ def _foretold_in_force(
     receipts: Path, file: VehicleFile, dive: Dive, mode: Mode, configuration: str
 ) -> Foretelling | None:
     # In shadow the question is with which model the feed-forward would act, and that may have come while it dived.
-    at_utc = began(dive) if mode.applies_feedforward else ended(dive)
+    at_utc = began_for_receipts(dive) if mode.applies_feedforward else ended_for_receipts(dive)
     model = in_force(receipts, file.vehicle.name, configuration, at_utc)
     return None if model is None else foretelling_of(model.sidecar)
 
