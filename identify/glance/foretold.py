@@ -239,15 +239,9 @@ class MadeUp:
     def name(self) -> str:
         if self.gave is None and not self.acts:
             return f"thruster {self.credit.thruster} not known in shadow"
-        how = (
-            ""
-            if self.once
-            else " as it is no longer"
-            if self.changed
-            else " twice"
-            if self.twice
-            else " too little"
-        )
+        if self.changed:
+            return f"thruster {self.credit.thruster} changed since it was diagnosed"
+        how = "" if self.once else " twice" if self.twice else " too little"
         return f"thruster {self.credit.thruster} made up for{how}"
 
     @property

@@ -183,7 +183,7 @@ def test_a_thruster_that_is_no_longer_weak_is_no_go_before_and_after_the_feed_fo
     repaired = dived(TRUTH, MENDED, mode, seed=505, began_s=BEGAN_S + 600)
     (run,) = validate([repaired], FILE, just(foresight, before)).runs
     criterion = of_thruster(run.raising)
-    assert criterion.what == "thruster 1 made up for as it is no longer"
+    assert criterion.what == "thruster 1 changed since it was diagnosed"
     will = "will be " if mode is Mode.SHADOW else ""
     assert criterion.words.startswith(f"{will}asked as if it gave 80 % of its curve; in this dive it gave ")
     assert not run.raising.go

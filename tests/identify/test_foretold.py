@@ -110,8 +110,8 @@ def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, name):
     [
         (0.80, Given(0.82, 0.02), "thruster 3 made up for"),
         (0.64, Given(0.63, 0.02), "thruster 3 made up for"),
-        (0.80, Given(1.00, 0.02), "thruster 3 made up for as it is no longer"),
-        (0.80, Given(0.60, 0.02), "thruster 3 made up for as it is no longer"),
+        (0.80, Given(1.00, 0.02), "thruster 3 changed since it was diagnosed"),
+        (0.80, Given(0.60, 0.02), "thruster 3 changed since it was diagnosed"),
         (0.64, Given(0.80, 0.02), "thruster 3 made up for twice"),
         (1.00, Given(0.80, 0.02), "thruster 3 made up for too little"),
     ],
