@@ -36,7 +36,8 @@ In every mode, every axis is watched over the whole mission:
 - A thruster with an accepted gain is made up for once: the allocation goes by what the thruster gave in this dive, to
   5 % and what that is known to; where the dive does not tell it, by what the diagnosis found. In shadow nothing is made
   up for yet, and what the allocation will go by is compared: there a dive that does not tell what the thruster gives is
-  no GO, for the compensation would begin unjudged.
+  no GO, for the compensation would begin unjudged. Where it does, and the compensation is right, what moves unasked in
+  shadow is not judged: the weak thruster moves it, until it is made up for.
 """
 
 from collections.abc import Mapping, Sequence
@@ -65,7 +66,7 @@ from identify.validate import (
     tracking_errors,
     whole_errors,
 )
-from identify.words import capital, speed
+from identify.words import capital, listed, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
 ANEW: Final = "identify from this dive, upload, and dive in shadow again"
@@ -338,7 +339,8 @@ def go_no_go(
     if all(criterion.passed is None for of_axis in of_axes.values() for criterion in of_axis):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
     closer = instead or next((each.mend for each in made_up if each.changed), LOOK_CLOSER)
-    unasked = _unasked([error for error in whole if np.isfinite(error.unasked)], sea, closer)
+    weak = [str(each.credit.thruster) for each in made_up if each.awaits]
+    unasked = _unasked([error for error in whole if np.isfinite(error.unasked)], sea, weak, closer)
     foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", closer) for each in held]
     credited = [Criterion(each.name, each.passed, each.words, each.mend) for each in made_up]
     thrust = _thrust(dive, mode, thrusters)
@@ -403,24 +405,31 @@ def _in_the_sea(criterion: Criterion, mode: Mode) -> Criterion:
     return replace(criterion, mend=CALMER)
 
 
-def _unasked(errors: Sequence[WholeError], sea: Mapping[str, float], mend: str) -> list[Criterion]:
-    """How much each axis moves that is not asked to: one criterion for those within their limits."""
+def _unasked(
+    errors: Sequence[WholeError], sea: Mapping[str, float], weak: Sequence[str], mend: str
+) -> list[Criterion]:
+    """How much each axis moves that is not asked to: one criterion for those within their limits.
+
+    `sea`: what it makes of each axis at rest; `weak`: numbers of thrusters that are not made up for until the
+    feed-forward acts.
+    """
     still = [error for error in errors if error.unasked <= MOST_UNASKED[error.unit]]
     said = ", ".join(f"{error.axis} {speed(error.unasked, error.unit)}" for error in still)
     most = " and ".join(speed(limit, unit) for unit, limit in MOST_UNASKED.items())
     together = [Criterion("not asked to move", True, f"{said} rms, at most {most}")] if still else []
-    return [
-        *together,
-        *(_moving(error, sea.get(error.axis, 0.0), mend) for error in errors if error not in still),
-    ]
+    moving = (_moving(error, sea.get(error.axis, 0.0), weak, mend) for error in errors if error not in still)
+    return [*together, *moving]
 
 
-def _moving(error: WholeError, sea: float, mend: str) -> Criterion:
+def _moving(error: WholeError, sea: float, weak: Sequence[str], mend: str) -> Criterion:
     """An axis that moves beyond its limit while others are asked to."""
     name, most = f"{error.axis} not asked to move", speed(MOST_UNASKED[error.unit], error.unit)
     words = f"{speed(error.unasked, error.unit)} rms while others move, at most {most}"
     if error.unasked <= MOST_OF_REST * sea:
         return Criterion(name, None, f"{words}; but {speed(sea, error.unit)} at rest: the sea")
+    if weak and DOFS.index(error.axis) in FEEDFORWARD_DOFS:
+        are = "is" if len(weak) == 1 else "are"
+        return Criterion(name, None, f"{words}; but thruster {listed(weak)} {are} not made up for in shadow")
     return Criterion(name, False, words, mend)
 
 

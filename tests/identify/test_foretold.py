@@ -124,6 +124,15 @@ def test_what_a_thruster_gave_in_the_dive_decides_rather_than_what_the_diagnosis
     assert ("diagnose this dive" in thruster.mend) is thruster.changed
 
 
+def test_where_the_dive_does_not_tell_clearly_the_diagnosis_decides_and_in_shadow_nothing():
+    credit = Credit(3, 1.0, 0.8, 1.0, acting=False)
+    assert MadeUp(credit, 0.8, Given(0.94, 0.09)).name == "thruster 3 made up for"
+    unclear = MadeUp(credit, 0.8, Given(0.94, 0.09), acts=False)
+    assert (unclear.name, unclear.passed) == ("thruster 3 not known in shadow", False)
+    assert unclear.words.endswith("in this dive it gave 94 ± 9 %")
+    assert MadeUp(credit, 0.8, Given(0.94, 0.02)).changed
+
+
 def test_in_shadow_the_accepted_gain_comes_on_top_of_the_vehicles_own():
     credits = tuple(Credit(number, 1.0, 0.8, None, acting=False) for number in (1, 2, 3))
     first, second, third = to_make_up(np.array([0.8, math.nan]), credits, {1: Given(0.8, 0.01)}, idle=[3])

@@ -11,9 +11,11 @@ import pytest
 from test_raising import FILE, failed, flown, judged, under
 
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.foretold import Credit
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.glance.foretold import sea_of
+from identify.given_thrust import Given
+from identify.glance.foretold import MadeUp, sea_of
 from identify.glance.raising import MOST_UNASKED, go_no_go
 from identify.validate import WholeError, tracking_errors, whole_errors
 
@@ -126,6 +128,20 @@ def test_an_axis_that_moves_unasked_is_no_go_beyond_10_mm_s_or_0_3_deg_s(mode, d
 def test_there_is_advice_other_than_to_diagnose_the_dive_if_more_is_known():
     raising = go_no_go(disturbed(Mode.SHADOW, 1, 0.02), FILE, "hovering", instead="upload gap.param")
     assert raising.sentence.endswith("sway not asked to move. Upload gap.param.")
+
+
+@pytest.mark.parametrize("gave", [Given(0.8, 0.01), Given(1.0, 0.01), None])
+def test_what_a_weak_thruster_moves_in_shadow_is_no_reason_not_to_make_up_for_it(gave):
+    thruster = MadeUp(Credit(1, 1.0, 0.8, None, acting=False), 0.8, gave, acts=False)
+    raising = go_no_go(disturbed(Mode.SHADOW, 5, math.radians(0.6)), FILE, "hovering", made_up=[thruster])
+    (yaw,) = (each for each in raising.criteria if each.what == "yaw not asked to move")
+    weak = gave == Given(0.8, 0.01)
+    assert raising.go is weak
+    assert yaw.passed is (None if weak else False)
+    assert yaw.words.endswith("; but thruster 1 is not made up for in shadow") is weak
+    # No thruster of the feed-forward moves heave.
+    sinking = go_no_go(disturbed(Mode.SHADOW, 2, 0.05), FILE, "hovering", made_up=[thruster])
+    assert "heave not asked to move" in failed(sinking)
 
 
 def test_two_degrees_a_second_of_yaw_are_told_in_degrees():
