@@ -147,10 +147,12 @@ def write_accepted(
         # No linear damping is a part of this hull's model.
         squared = [item.dof for item in QUADRATICS if item.name in accepted.values]
         values |= {ids[DAMPINGS[dof].name]: 0.0 for dof in squared}
-    names = ", ".join(effect.label for effect in accepted.effects)
+    names = ", ".join(effect.label for effect in accepted.in_the_model)
+    taken_back = ", ".join(sorted(accepted.taken_back))
     words = (
         origin(file.vehicle.name, configuration, "diagnose", dive.name),
-        f"accepted: {names}",
+        *((f"accepted: {names}",) if names else ()),
+        *((f"taken back: {taken_back}",) if taken_back else ()),
         f"outcome: {outcome.value}",
         *doubt_lines(doubted, tuple(doubted)),
     )
@@ -174,7 +176,7 @@ def write_accepted(
             outcome.value,
             dived=began(dive),
             dive_opening=dive.opening,
-            effects=accepted.effects,
+            effects=accepted.in_the_model,
             doubted=dict(doubted),
             foretold=foresight.rows,
             credits=foresight.credits,

@@ -216,8 +216,17 @@ class Accepted:
     @property
     def taken_back(self) -> frozenset[str]:
         """Names of the gains that were accepted before and are no longer: those thrusters are not weak any more."""
-        gains = {gain_name(each.number) for each in self.effects if each.number and "gain" in each.parameters}
-        return frozenset(gains - self.values.keys())
+        return frozenset(set(filter(None, map(_gain_of, self.effects))) - self.values.keys())
+
+    @property
+    def in_the_model(self) -> tuple[AcceptedEffect, ...]:
+        """The effects without those that are taken back."""
+        return tuple(each for each in self.effects if _gain_of(each) not in self.taken_back)
+
+
+def _gain_of(effect: AcceptedEffect) -> str:
+    """The name of a thruster's gain, "" for an effect that is none."""
+    return gain_name(effect.number) if effect.number and "gain" in effect.parameters else ""
 
 
 NOTHING = Accepted({}, (), ())

@@ -15,6 +15,8 @@ from bridge import exit_codes, reports
 from bridge.errors import ConfigError, FitError
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.sidecar import read_sidecar
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from identify.diagnose import against as compared_by
@@ -96,6 +98,21 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
     assert "foretold" in accept(tmp_path / "x.param", explained, dive, file)
     (line,) = capsys.readouterr().err.splitlines()
     assert (json.loads(line)["of"], json.loads(line)["share"]) == ("foretelling the next dive", 0.5)
+
+
+def test_a_gain_that_is_accepted_no_longer_is_written_as_none_and_is_no_effect_of_the_model(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("identify.foretell.foretell", lambda *_: Foresight((), (), ()))
+    monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
+    drag = AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0})
+    repaired = AcceptedEffect("weak_thruster", "weak_thruster of thruster 1", {"gain": 1.0}, 1)
+    explained = diagnosis(DRAG, configuration="hovering", accepted=Accepted(D_U, (drag, repaired), ()))
+    path = tmp_path / "x.param"
+    accept(path, explained, Dive("dive", tmp_path, "1" * 64), load_vehicle("ruvifist"))
+    assert read_sidecar(path).effects == (drag,)
+    assert read_parameters(path)["FF1_T1_GAIN"] == 0.0
+    assert "taken back: T1_gain" in path.read_text(encoding="utf-8")
 
 
 CASE = draw_case(300051, names=[], seconds=30.0)
