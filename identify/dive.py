@@ -164,6 +164,7 @@ class Dive:
     tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity, acceleration,
     heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
+    recorded_at_boot_s: Unix time at boot time 0 by the clock of the computer that recorded the dive.
     motors: number of motors of the frame that an ArduSub states in the recording (FRAME_CONFIG), 0 if it states none.
     runs: the recordings that the dive is made of, in order of time; empty for a single one. left_out: names of those
     that were not used, each with the reason.
@@ -205,6 +206,7 @@ class Dive:
     thrust_lag_s: float = 0.0
     stamped_s: float = STAMPED_S
     unix_at_boot_s: float | None = None
+    recorded_at_boot_s: float | None = None
     motors: int = 0
     commands_hold: bool | None = None
     reckoned: Reckoned | None = None

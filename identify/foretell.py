@@ -137,8 +137,9 @@ def foretell(
         truth = twin_of(hull, values)
         twin = Twin(file, configuration, mission, truth)
         again = twin.errors(part.mode, fed, lambda share: progress(share / 3))
-        alone = twin.errors(Mode.ALONE, fed | values, lambda share: progress((1 + share) / 3))
-        both = twin.errors(Mode.BOTH, fed | values, lambda share: progress((2 + share) / 3))
+        after = {name: value for name, value in fed.items() if name not in accepted.taken_back} | values
+        alone = twin.errors(Mode.ALONE, after, lambda share: progress((1 + share) / 3))
+        both = twin.errors(Mode.BOTH, after, lambda share: progress((2 + share) / 3))
     except (SeatrialError, ValueError) as error:
         return without(f"the model can't be flown ({error})")
     rows, why = _compared(flown, again, {Mode.ALONE: alone, Mode.BOTH: both}, part.mode)

@@ -9,13 +9,13 @@ prior is a scalar measurement of that state (Kalman 1960, eqs 21 to 25, without 
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import OF_HULL
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior, dive_mark
 from identify.identification import (
     LARGEST_RELATIVE_STD,
@@ -278,3 +278,20 @@ def _scale(answer: Identification, known: Known, weighed: bool, scale_std: float
         f"({100 * scale_std:.2g} % before)."
     )
     return ThrustScale(math.expm1(shift), std, True, sentence)
+
+
+def values_sent(
+    intervals: Iterable[tuple[str, float, float]], thrust_shift: float, *, with_effects: bool
+) -> dict[str, tuple[float, float]]:
+    """Value and relative standard deviation of each coefficient that a vehicle was sent, from its 95 % interval.
+
+    They are for the thrust of the vehicle file: a relative shift of the thrust, contained in the values, is taken out.
+    with_effects: whether effects were sent too. Next to them quadratic drag is itself an effect, of a hull that has
+    none.
+    """
+    known = BY_NAME if with_effects else OF_HULL
+    return {
+        name: (math.sqrt(low * high) / (1.0 + thrust_shift), math.log(high / low) / (2 * Z95))
+        for name, low, high in intervals
+        if name in known and 0 < low < high
+    }

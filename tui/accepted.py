@@ -9,12 +9,12 @@ from typing import Any
 
 from bridge.exit_codes import UsageError
 from bridge.plain import is_number
-from bridge.vehicle.coefficients import BY_NAME, OF_HULL, AcceptedEffect
+from bridge.vehicle.coefficients import OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.identified import sidecar_of
 from gcs_plugin.params.sidecar import Sidecar
 from identify.identification import Outcome
-from identify.statistics import Z95
+from identify.priors import values_sent
 from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_of_file
 
 AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
@@ -84,16 +84,8 @@ def _identified(data: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
 
 def _sent(sidecar: Sidecar) -> dict[str, tuple[float, float]]:
     """As `_identified`, by the intervals of what was sent to a vehicle."""
-    # Next to effects, quadratic drag is itself an effect, of a hull that has none.
-    known = BY_NAME if sidecar.effects else OF_HULL
-    return {
-        interval.coefficient: (
-            math.sqrt(interval.low95 * interval.high95) / (1.0 + sidecar.thrust_shift),
-            math.log(interval.high95 / interval.low95) / (2 * Z95),
-        )
-        for interval in sidecar.intervals.values()
-        if interval.coefficient in known and 0 < interval.low95 < interval.high95
-    }
+    intervals = [(each.coefficient, each.low95, each.high95) for each in sidecar.intervals.values()]
+    return values_sent(intervals, sidecar.thrust_shift, with_effects=bool(sidecar.effects))
 
 
 def _why_no_sidecar(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -18,6 +19,7 @@ from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.version import installed
 from gcs_plugin.params import float32
 from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
+from gcs_plugin.params.last_accepted import in_force
 from gcs_plugin.params.sidecar import Interval, Sidecar
 from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
@@ -25,11 +27,13 @@ from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
-from identify.glance.foretold import began
+from identify.glance.foretold import began, began_for_receipts
 from identify.identification import Outcome, worst
 from identify.run.diagnose import Before, published
+from identify.run.in_force import before_in_force
 from tui import show
 from tui.accepted import accepted_in
+from tui.options import NONE_ACCEPTED, RECEIPTS
 from tui.parameter_files import Leave, check_outcome
 
 if TYPE_CHECKING:
@@ -47,6 +51,8 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
             f"{path} was not written: the motion does not go the way the thrust pushes; mend how the sensors or the "
             "thrusters are said to be mounted first.",
         )
+    if diagnosis.verdict == "no_gap" and not diagnosis.findings and diagnosis.accepted.effects:
+        return (f"{path} was not written: nothing differs from what was accepted before.",)
     if not diagnosis.accepted.effects:
         return (f"{path} was not written: {none_accepted(diagnosis.findings)}.",)
     if not diagnosis.accepted.tells:
@@ -99,7 +105,11 @@ def _sends(path: Path, diagnosis: Diagnosis, shape: Configuration) -> str:
     upload = f"seatrial params upload {path} sends"
     by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
     hull = coefficients_of_hull(shape)
-    if by_masses or any(name not in hull for name in diagnosis.accepted.values):
+    if (
+        by_masses
+        or diagnosis.accepted.taken_back
+        or any(name not in hull for name in diagnosis.accepted.values)
+    ):
         return f"{upload} it to the vehicle"
     if not diagnosis.accepted.values:
         return "nothing in it is for the vehicle; export and simulate --accepted take it"
@@ -137,10 +147,12 @@ def write_accepted(
         # No linear damping is a part of this hull's model.
         squared = [item.dof for item in QUADRATICS if item.name in accepted.values]
         values |= {ids[DAMPINGS[dof].name]: 0.0 for dof in squared}
-    names = ", ".join(effect.label for effect in accepted.effects)
+    names = ", ".join(effect.label for effect in accepted.in_the_model)
+    taken_back = ", ".join(sorted(accepted.taken_back))
     words = (
         origin(file.vehicle.name, configuration, "diagnose", dive.name),
-        f"accepted: {names}",
+        *((f"accepted: {names}",) if names else ()),
+        *((f"taken back: {taken_back}",) if taken_back else ()),
         f"outcome: {outcome.value}",
         *doubt_lines(doubted, tuple(doubted)),
     )
@@ -164,7 +176,7 @@ def write_accepted(
             outcome.value,
             dived=began(dive),
             dive_opening=dive.opening,
-            effects=accepted.effects,
+            effects=accepted.in_the_model,
             doubted=dict(doubted),
             foretold=foresight.rows,
             credits=foresight.credits,
@@ -177,7 +189,34 @@ def coefficients_of_hull(shape: Configuration) -> Collection[str]:
     return BY_NAME if shape.damping == "linear" else OF_HULL
 
 
-def before_of(accepted: str, file: VehicleFile, configuration: str, leave: Leave) -> Before:
+def before_of(
+    accepted: str | None, dive: Dive, file: VehicleFile, configuration: str, leave: Leave
+) -> Before:
+    """The model that a dive is diagnosed against: the one that --accepted names, or else what was in force.
+
+    That is told by the folder of receipts that --accepted names, RECEIPTS without it. Raises UsageError as
+    `accepted_before` and `published` do.
+    """
+    if accepted == NONE_ACCEPTED:
+        return Before()
+    receipts = Path(RECEIPTS if accepted is None else accepted)
+    if accepted is None or receipts.is_dir():
+        return in_force_before(receipts, dive, file, configuration)
+    return before_named(accepted, file, configuration, leave)
+
+
+def in_force_before(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) -> Before:
+    """The model with accepted effects that was in force when a dive began; an empty one without, or for a dive that
+    does not tell when that was."""
+    begun = began_for_receipts(dive)
+    model = in_force(receipts, file.vehicle.name, configuration, begun) if begun else None
+    if model is None or not model.sidecar.effects:
+        return Before()
+    shape = file.vehicle.configurations[configuration]
+    return before_in_force(asdict(model.sidecar), model.since, shape)
+
+
+def before_named(accepted: str, file: VehicleFile, configuration: str, leave: Leave) -> Before:
     """The model that --accepted names: that of a vehicle file, or else of an identification or a diagnosis.
 
     Raises UsageError as `accepted_before` and `published` do.

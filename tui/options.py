@@ -7,6 +7,8 @@ from bridge.command_line import above_zero, seconds, seed, size
 from bridge.links import secured
 
 NO_HUB = "none"
+NONE_ACCEPTED = "none"
+RECEIPTS = "receipts"
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 
 
@@ -117,13 +119,13 @@ class Options:
     def despite_doubts(self, meaning: str = "accept an identification that did not converge") -> None:
         self.switch("--despite-doubts", meaning)
 
-    def accepted(self, when: str = "") -> None:
+    def accepted(self, when: str = "", otherwise: str = "") -> None:
         """The model that a diagnosis starts from, and how much of it."""
         self.value(
             "--accepted",
             "FILE",
             f"{when}the JSON of identify, or a .param with its sidecar, that was accepted earlier; or a vehicle file's "
-            "published model, as our.yaml:open; changes against it are reported too",
+            f"published model, as our.yaml:open; changes against it are reported too{otherwise}",
         )
         self.despite_doubts("of --accepted, also take doubted values")
 
@@ -147,7 +149,7 @@ class Options:
 
     def receipts(self, meaning: str) -> None:
         """The folder of the uploaded values."""
-        self.value("--receipts", "FOLDER", meaning, default="receipts")
+        self.value("--receipts", "FOLDER", meaning, default=RECEIPTS)
 
     def report(self, meaning: str) -> None:
         """A page, and its figures as files."""

@@ -625,7 +625,10 @@ def _diagnose(options: Options) -> None:
         "write the velocities of the check dive: measured, and predicted without and with the causes",
         type=Target,
     )
-    options.accepted()
+    options.accepted(
+        otherwise="; or a folder of receipts: the causes that were in force when the dive began (default: receipts, if "
+        "there); none: no model"
+    )
     options.value(
         "--accept",
         "FILE",

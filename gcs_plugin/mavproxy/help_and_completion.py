@@ -25,7 +25,7 @@ HELP: Final = {
     "diagnose": (
         "diagnose [DIVE] [--check DIVE] [OPTION ...]",
         "diagnose a dive likewise; leaves diagnosis.json and diagnosis.html in the dive folder; options: --vehicle, "
-        "--without, --columns, --json, --report",
+        "--without, --accepted none or FOLDER of receipts, which tell what was in force, --columns, --json, --report",
     ),
     "cancel": ("cancel", "end what runs: identify, diagnose, params, or ff"),
     "params": (

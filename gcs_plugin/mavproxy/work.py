@@ -7,15 +7,18 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.clock import Clock
+from bridge.clock import Clock, utc_text
 from bridge.errors import ConfigError, SeatrialError
 from bridge.files import clear_way, read_small
 from bridge.plain import from_json
 from bridge.reports import ERROR, Report, read
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import DiveFolder, conditions_of
+from gcs_plugin.dives.recordings import began, first_stamp_s
 from gcs_plugin.job import Job
 from gcs_plugin.params.identified import write_identified
+from gcs_plugin.params.last_accepted import in_force
+from gcs_plugin.params.sidecar import sidecar_path
 
 MODULE: Final = "identify.run"
 LEAVES: Final = {
@@ -25,8 +28,12 @@ LEAVES: Final = {
 """Files in which each function leaves its result, in or next to the dive, unless the user names others."""
 OPTIONS: Final = {
     "identify": ("vehicle", "method", "columns", "json", "param", "report"),
-    "diagnose": ("vehicle", "check", "without", "columns", "json", "report"),
+    "diagnose": ("vehicle", "check", "without", "accepted", "columns", "json", "report"),
 }
+OURS: Final = ("param", "accepted")
+"""Options that are not passed on as they are."""
+NONE_ACCEPTED: Final = "none"
+RECEIPTS: Final = "receipts"
 ENDED: Final = {0: "done", 1: "done, and there is something to read before its values are used", 4: "stopped"}
 
 
@@ -55,11 +62,12 @@ class Work:
         words = ["-m", MODULE, function, str(dive), *_conditions(dive, "")]
         for option in OPTIONS[function]:
             value = getattr(at, option)
-            if option != "param" and value is not None:
+            if option not in OURS and value is not None:
                 pieces = [value] if isinstance(value, str) else value
                 words += [word for piece in pieces for word in (f"--{option}", piece)]
         if function == "diagnose":
             words += _conditions(Path(at.check), "check-") if at.check else []
+            words += _in_force(dive, at.vehicle, at.accepted or RECEIPTS)
             words += [word for effect in conditions_of(dive).impossible for word in ("--without", effect)]
         self._of, self._at, self._tenths = function, at, {}
         self._job = Job(f"{function} {dive}", words, self._clock.boot_s())
@@ -175,6 +183,24 @@ def _parsed(function: str, options: list[str]) -> Namespace:
         return parser.parse_args(options)
     except ArgumentError as error:
         raise ConfigError(str(error)) from None
+
+
+def _in_force(dive: Path, vehicle: str, receipts: str) -> list[str]:
+    """The model with accepted effects that was in force when a dive began, by a folder of receipts, or none."""
+    if receipts == NONE_ACCEPTED:
+        return []
+    if receipts != RECEIPTS and not Path(receipts).is_dir():
+        raise ConfigError(
+            f"--accepted {receipts}: here a folder of receipts, or none; in a terminal `seatrial diagnose` takes files"
+        )
+    file = load_vehicle(vehicle)
+    unix_s = began(dive) if dive.is_dir() else first_stamp_s(dive)
+    if unix_s is None:
+        return []
+    model = in_force(Path(receipts), file.vehicle.name, file.configuration, utc_text(unix_s))
+    if model is None or not model.sidecar.effects:
+        return []
+    return ["--in-force", str(sidecar_path(model.path)), "--since", model.since]
 
 
 def _conditions(dive: Path, prefix: str) -> list[str]:

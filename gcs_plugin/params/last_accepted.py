@@ -6,7 +6,8 @@ values that were to be written. A verified roll back to TIME-before.param takes 
 a roll back to a file of another name takes back all uploads.
 """
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -91,16 +92,60 @@ def accepted_values(receipts: Path, system: int) -> dict[str, float]:
     return {name: accepted.value for name, accepted in last_accepted(receipts, system).items()}
 
 
-def last_sidecar(receipts: Path, configuration: str) -> Sidecar | None:
-    """Sidecar of the newest upload of a configuration's model that stands; None if its files can't be read."""
-    for kept in reversed(_standing(receipts, None)):
+@dataclass(frozen=True)
+class InForce:
+    """The model of a configuration that a vehicle was sent, as the files of its upload keep it.
+
+    since: when the upload began, UTC text by this computer's clock; of a model that was sent again, the first one.
+    path: its parameter file.
+    """
+
+    since: str
+    path: Path
+    sidecar: Sidecar
+
+
+def in_force(
+    receipts: Path, vehicle: str, configuration: str | None = None, at_utc: str = ""
+) -> InForce | None:
+    """The model of a vehicle's configuration, by the names in its file, that stood at a time; None if none did, or if
+    its files can't be read.
+
+    configuration: None for any. at_utc: UTC text, as in `bridge.clock.utc_text`; "" for now. Uploads and roll backs
+    that were begun later do not count.
+    """
+    kept = [each for each in kept_in(receipts) if not at_utc or _utc(each.time) <= at_utc]
+    newest: InForce | None = None
+    for upload in reversed(_not_undone(kept)):
+        path = path_of(upload.preimage, ACCEPTED)
         try:
-            sidecar = read_sidecar(path_of(kept.preimage, ACCEPTED))
+            sidecar = read_sidecar(path)
         except ParamError:
-            return None
-        if sidecar is not None and sidecar.configuration == configuration:
-            return sidecar
-    return None
+            break
+        if (
+            sidecar is None
+            or sidecar.vehicle != vehicle
+            or configuration not in (None, sidecar.configuration)
+        ):
+            continue
+        if newest is not None and sidecar != newest.sidecar:
+            break
+        newest = InForce(_utc(upload.time), path, sidecar)
+    return newest
+
+
+def ever_accepted(receipts: Path) -> list[Sidecar]:
+    """The sidecars of all that vehicles accepted, rolled back since or not; those that can't be read are left out."""
+    sidecars = []
+    for kept in kept_in(receipts):
+        with contextlib.suppress(ParamError):
+            sidecars.append(read_sidecar(path_of(kept.preimage, ACCEPTED)))
+    return [sidecar for sidecar in sidecars if sidecar is not None]
+
+
+def _utc(time: str) -> str:
+    """`2026-11-20T091200Z`, or with a number, as in a file's name, -> `2026-11-20T09:12:00Z`."""
+    return f"{time[:13]}:{time[13:15]}:{time[15:17]}Z"
 
 
 def newest_before(receipts: Path, system: int) -> Path:
@@ -165,8 +210,12 @@ def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
 
 def _standing(receipts: Path, system: int | None) -> list[PastUpload]:
     """Uploads that no later roll back has undone, the newest last."""
+    return _not_undone(kept_in(receipts, system))
+
+
+def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
+    """The uploads among receipts in their order that no later one of them, a roll back, has undone."""
     standing: list[PastUpload] = []
-    begun = kept_in(receipts, system)
     for kept in begun:
         if not kept.restores:
             standing.append(kept)

@@ -1,10 +1,12 @@
 """Causes and their sizes in words: names, probabilities, values with their units and intervals."""
 
 import math
+from collections.abc import Iterable
 
+from bridge.vehicle.coefficients import AcceptedEffect
 from identify.diagnose.result import Finding, Value
 from identify.effects.effect import Effect
-from identify.words import capital, fixed, significant, unit_after, with_interval
+from identify.words import capital, fixed, listed, significant, unit_after, with_interval
 
 CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
 
@@ -19,7 +21,7 @@ def name_of(finding: Finding) -> str:
 
 def effect_words(effect: Effect) -> str:
     """An effect's name in words, with its thruster's number if it has one."""
-    name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
+    name = of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"a change of {name}" if effect.variant == SINCE else name
 
 
@@ -30,14 +32,21 @@ def words(name: str) -> str:
 
 def candidate_words(effect: Effect) -> str:
     """Its name in words, with its thruster's number and its variant if it has them."""
-    name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
+    name = of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"{name} ({effect.variant})" if effect.variant else name
 
 
-def _of_thruster(name: str, number: int) -> str:
+def of_thruster(name: str, number: int) -> str:
     """`weak thruster 8`, `thruster misalignment (thruster 8)`."""
     wording = words(name)
     return f"{wording} {number}" if wording.endswith("thruster") else f"{wording} (thruster {number})"
+
+
+def effects_words(effects: Iterable[AcceptedEffect]) -> str:
+    """Accepted effects: `weak thruster 1 and quadratic drag`."""
+    return listed(
+        [of_thruster(each.name, each.number) if each.number else words(each.name) for each in effects]
+    )
 
 
 def percents(low: float, high: float) -> str:

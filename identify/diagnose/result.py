@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import AcceptedEffect
+from bridge.vehicle.coefficients import AcceptedEffect, gain_name
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.shrunk import AxisShrink, Shrink
@@ -212,6 +212,21 @@ class Accepted:
     def tells(self) -> bool:
         """Whether it holds anything to accept: a wrong log has no size, and gives no mass."""
         return bool(self.values) or any(effect.parameters for effect in self.effects)
+
+    @property
+    def taken_back(self) -> frozenset[str]:
+        """Names of the gains that were accepted before and are no longer: those thrusters are not weak any more."""
+        return frozenset(set(filter(None, map(_gain_of, self.effects))) - self.values.keys())
+
+    @property
+    def in_the_model(self) -> tuple[AcceptedEffect, ...]:
+        """The effects without those that are taken back."""
+        return tuple(each for each in self.effects if _gain_of(each) not in self.taken_back)
+
+
+def _gain_of(effect: AcceptedEffect) -> str:
+    """The name of a thruster's gain, "" for an effect that is none."""
+    return gain_name(effect.number) if effect.number and "gain" in effect.parameters else ""
 
 
 NOTHING = Accepted({}, (), ())

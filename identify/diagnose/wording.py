@@ -1,10 +1,18 @@
 """A diagnosis in sentences, for the command, the app and the reports: verdict, gap, causes, shrink, next dive."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from identify.diagnose.cause_words import cause_line, effect_words, name_of, percent_bounded, percents, words
+from identify.diagnose.cause_words import (
+    SINCE,
+    cause_line,
+    effect_words,
+    name_of,
+    percent_bounded,
+    percents,
+    words,
+)
 from identify.diagnose.drift_words import (
     DRIFT_S,
     _at_horizon,
@@ -33,8 +41,26 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The next dive or sensor; empty without ambiguity."""
-    return () if diagnosis.next is None else _next(diagnosis.next)
+    """What to do about an accepted effect that has changed, then the next dive or sensor; empty without either."""
+    dive = () if diagnosis.next is None else _next(diagnosis.next)
+    return (*_way_out(diagnosis), *dive)
+
+
+def _way_out(diagnosis: Diagnosis) -> tuple[str, ...]:
+    likely, _ = sorted_by_likelihood(diagnosis.findings)
+    changed = [each.cause.effect for each in likely if each.cause.effect.variant == SINCE]
+    whole = {(each.name, each.number): each.parameters for each in diagnosis.accepted.effects}
+    return tuple(
+        f"{capital(effect_words(effect))}{_now(whole.get((effect.name, effect.number), {}))}: the vehicle makes up for "
+        "it as it was. Accept and upload the new value, or roll back (seatrial params rollback)."
+        for effect in changed
+    )
+
+
+def _now(parameters: Mapping[str, float]) -> str:
+    """`, to gain 0.603`, by its parameters with the change included."""
+    values = [f"{name} {significant(value)}" for name, value in parameters.items()]
+    return f", to {listed(values)}" if values else ""
 
 
 def _next(advice: Next) -> tuple[str, ...]:

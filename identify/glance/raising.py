@@ -28,14 +28,20 @@ In every mode, every axis is watched over the whole mission:
 
 - An axis that is not asked to move stays within 10 mm/s, or 0.3 deg/s, rms while another moves. The simulated vehicle
   stays within half of that in every mode; with a thruster a fifth too weak it does not. Where the vehicle moves half as
-  much while nothing is asked of it, that is the sea's doing, and not judged.
+  much while nothing is asked of it, that is the sea's doing, and not judged; surge and sway by the larger of both, for
+  a vehicle that turns meets the sea from another side. With the feed-forward, what the PID does in an axis that the sea
+  moves beyond these limits is not judged either.
 - Where a diagnosis was accepted before the dive, the errors are at most a third above those that it foretold. The
-  criterion fails at twice as much.
-- A thruster with an accepted gain is made up for once: the allocation goes by its accepted gain to 5 %.
+  criterion fails at twice as much, if the sea does not move the vehicle half as much while it rests.
+- A thruster with an accepted gain is made up for once: the allocation goes by what the thruster gave in this dive, to
+  5 % and what that is known to; where the dive does not tell it, by what the diagnosis found. In shadow nothing is made
+  up for yet, and what the allocation will go by is compared: there a dive that does not tell what the thruster gives is
+  no GO, for the compensation would begin unjudged. Where it does, and the compensation is right, what moves unasked in
+  shadow is not judged: the weak thruster moves it, until it is made up for.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -49,7 +55,7 @@ from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.align import AlignedDive, aligned, low_pass
 from identify.dive import Dive
-from identify.glance.foretold import Held, MadeUp
+from identify.glance.foretold import MOST_OF_REST, Held, MadeUp, sea_of
 from identify.validate import (
     CUTOFF_HZ,
     LEAST_SLOPE,
@@ -60,7 +66,7 @@ from identify.validate import (
     tracking_errors,
     whole_errors,
 )
-from identify.words import capital, speed
+from identify.words import capital, listed, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
 ANEW: Final = "identify from this dive, upload, and dive in shadow again"
@@ -99,10 +105,10 @@ PAPER_STEADY, PAPER_SPEEDING_UP = 0.0336 / 0.5, 0.0212 / 0.5
 MOST_OF_PAPER: Final = 2.0
 MOST_LEFT: Final = 0.5
 MOST_UNASKED: Final = {"m/s": 0.010, "rad/s": 0.3 * np.pi / 180}
-MOST_OF_REST: Final = 2.0
 BASELINE: Final = "the baseline, flown by the PID with nothing fed forward: the others are compared with it."
 BY_CONTROLLER: Final = "fly a minute by its controller: by hand, or the validation mission"
 LOOK_CLOSER: Final = "see what moves it: diagnose this dive"
+CALMER: Final = "dive in shadow again in a calmer sea"
 NO_REACH: Final = 1e-6
 
 
@@ -290,11 +296,13 @@ def go_no_go(
     configuration: str,
     held: Sequence[Held] = (),
     made_up: Sequence[MadeUp] = (),
+    instead: str = "",
 ) -> Raising | None:
     """Judge the part of a dive flown in one mode; None if the dive reports no FF_MODE or no reference, and for a
     baseline: flown by the PID with no feed-forward beside it.
 
-    `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain.
+    `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain;
+    `instead`: what to do, where an axis moves that should not, rather than to diagnose the dive.
     """
     part = in_one_mode(dive)
     mode, dive = part.mode, part.dive
@@ -318,14 +326,23 @@ def go_no_go(
     thrusters = Allocator(shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent))
     reach = thrusters.reach()
     driven = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH]
-    criteria = [criterion for dof in driven for criterion in _axis(dof, mode, dive, motion, file)]
-    if all(criterion.passed is None for criterion in criteria):
-        criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
     dvl = file.vehicle.sensors.dvl
     whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
-    unasked = _unasked([error for error in whole if np.isfinite(error.unasked)])
-    foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", LOOK_CLOSER) for each in held]
-    credited = [Criterion(each.name, each.once, each.words, each.mend) for each in made_up]
+    sea = sea_of(whole)
+    rough = {error.axis for error in whole if sea.get(error.axis, 0.0) > MOST_UNASKED[error.unit]}
+    of_axes = {DOFS[dof]: _axis(dof, mode, dive, motion, file) for dof in driven}
+    criteria = [
+        _in_the_sea(criterion, mode) if axis in rough else criterion
+        for axis, of_axis in of_axes.items()
+        for criterion in of_axis
+    ]
+    if all(criterion.passed is None for of_axis in of_axes.values() for criterion in of_axis):
+        criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
+    closer = instead or next((each.mend for each in made_up if each.changed), LOOK_CLOSER)
+    weak = [str(each.credit.thruster) for each in made_up if each.awaits]
+    unasked = _unasked([error for error in whole if np.isfinite(error.unasked)], sea, weak, closer)
+    foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", closer) for each in held]
+    credited = [Criterion(each.name, each.passed, each.words, each.mend) for each in made_up]
     thrust = _thrust(dive, mode, thrusters)
     return Raising(mode, Mode.BOTH, (*changed, *criteria, *unasked, *foretold, *credited, thrust))
 
@@ -375,22 +392,45 @@ def _long_runs(mask: Mask, least: int) -> Mask:
     return long
 
 
-def _unasked(errors: Sequence[WholeError]) -> list[Criterion]:
-    """How much each axis moves that is not asked to: one criterion for those within their limits."""
+def _in_the_sea(criterion: Criterion, mode: Mode) -> Criterion:
+    """A criterion of an axis that the sea moves beyond what is asked of it, as far as that rests on forces or errors.
+
+    With the feed-forward a failure is not judged: the PID answers the sea. Before that, it is no GO, and a dive in a
+    calmer sea shows more.
+    """
+    if criterion.passed is not False or criterion.mend != ANEW:
+        return criterion
+    if mode.applies_feedforward:
+        return replace(criterion, passed=None, words=f"{criterion.words}; but the sea moves it")
+    return replace(criterion, mend=CALMER)
+
+
+def _unasked(
+    errors: Sequence[WholeError], sea: Mapping[str, float], weak: Sequence[str], mend: str
+) -> list[Criterion]:
+    """How much each axis moves that is not asked to: one criterion for those within their limits.
+
+    `sea`: what it makes of each axis at rest; `weak`: numbers of thrusters that are not made up for until the
+    feed-forward acts.
+    """
     still = [error for error in errors if error.unasked <= MOST_UNASKED[error.unit]]
     said = ", ".join(f"{error.axis} {speed(error.unasked, error.unit)}" for error in still)
     most = " and ".join(speed(limit, unit) for unit, limit in MOST_UNASKED.items())
     together = [Criterion("not asked to move", True, f"{said} rms, at most {most}")] if still else []
-    return [*together, *(_moving(error) for error in errors if error not in still)]
+    moving = (_moving(error, sea.get(error.axis, 0.0), weak, mend) for error in errors if error not in still)
+    return [*together, *moving]
 
 
-def _moving(error: WholeError) -> Criterion:
+def _moving(error: WholeError, sea: float, weak: Sequence[str], mend: str) -> Criterion:
     """An axis that moves beyond its limit while others are asked to."""
     name, most = f"{error.axis} not asked to move", speed(MOST_UNASKED[error.unit], error.unit)
     words = f"{speed(error.unasked, error.unit)} rms while others move, at most {most}"
-    if error.unasked <= MOST_OF_REST * error.rest:
-        return Criterion(name, None, f"{words}; but {speed(error.rest, error.unit)} at rest: the sea")
-    return Criterion(name, False, words, LOOK_CLOSER)
+    if error.unasked <= MOST_OF_REST * sea:
+        return Criterion(name, None, f"{words}; but {speed(sea, error.unit)} at rest: the sea")
+    if weak and DOFS.index(error.axis) in FEEDFORWARD_DOFS:
+        are = "is" if len(weak) == 1 else "are"
+        return Criterion(name, None, f"{words}; but thruster {listed(weak)} {are} not made up for in shadow")
+    return Criterion(name, False, words, mend)
 
 
 def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:

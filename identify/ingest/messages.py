@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.clock import OLDEST_UNIX_S
 from bridge.errors import LogError
 from bridge.wire.framing import MAGIC_2
 from bridge.wire.silences import Silence, longest, silences, way_to_mend
@@ -94,6 +95,13 @@ class Messages:
     def began_unix_s(self) -> float:
         """Arrival time of the run's first frame."""
         return float(self.frames.arrival_s[self.taken.start])
+
+    @property
+    def arrived_at_boot_s(self) -> float | None:
+        """Arrival time that belongs to boot time 0, from the run's beginning on; None if the stamps are no dates."""
+        if self.began_unix_s < OLDEST_UNIX_S:
+            return None
+        return float(self.clocks[self.primary].at(np.array([self.taken.start]))[0])
 
     def get(self, name: str, **equal: Any) -> Batch | None:
         """The messages called `name`; None if there are none.

@@ -158,6 +158,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         "velocity_is_filtered": velocity is not None and velocity.filtered,
         "stamped_s": STAMPED_S if firmware is None else firmware.stamped_s,
         "unix_at_boot_s": _unix_at_boot_s(messages),
+        "recorded_at_boot_s": messages.arrived_at_boot_s,
         "motors": _motors(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": {message_name(int(number)): int(count) for number, count in zip(*sent, strict=True)}

@@ -1,5 +1,6 @@
 """The functions behind the verbs, with typed steps and results.
 
 `identify` · `diagnose` · `validate` · `plan` · `recordings` how all of them read dives · `together` several runs as
-one dive · `repeats` short runs of one push, judged by accepted ones · `guess` the vehicle of a log.
+one dive · `in_force` the model that a dive flew with · `repeats` short runs of one push, judged by accepted ones ·
+`guess` the vehicle of a log.
 """

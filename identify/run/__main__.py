@@ -58,6 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--method")
     parser.add_argument("--check", type=Path)
     parser.add_argument("--without", action="append", default=[])
+    parser.add_argument("--in-force", type=Path, help="sidecar of the model that the vehicle flew with")
+    parser.add_argument("--since", default="", help="when that was uploaded, UTC")
     for dive in ("", "check-"):
         parser.add_argument(f"--{dive}density", type=float, help="of the water, kg/m3")
         parser.add_argument(f"--{dive}carried", type=float, default=0.0, help="kg")
@@ -82,17 +84,24 @@ def _identify(arguments: argparse.Namespace) -> int:
 
 def _diagnose(arguments: argparse.Namespace) -> int:
     from identify.report.diagnosis import diagnosis_report
-    from identify.run.diagnose import diagnose
+    from identify.run.diagnose import Before, diagnose
+    from identify.run.in_force import read_in_force
 
     readings = [_read(arguments, arguments.dive, arguments.density, arguments.carried)]
     if arguments.check:
         readings.append(_read(arguments, arguments.check, arguments.check_density, arguments.check_carried))
+    file, configuration = readings[0].file, readings[0].configuration
+    shape = file.vehicle.configurations[configuration]
+    before = Before()
+    if arguments.in_force is not None:
+        before = read_in_force(arguments.in_force, arguments.since, shape, configuration)
     done = diagnose(
         readings[0].dive,
-        readings[0].file,
-        readings[0].configuration,
+        file,
+        configuration,
         check=readings[1].dive if arguments.check else None,
         without=arguments.without,
+        before=before,
         notes=[f"{remark}." for reading in readings for remark in reading.remarks],
         progress=step,
     )

@@ -175,7 +175,8 @@ def effects_without(names: Collection[str], configuration_name: str, file: Vehic
 
 
 def with_words(diagnosis: Diagnosis, check: str = "") -> dict[str, Any]:
-    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself. `check`: the check dive."""
+    """Add `told` to `plain`: sentences, evidence in nats, drifts of the dive itself, and of a cause whether it is the
+    change of an accepted one. `check`: the check dive."""
     after = [item.total for item in diagnosis.gap.after if item.horizon_s == drift_words.DRIFT_S]
     more = {
         "dive": diagnosis.dive,
@@ -211,6 +212,7 @@ def _cause(finding: Finding) -> dict[str, Any]:
         "gain_nats": finding.gain_nats,
         "sentence": cause_words.cause_sentence(finding),
         "alike": cause_words.alike_sentence(finding) if finding.also else "",
+        "changed": finding.cause.effect.variant == cause_words.SINCE,
         "values": [
             cause_words.value_words(name, value)
             for name, value in cause_words.shown_parameters(finding).items()

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
@@ -10,18 +10,22 @@ from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.foretold import Credit
 from bridge.vehicle.mode import Mode
 from identify import validate as tracking
 from identify.allocated import allocated_gains
 from identify.dive import Dive
+from identify.given_thrust import given_thrust, pushes
 from identify.glance.following import followed
 from identify.glance.foretold import (
-    Foretelling,
+    Foretellings,
     Held,
     MadeUp,
     held_against,
     is_next,
     made_up,
+    nothing_foretold,
+    to_make_up,
     verdict_of,
 )
 from identify.glance.raising import Raising, go_no_go, in_one_mode
@@ -84,11 +88,19 @@ class Validation:
         ]
 
 
-def validate(dives: Sequence[Dive], file: VehicleFile, foretelling: Foretelling | None = None) -> Validation:
+Advice = Callable[[Dive, str], str]
+"""What to do where a dive of a configuration, by name, moves an axis that it should not; "" for the usual."""
+
+
+def validate(
+    dives: Sequence[Dive],
+    file: VehicleFile,
+    foretold: Foretellings = nothing_foretold,
+    advice: Advice = lambda _dive, _configuration: "",
+) -> Validation:
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
-    `foretelling`: contents of the sidecar of an accepted diagnosis; dives made after the diagnosed one are compared
-    with it.
+    `foretold` gives, for that part, the contents of the sidecar of the accepted diagnosis that it is compared with.
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in dives]
@@ -101,7 +113,7 @@ def validate(dives: Sequence[Dive], file: VehicleFile, foretelling: Foretelling 
         _labels(modes, [dive for _, dive in parts]), modes, parts, strict=True
     ):
         run = Run(label, part.dive, tracking_errors(part.dive, lever_m), None, mode)
-        runs.append(_judged(run, whole, part.mode, file, foretelling) if run.compared else run)
+        runs.append(_judged(run, whole, part.mode, file, foretold, advice) if run.compared else run)
     return Validation(file, tuple(runs), lever_m)
 
 
@@ -119,7 +131,7 @@ def _labels(modes: Sequence[str], dives: Sequence[Dive]) -> list[str]:
 
 
 def _judged(
-    run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretelling: Foretelling | None
+    run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretold: Foretellings, advice: Advice
 ) -> Run:
     """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
     vehicle file can't decide that."""
@@ -129,22 +141,33 @@ def _judged(
         return run
     held: tuple[Held, ...] = ()
     gains: tuple[MadeUp, ...] = ()
+    foretelling = None if mode is None else foretold(run.dive, mode, configuration_name)
     is_of_it = foretelling is not None and (foretelling.vehicle, foretelling.configuration) == (
         file.vehicle.name,
         configuration_name,
     )
-    if (
-        foretelling is not None
-        and is_of_it
-        and mode is not None
-        and mode.applies_feedforward
-        and is_next(whole, foretelling)
-    ):
-        gains = made_up(allocated_gains(run.dive, file, configuration_name), foretelling.credits)
+    if foretelling is not None and is_of_it and mode is not None and is_next(whole, foretelling):
+        gains = _made_up(run.dive, mode, file, configuration_name, foretelling.credits)
         # A dive in which the accepted values were not in force is not the one that was foretold.
-        in_force = not any(gain.unmended for gain in gains)
+        in_force = mode.applies_feedforward and not any(gain.unmended for gain in gains)
         held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
-    return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains))
+    instead = advice(run.dive, configuration_name)
+    return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains, instead))
+
+
+def _made_up(
+    dive: Dive, mode: Mode, file: VehicleFile, configuration_name: str, credits: Sequence[Credit]
+) -> tuple[MadeUp, ...]:
+    """How thrusters with an accepted gain were made up for in a dive in one mode, or will be once that is raised."""
+    if not credits:
+        return ()
+    numbers = [credit.thruster for credit in credits]
+    gains = allocated_gains(dive, file, configuration_name)
+    gave = given_thrust(dive, file, configuration_name, numbers)
+    if mode.applies_feedforward:
+        return made_up(gains, credits, gave)
+    shape = file.vehicle.configurations[configuration_name]
+    return to_make_up(gains, credits, gave, [number for number in numbers if not pushes(shape, number)])
 
 
 def verdict(errors: Mapping[str, TrackingErrors]) -> str:

@@ -15,6 +15,8 @@ from bridge import exit_codes, reports
 from bridge.errors import ConfigError, FitError
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.sidecar import read_sidecar
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from identify.diagnose import against as compared_by
@@ -27,7 +29,7 @@ from identify.effects.library import library
 from identify.effects.rigid_body import ADDED_PAYLOAD
 from identify.foretell import Foresight
 from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
-from identify.run.diagnose import effects_without
+from identify.run.diagnose import Before, effects_without
 from tui import cli
 from tui.accepting import _sends, accept
 from tui.commands.diagnose import tell_diagnosis
@@ -70,6 +72,12 @@ def test_an_upload_is_promised_to_send_only_what_the_feed_forward_can_make_up_fo
     assert _sends(path, diagnosis(munk, accepted=drag), replace(SHAPE, damping="both")) == nominal_alone
     nothing = _sends(path, diagnosis(munk, accepted=Accepted({}, (), ())), SHAPE)
     assert nothing == "nothing in it is for the vehicle; export and simulate --accepted take it"
+    # A gain that was accepted before and is no longer is withdrawn.
+    repaired = AcceptedEffect("weak_thruster", "weak thruster 1", {"gain": 1.0}, 1)
+    assert (
+        _sends(path, diagnosis(munk, accepted=Accepted(D_U, (repaired,), ())), SHAPE)
+        == f"{upload} it to the vehicle"
+    )
     payload = replace(DRAG, cause=Cause(ADDED_PAYLOAD, np.array([1.0])))
     sent = _sends(path, diagnosis(payload, accepted=Accepted(D_U, (), ())), SHAPE)
     assert sent == f"{upload} it to the vehicle"
@@ -90,6 +98,21 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
     assert "foretold" in accept(tmp_path / "x.param", explained, dive, file)
     (line,) = capsys.readouterr().err.splitlines()
     assert (json.loads(line)["of"], json.loads(line)["share"]) == ("foretelling the next dive", 0.5)
+
+
+def test_a_gain_that_is_accepted_no_longer_is_written_as_none_and_is_no_effect_of_the_model(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("identify.foretell.foretell", lambda *_: Foresight((), (), ()))
+    monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
+    drag = AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0})
+    repaired = AcceptedEffect("weak_thruster", "weak_thruster of thruster 1", {"gain": 1.0}, 1)
+    explained = diagnosis(DRAG, configuration="hovering", accepted=Accepted(D_U, (drag, repaired), ()))
+    path = tmp_path / "x.param"
+    accept(path, explained, Dive("dive", tmp_path, "1" * 64), load_vehicle("ruvifist"))
+    assert read_sidecar(path).effects == (drag,)
+    assert read_parameters(path)["FF1_T1_GAIN"] == 0.0
+    assert "taken back: T1_gain" in path.read_text(encoding="utf-8")
 
 
 CASE = draw_case(300051, names=[], seconds=30.0)
@@ -197,6 +220,26 @@ def test_a_run_that_compiles_first_says_so_and_no_other(first, files, capsys, mo
     words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")
     assert cli.main([*map(str, words)]) == exit_codes.NO
     assert ("compiling first, once after installation" in capsys.readouterr().err) is first
+
+
+def test_the_dive_is_diagnosed_against_what_accepted_names_or_what_was_in_force(files, monkeypatch):
+    asked, against = [], []
+
+    def model(accepted, dive, *_):
+        asked.append((accepted, dive.name))
+        return Before(notes=("in force",))
+
+    def no_dive(*_, before, **_more):
+        against.append(before.notes)
+        raise FitError("nothing was pushed")
+
+    monkeypatch.setattr("tui.commands.diagnose.before_of", model)
+    monkeypatch.setattr("tui.commands.diagnose.diagnose", no_dive)
+    words = [str(word) for word in ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml")]
+    for more in ([], ["--accepted", "none"]):
+        assert cli.main([*words, *more]) == exit_codes.NO
+    assert asked == [(None, "dive"), ("none", "dive")]
+    assert against == [("in force",)] * 2
 
 
 NOTHING = Gap(math.nan, (), (), {}, (), (), ())

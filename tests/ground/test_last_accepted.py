@@ -11,9 +11,9 @@ from bridge.vehicle.foretold import Credit, Foretold
 from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
+    in_force,
     keep_accepted,
     last_accepted,
-    last_sidecar,
     newest_before,
     unfinished,
     written_since,
@@ -243,18 +243,47 @@ FORETOLD = dataclasses.replace(
 )
 
 
-def test_what_was_foretold_stays_beside_the_upload_that_stands_until_another_takes_its_place(tmp_path):
+def test_the_model_in_force_is_that_of_the_newest_upload_that_stands(tmp_path):
     receipts = Receipts(tmp_path / "receipts")
-    assert last_sidecar(receipts.path, "hovering") is None
+    assert in_force(receipts.path, "ruvifist", "hovering") is None
     receipts.keep(FF1_M_U=100.0)
     before = receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
-    sidecar = last_sidecar(receipts.path, "hovering")
-    assert (sidecar.foretold, sidecar.credits, sidecar.dived) == (
+    model = in_force(receipts.path, "ruvifist", "hovering")
+    assert (model.sidecar.foretold, model.sidecar.credits, model.sidecar.dived) == (
         FORETOLD.foretold, FORETOLD.credits, FORETOLD.dived,
     )  # fmt: skip
-    assert last_sidecar(receipts.path, "survey") is None
+    assert (model.since, model.path.name) == ("2026-11-21T06:32:00Z", "2026-11-21T063200Z-accepted.param")
+    assert in_force(receipts.path, "ruvifist") == model
+    assert in_force(receipts.path, "ruvifist", "survey") is None
+    assert in_force(receipts.path, "another", "hovering") is None
     receipts.keep(restores=str(before), FF1_M_U=100.0)
-    assert last_sidecar(receipts.path, "hovering").foretold == ()
+    assert in_force(receipts.path, "ruvifist", "hovering").sidecar.foretold == ()
+
+
+def test_a_model_that_was_sent_again_is_in_force_since_it_was_sent_first(tmp_path):
+    receipts = Receipts(tmp_path / "receipts")
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
+    receipts.keep(Outcome.SAME, sidecar=FORETOLD, FF1_M_U=101.0)
+    assert in_force(receipts.path, "ruvifist", "hovering").since == "2026-11-21T06:32:00Z"
+
+
+def test_at_an_earlier_time_the_model_is_in_force_that_stood_then(tmp_path):
+    receipts = Receipts(tmp_path / "receipts")
+    receipts.keep(FF1_M_U=100.0)
+    before = receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
+    receipts.keep(restores=str(before), FF1_M_U=100.0)
+
+    def foretold_at(time: str) -> bool:
+        return bool(
+            in_force(receipts.path, "ruvifist", "hovering", f"2026-11-21T06:{time}Z").sidecar.foretold
+        )
+
+    assert in_force(receipts.path, "ruvifist", "hovering", "2026-11-21T06:30:59Z") is None
+    assert not foretold_at("31:59")
+    assert foretold_at("32:00")
+    assert foretold_at("32:59")
+    assert not foretold_at("33:00")
 
 
 def test_a_model_of_which_a_part_alone_was_sent_foretells_nothing(tmp_path):

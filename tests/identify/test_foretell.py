@@ -16,8 +16,9 @@ from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
 from identify.diagnose.result import Accepted, Hull, Value
 from identify.dive import Dive, Signal
-from identify.foretell import fed_by, foretell, foretold_lines, mission_in
-from identify.glance.foretold import Foretelling
+from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in
+from identify.glance.foretold import Foretelling, Foretellings
+from identify.glance.raising import Criterion, Raising
 from identify.run.validate import validate
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -105,10 +106,15 @@ def foretelling_of(foresight, dive):
     )  # fmt: skip
 
 
+def just(foresight: Foresight, dive: Dive) -> Foretellings:
+    """Every dive is compared with what was foretold."""
+    return lambda *_: foretelling_of(foresight, dive)
+
+
 @pytest.mark.parametrize("mode", rest_in_soak([Mode.ALONE, Mode.BOTH]))
 def test_the_next_dive_comes_as_foretold_within_a_third_and_is_a_go(before, foresight, mode):
     after = dived(weak(0.8), MENDED, mode, seed=202, began_s=BEGAN_S + 600)
-    (run,) = validate([after], FILE, foretelling_of(foresight, before)).runs
+    (run,) = validate([after], FILE, just(foresight, before)).runs
     assert [held.foretold.axis for held in run.held] == ["surge", "sway", "yaw"]
     for held in run.held:
         assert held.flown == pytest.approx(held.foretold.after, rel=1 / 3)
@@ -139,12 +145,8 @@ def test_its_progress_runs_through_all_missions_that_are_flown(shares):
 
 def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     unmended = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S + 600)
-    shape = FILE.vehicle.configurations["hovering"]
-    thrusters = (replace(shape.thrusters[0], gain=0.8), *shape.thrusters[1:])
-    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
-    by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
-    twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=by_itself, began_s=BEGAN_S + 600)
-    first, second = validate([unmended, twice], FILE, foretelling_of(foresight, before)).runs
+    twice = dived(TRUTH, MENDED, Mode.BOTH, seed=404, file=on_board(0.8), began_s=BEGAN_S + 600)
+    first, second = validate([unmended, twice], FILE, just(foresight, before)).runs
     assert first.held == ()  # the accepted values were not in force
     assert not first.raising.go
     assert "thruster 1 made up for too little" in first.raising.sentence
@@ -153,9 +155,65 @@ def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     assert [held.kept for held in second.held if held.foretold.axis == "yaw"] == [False]
 
 
+def on_board(gain: float) -> VehicleFile:
+    """A vehicle whose own file makes up for its first thruster."""
+    shape = FILE.vehicle.configurations["hovering"]
+    thrusters = (replace(shape.thrusters[0], gain=gain), *shape.thrusters[1:])
+    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
+    return replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
+
+
+def of_thruster(raising: Raising) -> Criterion:
+    (criterion,) = (each for each in raising.criteria if each.what.startswith("thruster 1"))
+    return criterion
+
+
+@pytest.mark.parametrize("mode", [Mode.SHADOW, Mode.BOTH])
+def test_a_thruster_that_is_no_longer_weak_is_no_go_before_and_after_the_feed_forward_acts_and_the_way_out_is_named(
+    before, foresight, mode
+):
+    repaired = dived(TRUTH, MENDED, mode, seed=505, began_s=BEGAN_S + 600)
+    (run,) = validate([repaired], FILE, just(foresight, before)).runs
+    criterion = of_thruster(run.raising)
+    assert criterion.what == "thruster 1 changed since it was diagnosed"
+    will = "will be " if mode is Mode.SHADOW else ""
+    assert criterion.words.startswith(f"{will}asked as if it gave 80 % of its curve; in this dive it gave ")
+    assert not run.raising.go
+    assert (
+        "oll back what was accepted (seatrial params rollback), or diagnose this dive" in run.raising.sentence
+    )
+
+
+def test_in_shadow_a_go_rests_on_what_the_thruster_gives(before, foresight):
+    still_weak = dived(weak(0.8), MENDED, Mode.SHADOW, seed=606, began_s=BEGAN_S + 600)
+    untold = replace(still_weak, pwm=None)
+    known, unknown = validate([still_weak, untold], FILE, just(foresight, before)).runs
+    assert known.raising.go, known.raising.sentence
+    assert of_thruster(known.raising).what == "thruster 1 made up for"
+    assert not unknown.raising.go
+    assert of_thruster(unknown.raising).what == "thruster 1 not known in shadow"
+
+
+def test_in_shadow_a_gain_that_the_vehicle_has_by_itself_is_seen_to_act_twice_once_it_is_raised(
+    before, foresight
+):
+    by_itself = dived(TRUTH, MENDED, Mode.SHADOW, seed=707, file=on_board(0.8), began_s=BEGAN_S + 600)
+    (run,) = validate([by_itself], FILE, just(foresight, before)).runs
+    assert of_thruster(run.raising).what == "thruster 1 made up for twice"
+    assert not run.raising.go
+
+
+def test_a_thruster_as_weak_as_both_gains_together_make_up_for_is_made_up_for_once(before, foresight):
+    weaker = dived(weak(0.8), MENDED, Mode.BOTH, seed=808, file=on_board(0.8), began_s=BEGAN_S + 600)
+    (run,) = validate([weaker], FILE, just(foresight, before)).runs
+    assert of_thruster(run.raising).what == "thruster 1 made up for"
+    assert of_thruster(run.raising).words.startswith("asked as if it gave 64 % of its curve; in this dive it")
+    assert run.raising.go, run.raising.sentence
+
+
 def test_a_dive_before_the_diagnosed_one_and_that_one_itself_are_not_held_against_it(before, foresight):
     earlier = dived(weak(0.8), FED, Mode.ALONE, seed=303, began_s=BEGAN_S - 600)
-    runs = validate([earlier, before], FILE, foretelling_of(foresight, before)).runs
+    runs = validate([earlier, before], FILE, just(foresight, before)).runs
     assert [run.held for run in runs] == [(), ()]
     assert not any("thruster 1" in c.what for run in runs for c in run.raising.criteria)
 
@@ -184,11 +242,7 @@ def test_an_effect_that_can_t_be_flown_is_named_and_nothing_foretold(before):
 
 
 def test_a_vehicle_that_makes_up_for_it_by_itself_is_told_and_nothing_foretold():
-    shape = FILE.vehicle.configurations["hovering"]
-    thrusters = (replace(shape.thrusters[0], gain=0.8), *shape.thrusters[1:])
-    shapes = {**FILE.vehicle.configurations, "hovering": replace(shape, thrusters=thrusters)}
-    by_itself = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
-    dive = dived(TRUTH, {}, Mode.OFF, seed=7, file=by_itself)
+    dive = dived(TRUTH, {}, Mode.OFF, seed=7, file=on_board(0.8))
     foretelling = foretell(accepted(MENDED), fitted(), dive, FILE, "hovering")
     assert foretelling.rows == ()
     (credit,) = foretelling.credits
@@ -205,6 +259,22 @@ def test_a_dive_that_flew_with_the_accepted_gain_says_that_it_was_accepted_befor
         [row.after for row in foretelling.rows if row.mode == "both"], rel=1 / 3
     )
     assert any("it was accepted before" in line for line in foretold_lines(foretelling))
+
+
+def test_a_gain_that_is_accepted_no_longer_is_foretold_to_be_taken_back():
+    """A thruster was repaired, and still made up for in this dive."""
+    dive = dived(TRUTH, MENDED, Mode.BOTH, seed=10)
+    repaired = replace(
+        accepted(FED),
+        effects=(AcceptedEffect("weak_thruster", "weak_thruster of thruster 1", {"gain": 1.0}, 1),),
+    )
+    assert repaired.taken_back == {"T1_gain"}
+    (yaw,) = (
+        row
+        for row in foretell(repaired, fitted(), dive, FILE, "hovering").rows
+        if (row.axis, row.mode) == ("yaw", "both")
+    )
+    assert yaw.after < yaw.before / 2
 
 
 def test_the_reference_is_flown_as_it_was_recorded(before):

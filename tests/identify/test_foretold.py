@@ -10,6 +10,7 @@ import pytest
 from bridge.vehicle.foretold import Credit, Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
+from identify.given_thrust import Given
 from identify.glance.foretold import (
     Foretelling,
     MadeUp,
@@ -18,6 +19,7 @@ from identify.glance.foretold import (
     held_against,
     is_next,
     made_up,
+    to_make_up,
     verdict_of,
 )
 from identify.validate import WholeError
@@ -62,6 +64,15 @@ def test_errors_that_are_small_in_any_sea_contradict_nothing():
     assert held_against([error(0.0051)], [small], Mode.BOTH)[0].kept is False
 
 
+@pytest.mark.parametrize(("rest", "kept"), [(0.0, False), (0.035, False), (0.039, None)])
+def test_an_error_that_the_sea_makes_of_a_vehicle_at_rest_contradicts_nothing(rest, kept):
+    flown = [replace(error(0.077), rest=0.0), replace(error(0.05, axis="sway"), rest=rest)]
+    (held,) = held_against(flown, [SURGE], Mode.BOTH)
+    assert held.kept is kept
+    assert held.name == f"surge {'not as' if kept is False else 'in a rougher sea than'} foretold"
+    assert verdict_of([held]).startswith("Not as foretold" if kept is False else "A rougher sea: not held")
+
+
 @pytest.mark.parametrize(("asked", "alike"), [(0.136, True), (0.134, False), (0.239, True), (0.241, False)])
 def test_another_mission_is_told_and_not_held_against_it(asked, alike):
     (held,) = held_against([error(0.05, asked=asked)], [SURGE], Mode.BOTH)
@@ -92,6 +103,44 @@ def test_a_thruster_is_made_up_for_once_twice_or_too_little(went_by, name):
     assert thruster.name == name
     assert thruster.words.startswith(f"asked as if it gave {100 * went_by:.0f} % of its curve; it gives 80 %")
     assert ("rollback" in thruster.mend) is (went_by == 0.64)
+
+
+@pytest.mark.parametrize(
+    ("went_by", "gave", "name"),
+    [
+        (0.80, Given(0.82, 0.02), "thruster 3 made up for"),
+        (0.64, Given(0.63, 0.02), "thruster 3 made up for"),
+        (0.80, Given(1.00, 0.02), "thruster 3 changed since it was diagnosed"),
+        (0.80, Given(0.60, 0.02), "thruster 3 changed since it was diagnosed"),
+        (0.64, Given(0.80, 0.02), "thruster 3 made up for twice"),
+        (1.00, Given(0.80, 0.02), "thruster 3 made up for too little"),
+    ],
+)
+def test_what_a_thruster_gave_in_the_dive_decides_rather_than_what_the_diagnosis_found(went_by, gave, name):
+    thruster = MadeUp(Credit(3, 1.0, 0.8, 1.0, acting=False), went_by, gave)
+    assert thruster.name == name
+    assert thruster.passed is (name == "thruster 3 made up for")
+    assert f"in this dive it gave {100 * gave.gain:.0f} ± 2 %" in thruster.words
+    assert ("diagnose this dive" in thruster.mend) is thruster.changed
+
+
+def test_where_the_dive_does_not_tell_clearly_the_diagnosis_decides_and_in_shadow_nothing():
+    credit = Credit(3, 1.0, 0.8, 1.0, acting=False)
+    assert MadeUp(credit, 0.8, Given(0.94, 0.09)).name == "thruster 3 made up for"
+    unclear = MadeUp(credit, 0.8, Given(0.94, 0.09), acts=False)
+    assert (unclear.name, unclear.passed) == ("thruster 3 not known in shadow", False)
+    assert unclear.words.endswith("in this dive it gave 94 ± 9 %")
+    assert MadeUp(credit, 0.8, Given(0.94, 0.02)).changed
+
+
+def test_in_shadow_the_accepted_gain_comes_on_top_of_the_vehicles_own():
+    credits = tuple(Credit(number, 1.0, 0.8, None, acting=False) for number in (1, 2, 3))
+    first, second, third = to_make_up(np.array([0.8, math.nan]), credits, {1: Given(0.8, 0.01)}, idle=[3])
+    assert first.went_by == pytest.approx(0.64)
+    assert (first.name, first.passed) == ("thruster 1 made up for twice", False)
+    assert first.words == "will be asked as if it gave 64 % of its curve; in this dive it gave 80 ± 1 %"
+    assert (second.went_by, second.name, second.passed) == (0.8, "thruster 2 not known in shadow", False)
+    assert third.passed is None  # no axis of the feed-forward needs it
 
 
 def test_a_strong_thruster_is_made_up_for_twice_above_its_gain():

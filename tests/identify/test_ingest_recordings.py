@@ -45,6 +45,7 @@ def test_every_signal_of_the_contract_arrives_in_si_units(tmp_path: Path) -> Non
         assert dive.signals()[name].value[0] == pytest.approx(value), name
     assert dive.configuration_index() == 1
     assert dive.unix_at_boot_s == pytest.approx(BOOT_UNIX_S)
+    assert dive.recorded_at_boot_s == pytest.approx(BOOT_UNIX_S, abs=0.1)
     assert not dive.velocity_is_filtered
 
 

@@ -8,12 +8,15 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from test_raising import failed, flown, judged
+from test_raising import FILE, failed, flown, judged, under
 
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.foretold import Credit
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.glance.raising import MOST_UNASKED
+from identify.given_thrust import Given
+from identify.glance.foretold import MadeUp, sea_of
+from identify.glance.raising import MOST_UNASKED, go_no_go
 from identify.validate import tracking_errors, whole_errors
 
 RATE_HZ = 20.0
@@ -122,6 +125,25 @@ def test_an_axis_that_moves_unasked_is_no_go_beyond_10_mm_s_or_0_3_deg_s(mode, d
         assert "See what moves it: diagnose this dive" in raising.sentence
 
 
+def test_there_is_advice_other_than_to_diagnose_the_dive_if_more_is_known():
+    raising = go_no_go(disturbed(Mode.SHADOW, 1, 0.02), FILE, "hovering", instead="upload gap.param")
+    assert raising.sentence.endswith("sway not asked to move. Upload gap.param.")
+
+
+@pytest.mark.parametrize("gave", [Given(0.8, 0.01), Given(1.0, 0.01), None])
+def test_what_a_weak_thruster_moves_in_shadow_is_no_reason_not_to_make_up_for_it(gave):
+    thruster = MadeUp(Credit(1, 1.0, 0.8, None, acting=False), 0.8, gave, acts=False)
+    raising = go_no_go(disturbed(Mode.SHADOW, 5, math.radians(0.6)), FILE, "hovering", made_up=[thruster])
+    (yaw,) = (each for each in raising.criteria if each.what == "yaw not asked to move")
+    weak = gave == Given(0.8, 0.01)
+    assert raising.go is weak
+    assert yaw.passed is (None if weak else False)
+    assert yaw.words.endswith("; but thruster 1 is not made up for in shadow") is weak
+    # No thruster of the feed-forward moves heave.
+    sinking = go_no_go(disturbed(Mode.SHADOW, 2, 0.05), FILE, "hovering", made_up=[thruster])
+    assert "heave not asked to move" in failed(sinking)
+
+
 def test_two_degrees_a_second_of_yaw_are_told_in_degrees():
     (yaw,) = [
         c
@@ -158,3 +180,43 @@ def test_what_moves_as_much_at_rest_is_the_sea_s_and_not_judged():
     assert sway.passed is None
     assert sway.words.endswith("at rest: the sea")
     assert raising.go
+
+
+def test_a_vehicle_that_turns_meets_the_sea_in_surge_and_in_sway():
+    """It lay with the sea ahead, and moves sideways once it has turned."""
+    assert sea_of(whole_errors(disturbed(Mode.SHADOW, 0, 0.03, at_rest=0.02)))["sway"] == pytest.approx(
+        0.02, rel=0.1
+    )
+    dive = disturbed(Mode.SHADOW, 1, 0.03)
+    ahead = disturbed(Mode.SHADOW, 0, 0.0, at_rest=0.02)
+    (alone,) = [c for c in judged(dive).criteria if c.what == "sway not asked to move"]
+    both = replace(
+        dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + ahead.velocity.value * [1, 0, 0])
+    )
+    (sway,) = [c for c in judged(both).criteria if c.what == "sway not asked to move"]
+    assert (alone.passed, sway.passed) == (False, None)
+
+
+def in_swell(mode: Mode, size: float) -> Dive:
+    """A sound dive of `test_raising` in surge, which the sea moves to and fro by so much, rms."""
+    dive = flown(mode, axes=(0,))
+    swell = size * math.sqrt(2) * np.sin(2 * np.pi * 0.2 * dive.velocity.time_s)
+    moved = dive.velocity.value + swell[:, None] * [1.0, 0.0, 0.0]
+    return replace(dive, velocity=Signal(dive.velocity.time_s, moved))
+
+
+def test_in_a_swell_what_the_pid_does_is_no_fault_of_the_feed_forward():
+    calm, swell = (judged(in_swell(Mode.BOTH, size)) for size in (0.0, 0.05))
+    assert failed(calm) == ["surge left to the PID"]
+    assert failed(swell) == []
+    (left,) = [c for c in swell.criteria if c.what == "surge left to the PID"]
+    assert left.words.endswith("; but the sea moves it")
+
+
+def test_in_a_swell_a_no_go_asks_for_a_calmer_sea_rather_than_for_a_model_of_this_dive():
+    dive = in_swell(Mode.SHADOW, 0.05)
+    pid = dive.tau_pid.value.copy()
+    pid[:, 0] += 40.0 * np.sin(2 * np.pi * 0.2 * dive.tau_pid.time_s)
+    raising = judged(under(dive, pid))
+    assert "surge likeness" in failed(raising)
+    assert raising.sentence.endswith("Dive in shadow again in a calmer sea.")

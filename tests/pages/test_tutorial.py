@@ -66,8 +66,8 @@ def test_each_line_of_the_tutorial_reads_what_a_line_before_it_has_made():
             made |= set(makes(verb, given))
             verbs.append(verb)
     assert {PurePath(file).name for file in made} >= {"gap.param", "memory.json", "first.param", "*-shadow"}
-    # From the first frame to the pay-off: what was accepted is uploaded, flown and compared.
-    assert verbs[-4:] == ["simulate", "params", "simulate", "validate"]
+    # From the first frame to the pay-off: what was accepted is uploaded, flown and compared, and nothing is missing.
+    assert verbs[-5:] == ["simulate", "params", "simulate", "validate", "diagnose"]
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,11 @@ def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(followed):
     data = json.loads((followed.folder / "first.json").read_text(encoding="utf-8"))
     assert data["outcome"] == "converged"
     assert len(list((followed.folder / "receipts").glob("*-accepted.param"))) == 2
-    # The last line of the page: the weak dive and the mended one.
+    # The last line of the page: what the mended dive still lacks; and the one before: the weak dive and the mended one.
+    said = " ".join(followed.said.split())
+    assert "No gap" in said
+    assert "taken as accepted: weak thruster 1" in said
+    followed.type("seatrial validate weak/*-both mended/*-both --vehicle ruvifist")
     said = " ".join(followed.said.split())
     assert "NO-GO, lower the feed-forward to shadow: yaw not asked to move" in said
     assert "As foretold: surge" in said
@@ -219,6 +223,8 @@ def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, a
     typist.end("terminal 2")
     type_next()
     assert "As foretold" in typist.said
+    type_next()
+    assert "No gap" in typist.said
     assert next(commands, None) is None
     app.keys("C-q")
     app.until("ended with 0")

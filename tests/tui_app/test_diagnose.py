@@ -68,9 +68,19 @@ def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what
     assert words[:3] == ("diagnose", str(folder), "--vehicle")
     assert words[3].endswith("ruvifist.yaml:hovering")
     assert words[4:] == (
-        "--check", str(tmp_path / CHECK), "--json", str(folder / "diagnosis.json"),
+        "--check", str(tmp_path / CHECK), "--accepted", "none", "--json", str(folder / "diagnosis.json"),
         "--report", str(folder / "diagnosis.html"), "--accept", str(folder / "diagnosed.param"),
     )  # fmt: skip
+
+
+def test_it_takes_for_accepted_what_the_receipts_say_was_in_force(tmp_path):
+    verbs = verb(tmp_path)
+    desk = desk_with(tmp_path, diagnosed=False, jobs=Jobs(verbs))
+    desk.receipts = tmp_path / "receipts"
+    desk.receipts.mkdir()
+    played(desk, "4", "d", Sees(f"diagnose {DIVE}"))
+    (words,) = verbs.words
+    assert words[words.index("--accepted") + 1] == str(desk.receipts)
 
 
 def test_a_dive_of_two_seconds_is_never_what_it_is_checked_on(tmp_path):

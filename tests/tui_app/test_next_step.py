@@ -102,6 +102,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(AGAIN, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
         (replace(AGAIN, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
+        (replace(IDENTIFIED, accepts=True, changed=True), Task.UPLOAD, "what was accepted has changed"),
         (replace(DIVED, working="identify"), Task.WAIT, "identify is at work"),
         (replace(DIVED, then="identify"), Task.WAIT, "the dives are being read; identify begins by itself then"),
         # A weak dive was judged, and flown again.
@@ -299,6 +300,17 @@ def test_a_diagnosis_that_its_check_dive_contradicts_is_no_upload(in_shadow, con
     assert step.words.startswith(
         "GO in shadow" if contradicted else "a cause was diagnosed: compare and upload"
     )
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_a_change_of_what_was_accepted_is_uploaded_or_rolled_back(in_shadow, changed):
+    data = diagnosis()
+    data["told"]["causes"][0]["changed"] = changed
+    in_shadow.write(in_shadow.desk.dive / "diagnosis.json", json.dumps(data))
+    write_parameters(in_shadow.desk.dive / "diagnosed.param", {"FF0_M_U": 12.5, "FF0_X_UU": 9.0}, (), 1, 1)
+    in_shadow.stamp(in_shadow.desk.dive / "diagnosed.param")
+    step = next_of(in_shadow.situation(shown(1)))
+    assert step.words.startswith("what was accepted has changed" if changed else "a cause was diagnosed")
 
 
 def test_while_a_question_is_open_the_next_step_is_its_answer_and_names_no_key(place):

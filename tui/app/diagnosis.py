@@ -12,7 +12,7 @@ from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.foretold import Foretold
-from identify.diagnose.shrunk import AxisShrink, Shrink
+from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
 from identify.glance.foretold import rows_words
 from tui.app.jobs import real, written_ns
 
@@ -22,13 +22,14 @@ OF_DRIFT: Final = ("after", "heldout", "by_axis")
 
 @dataclass(frozen=True)
 class Cause:
-    """The words of a cause, accepted or possible."""
+    """The words of a cause, accepted or possible; changed: it is the change of one that was accepted before."""
 
     name: str
     gain_nats: float
     sentence: str
     alike: str
     values: tuple[str, ...]
+    changed: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,12 @@ class Answer:
     def contradicted(self) -> bool:
         """Whether the model drifts further with the causes: its notes then say to send nothing of them."""
         return any(shrink.after > shrink.before for shrink in self.shrinks.values())
+
+    @property
+    def changed(self) -> bool:
+        """Whether something that was accepted before has likely changed."""
+        causes = zip(self.words.causes, self.probabilities, strict=True)
+        return any(cause.changed and probability >= LIKELY for cause, probability in causes)
 
 
 def answer(data: Any) -> Answer | None:
@@ -133,6 +140,12 @@ def is_contradicted(file: Path) -> bool:
     """Whether the diagnosis that a file holds is contradicted by the data that it was checked on; False without one."""
     read = _kept(file, written_ns(file))
     return read is not None and read.contradicted
+
+
+def has_changed(file: Path) -> bool:
+    """Whether by the diagnosis that a file holds something accepted before has changed; False without one."""
+    read = _kept(file, written_ns(file))
+    return read is not None and read.changed
 
 
 @lru_cache(64)

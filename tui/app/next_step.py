@@ -67,7 +67,8 @@ class Situation:
 
     About values:
 
-    - identified: values of that dive, or of a dive before it, are kept; accepts: the newest are a diagnosis's.
+    - identified: values of that dive, or of a dive before it, are kept; accepts: the newest are a diagnosis's;
+      changed: of something that was accepted before.
     - uploaded: the vehicle accepted the newest; halfway: an upload or a roll back was begun and never finished;
       taken_back: a roll back came after them.
     - departed: the newest dive since that upload that was judged before the one meant, if it was a NO-GO with the
@@ -94,6 +95,7 @@ class Situation:
     reading: bool = False
     identified: bool = False
     accepts: bool = False
+    changed: bool = False
     uploaded: bool = False
     halfway: bool = False
     taken_back: bool = False
@@ -153,6 +155,9 @@ UPLOAD = Next(
 HALFWAY = replace(UPLOAD, words="the last upload was cut short: compare, and upload or roll back")
 TAKEN_BACK = replace(UPLOAD, words="rolled back: dive anew and identify, or compare and upload it again")
 ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
+CHANGED = replace(
+    UPLOAD, words="what was accepted has changed: compare and upload its new value, or roll back"
+)
 TO_SHADOW = Next(
     Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
 )
@@ -221,7 +226,7 @@ def next_of(now: Situation) -> Next:
     if now.identified and now.taken_back:
         return _to_vehicle(now, TAKEN_BACK)
     if now.identified:
-        return _to_vehicle(now, ACCEPT if now.accepts else UPLOAD)
+        return _to_vehicle(now, CHANGED if now.changed else ACCEPT if now.accepts else UPLOAD)
     if now.lacking and now.determined is not None:
         return _dive_more(now)
     return _with_dive(IDENTIFY, now)

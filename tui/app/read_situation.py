@@ -14,6 +14,7 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
 from gcs_plugin.watch.picture import Armed
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns, values_of
+from tui.app.diagnosis import has_changed
 from tui.app.jobs import JobState, written_ns
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
@@ -63,6 +64,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         reading=desk.jobs.runs(LIST),
         identified=values is not None,
         accepts=values is not None and values.name == ACCEPTABLE,
+        changed=values is not None and values.name == ACCEPTABLE and has_changed(values.parent / DIAGNOSED),
         uploaded=uploaded_ns > 0,
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
         taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),

@@ -26,7 +26,7 @@ from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
 from identify.words import with_interval
 from tui import show
-from tui.accepting import before_of
+from tui.accepting import before_named
 from tui.files import Files, settings
 from tui.parameter_files import Leave
 from tui.recordings import recording_at, ruled_out
@@ -96,7 +96,7 @@ def _accepted(arguments: argparse.Namespace, file: VehicleFile) -> dict[str, Bef
     for configuration in [file.configuration] if file.configuration else file.vehicle.configurations:
         try:
             leave = Leave(doubts=arguments.despite_doubts)
-            serves[configuration] = before_of(arguments.accepted, file, configuration, leave)
+            serves[configuration] = before_named(arguments.accepted, file, configuration, leave)
         except exit_codes.UsageError as error:
             refused.append(error)
     if not serves:

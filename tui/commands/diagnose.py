@@ -20,7 +20,7 @@ from identify.diagnose.shrink import csv_of
 from identify.dive import Dive
 from identify.repeats.answer import plain, sentences
 from identify.repeats.marks import Usual, usual_from
-from identify.run.diagnose import Before, diagnose, effects_without
+from identify.run.diagnose import diagnose, effects_without
 from identify.run.identify import compiles_first, runs_as_json
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_as_dives
@@ -59,12 +59,12 @@ def run(arguments: argparse.Namespace) -> int:
         *filter(None, map(stray_bytes, (*runs, *checks))),
     ]
     configuration = reading.configuration
-    leave, before = Leave(doubts=arguments.despite_doubts), Before()
     if arguments.accepted:
         usual = usual_accepted(Path(arguments.accepted))
         if usual is not None and repeats(reading.dive, reading.file, configuration):
             return run_repeats(arguments, reading, usual)
-        before = before_of(arguments.accepted, file, configuration, leave)
+    leave = Leave(doubts=arguments.despite_doubts)
+    before = before_of(arguments.accepted, reading.dive, file, configuration, leave)
     impossible, why = ruled_out(runs)
     if compiles_first():
         show.say(show.words(), "compiling first, once after installation: this takes up to a minute more")
@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
         show.say(console, *files.written)
-        if result.accepted.effects and not arguments.accept:
+        if result.accepted.effects and result.findings and not arguments.accept:
             show.say(show.words(), NOT_ACCEPTED)
     return files.code(exit_codes.DONE)
 

@@ -3,18 +3,24 @@
 import argparse
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge import exit_codes
-from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode
-from gcs_plugin.params.last_accepted import last_sidecar
+from gcs_plugin.params.last_accepted import in_force
 from identify.dive import Dive, Kind
-from identify.glance.foretold import Foretelling, verdict_of
+from identify.glance.foretold import (
+    Foretelling,
+    Foretellings,
+    began_for_receipts,
+    ended_for_receipts,
+    verdict_of,
+)
 from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
@@ -25,6 +31,7 @@ from tui.files import Files
 from tui.parameter_files import foretelling_of, sidecar_of_file
 from tui.recordings import column_map_for
 from tui.show import Table
+from tui.unsent import how_to_send, unsent
 
 if TYPE_CHECKING:
     from identify.report.page import Report
@@ -34,8 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
-    foretold = foretelling(arguments.foretold, Path(arguments.receipts), dives, file)
-    done = validate(dives, file, foretold)
+    receipts = Path(arguments.receipts)
+    foretold = foretellings(arguments.foretold, receipts, file)
+    done = validate(dives, file, foretold, partial(send_first, receipts, file))
     console = show.results(arguments.json)
     errors = {run.label: run.errors for run in done.runs}
     if any(run.compared for run in done.runs):
@@ -73,29 +81,35 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
-def foretelling(
-    given: str | None, receipts: Path, dives: Sequence[Dive], file: VehicleFile
-) -> Foretelling | None:
-    """The foretelling in the named file, or else in the newest upload in `receipts` that stands.
+def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Foretellings:
+    """What each dive is compared with: the named file, or else the upload in `receipts` that was in force.
 
     Raises UsageError for a named file that foretells nothing.
     """
-    if given is not None:
-        sidecar = sidecar_of_file(Path(given))
-        foretold = None if sidecar is None else foretelling_of(sidecar)
-        if foretold is None:
-            raise UsageError(
-                f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
-            )
-        return foretold
-    for dive in dives:
-        try:
-            configuration = file.configuration_of(dive.configuration_index())
-        except ConfigError:
-            continue
-        sidecar = last_sidecar(receipts, configuration)
-        return None if sidecar is None else foretelling_of(sidecar)
-    return None
+    if given is None:
+        return partial(_foretold_in_force, receipts, file)
+    sidecar = sidecar_of_file(Path(given))
+    foretold = None if sidecar is None else foretelling_of(sidecar)
+    if foretold is None:
+        raise UsageError(
+            f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
+        )
+    return lambda _dive, _mode, _configuration: foretold
+
+
+def _foretold_in_force(
+    receipts: Path, file: VehicleFile, dive: Dive, mode: Mode, configuration: str
+) -> Foretelling | None:
+    # In shadow the question is with which model the feed-forward would act, and that may have come while it dived.
+    at_utc = began_for_receipts(dive) if mode.applies_feedforward else ended_for_receipts(dive)
+    model = in_force(receipts, file.vehicle.name, configuration, at_utc)
+    return None if model is None else foretelling_of(model.sidecar)
+
+
+def send_first(receipts: Path, file: VehicleFile, dive: Dive, configuration: str) -> str:
+    """What to do before a dive is diagnosed: upload what was accepted and never sent; "" without that."""
+    found = unsent(receipts, dive, file, configuration)
+    return "" if found is None else how_to_send(*found)
 
 
 def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:

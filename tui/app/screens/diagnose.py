@@ -16,6 +16,7 @@ from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.on_dive import SectionScreen
+from tui.options import NONE_ACCEPTED
 
 REPORT: Final = "diagnosis.html"
 PHASES: Final = {
@@ -329,7 +330,9 @@ class DiagnoseScreen(SectionScreen):
         leaves = (("--json", DIAGNOSED), ("--report", REPORT), ("--accept", ACCEPTABLE))
         outputs = (word for option, name in leaves for word in (option, str(dive / name)))
         checked = ("--check", str(check)) if check is not None else ()
-        return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *outputs)
+        receipts = self.desk.receipts
+        in_force = ("--accepted", str(receipts) if receipts.is_dir() else NONE_ACCEPTED)
+        return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *in_force, *outputs)
 
     def _check_dive(self) -> Path | None:
         return self.others[self._other] if self._other < len(self.others) else None

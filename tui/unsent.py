@@ -1,0 +1,59 @@
+"""A diagnosis that was accepted into a file, and that no vehicle was ever sent."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from bridge.errors import ParamError
+from bridge.vehicle.config import VehicleFile
+from gcs_plugin.params.files import SUFFIXES
+from gcs_plugin.params.last_accepted import ever_accepted, in_force
+from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path
+from identify.diagnose.cause_words import effects_words
+from identify.dive import Dive
+from identify.glance.foretold import began, began_for_receipts
+from tui.app.desk import ACCEPTABLE
+
+
+def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) -> tuple[Path, Sidecar] | None:
+    """The newest parameter file with causes of this vehicle's configuration that was diagnosed from an earlier dive and
+    that no receipt tells of; None without one, and for a dive with causes in force, which the dive itself judges.
+
+    Looked for in this folder, and where the app leaves it beside this dive and its neighbours.
+    """
+    flown_with = in_force(receipts, file.vehicle.name, configuration, began_for_receipts(dive))
+    if flown_with is not None and flown_with.sidecar.effects:
+        return None
+    sent = {model.dive_sha256 for model in ever_accepted(receipts) if model.effects}
+    begun = began(dive)
+    found = [
+        (path, model)
+        for path, model in _models(dive)
+        if (model.vehicle, model.configuration) == (file.vehicle.name, configuration)
+        and model.effects
+        and model.dive_sha256 not in {*sent, dive.sha256}
+        and (not (begun and model.dived) or model.dived < begun)
+    ]
+    return max(found, key=lambda each: each[0].stat().st_mtime_ns, default=None)
+
+
+def how_to_send(path: Path, model: Sidecar) -> str:
+    """What to do where an accepted diagnosis was never sent."""
+    return (
+        f"{path} makes up for {effects_words(model.effects)} and by the receipts was never sent: upload it (seatrial "
+        f"params upload {path}), or diagnose this dive"
+    )
+
+
+def _models(dive: Dive) -> Iterator[tuple[Path, Sidecar]]:
+    here = [path for path in Path().iterdir() if path.suffix in SUFFIXES]
+    folder = dive.source if dive.source.is_dir() else dive.source.parent
+    beside = folder.resolve().parent.glob(f"*/{ACCEPTABLE}")
+    for path in (*here, *beside):
+        if not sidecar_path(path).is_file():
+            continue
+        try:
+            model = read_sidecar(path)
+        except ParamError:
+            continue
+        if model is not None:
+            yield path, model
