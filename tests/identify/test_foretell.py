@@ -155,7 +155,7 @@ def test_unmended_or_made_up_for_twice_it_is_no_go(before, foresight):
     assert [held.kept for held in second.held if held.foretold.axis == "yaw"] == [False]
 
 
-def on_board(gain: float) -> VehicleFile:
+def on_board(gain):
     """A vehicle whose own file makes up for its first thruster."""
     shape = FILE.vehicle.configurations["hovering"]
     thrusters = (replace(shape.thrusters[0], gain=gain), *shape.thrusters[1:])
