@@ -175,13 +175,14 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
     first = [armed_words(picture), mode_words(picture), picture.configuration]
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
     holds = [said for said in picture.said if not said.past]
+    lacks = f"not compared with its model: {picture.lacks}" if picture.gap is None and picture.lacks else ""
     texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in holds[-3:]]
     return [
         "  ".join(filter(None, first)),
         *alarm_words(picture),
         *links,
         recording_words(holding),
-        *filter(None, (fault, picture.twins, picture.stranger)),
+        *filter(None, (fault, picture.twins, picture.stranger, lacks)),
         *texts,
     ]
 

@@ -172,3 +172,26 @@ def test_a_sound_is_a_program_of_this_computer(tmp_path):
     assert started == []
     with pytest.raises(ConfigError, match="no program 'no-such-player'"):
         Bell(Settings(sound="no-such-player loud"), print)
+
+
+def test_an_alarm_leaves_its_words_and_how_long_it_lasted_and_one_that_comes_back_at_once_goes_on():
+    dive = Dive()
+    dive.pictured(2.0)
+    deep = {"pressure": (260_000.0, 15.0)}
+    assert Kind.DEPTH in dive.pictured(3.0, **deep)
+    dive.pictured(1.0)
+    dive.pictured(4.0, **deep)
+    (stands,) = dive.watcher.picture(dive.now_s).said
+    assert stands.text.startswith("ALARM depth")
+    assert stands.severity == 3
+    assert Kind.DEPTH not in dive.pictured(15.0)
+    (over,) = dive.watcher.picture(dive.now_s).said
+    assert over.text == f"{stands.text}; over after 8 s"
+    assert over.severity == 4
+
+
+def test_an_alarm_in_the_vehicles_own_words_stands_among_them_once():
+    dive = Dive().go_on(0.5)
+    dive.vehicle.says(status_texts("Leak Detected", 2, 1)[0], dive.now_s)
+    assert Kind.VEHICLE in dive.pictured(2.0)
+    assert [said.text for said in dive.watcher.picture(dive.now_s).said] == ["Leak Detected"]

@@ -23,11 +23,13 @@ from bridge.errors import ConfigError, SeatrialError
 from bridge.vehicle.config import shipped_vehicles
 from bridge.vehicle.mode import Mode
 from gcs_plugin.bell import Bell
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app import themes
+from tui.app.alarm_notes import AlarmEvent, AlarmNotes
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
@@ -89,7 +91,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         alarms: Settings = SHIPPED,
     ) -> None:
         super().__init__(driver)
-        self._bell = Bell(alarms, self.bell)
+        self._bell, self._alarm_notes = Bell(alarms, self.bell), AlarmNotes()
         self.desk = desk or Desk()
         self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
@@ -628,6 +630,14 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._step = (now_s, read_situation(self.desk, view))
         return self._step[1]
 
+    async def _note(self, events: Sequence[AlarmEvent]) -> None:
+        """Leave alarms as events in their dive folders."""
+        for event in events:
+            try:
+                await aside(partial(DiveFolder(event.folder).add_event, event.unix_s, event.text))
+            except SeatrialError as error:
+                self._warn(f"not noted in the dive: {error}", lambda: True)
+
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())
 
@@ -643,15 +653,15 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         view = replace(
             view, over=over, last_heard=self._last_heard, situation=situation, next=next_of(situation)
         )
-        self._bell.hear(view.alarms)
+        view = replace(view, view_only=self.view_only)
+        if events := self._alarm_notes.take(self._bell.hear(view.alarms), view):
+            self.run_worker(self._note(events), group="notes")
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"
             view = replace(view, trouble=f"{trouble}{begins}")
         replayed = None if self.desk.replay is None else self.desk.replay.shown()
-        view = replace(
-            view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed
-        )
+        view = replace(view, picture=aged(view.picture, view.behind_s), replay=replayed)
         toasts = [toast for screen in self.screen_stack[-1:] for toast in screen.query("Toast")]
         rows = sum(toast.region.height for toast in toasts)
         for screen in self.screen_stack:

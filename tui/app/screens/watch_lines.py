@@ -40,6 +40,8 @@ MARKS: Final[dict[Condition, Span]] = {
 }
 SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
 ERROR, WARNING = 3, 4
+PAST: Final = "(past)"
+"""In place of a severity: an old warning is none."""
 NEUTRAL_US, FULL_US = 1500.0, 400.0
 
 
@@ -221,7 +223,7 @@ def _message(message: Said, cells: int) -> Lines:
     role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
     if message.past:
         role = "quiet"
-    severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
+    severity = PAST if message.past else SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
     head: Line = (
         (f"{utc(message.utc_s)} ", "quiet"),
         (f"{severity:<10}", "quiet" if role == "plain" else role),
