@@ -393,6 +393,34 @@ def test_a_dive_that_is_recorded_shows_what_it_holds_so_far_or_that_it_holds_not
     assert not [line for line in lines if "so far" in line or "could tell" in line or "can't" in line]
 
 
+def test_a_recording_that_grows_is_read_again_and_says_so_no_longer_that_it_holds_nothing(tmp_path):
+    next_dive = tmp_path / "2026-11-21T0552Z-next"
+    next_dive.mkdir()
+    log = next_dive / "telemetry.tlog"
+    log.touch()
+    listed = dive(
+        next_dive.name, folder=str(next_dive), size_bytes=0, underway="is being recorded, nothing heard yet"
+    )
+    verbs = FakeVerbs({"dives": [listed]})
+
+    def comes(_):
+        log.write_bytes(bytes(60_000))
+        verbs.results["dives"] = [listed | {"size_bytes": 60_000, "underway": ""}]
+
+    at = desk(verbs, out=tmp_path, recorded=lambda: next_dive)
+
+    def look(app):
+        app.screen.show(view())
+
+    def reads_no_more(app):
+        before = len(verbs.words)
+        look(app)
+        return len(verbs.words) == before
+
+    nothing, so_far = Sees("is being recorded, nothing heard yet"), Sees("this is what it holds so far")
+    played(at, "2", nothing, comes, look, so_far, Lacks("nothing heard yet"), reads_no_more)
+
+
 def test_a_recording_that_begins_while_dives_is_open_is_listed_at_once(tmp_path):
     verbs, recorded = FakeVerbs(), []
 

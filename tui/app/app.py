@@ -101,6 +101,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._off_may_record = self._dies = False
         self._before: Holding | None = None
         self._ended: Path | None = None
+        self._found: set[Path] = set()
+        self._followed: tuple[str, ...] | None = None
         self._is_over = self._was_armed = self._rests = False
         self._last_heard: Picture | None = None
         self._declinable_until_s = -math.inf
@@ -127,7 +129,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if isinstance(self._driver, AnsweringDriver):
             self._driver.answered = partial(self.call_later, self._answered)
         # With nothing to watch, the dives that are here come first. The first view may not know of a recording yet.
-        recorded = self.desk.recorded() is not None or self._views.view().recording is not None
+        named, running = self.desk.recorded(), self._views.view().recording
+        self._found = {named} if named is not None else set()
+        if running is not None:
+            self._found.add(Path(running.folder))
+        recorded = bool(self._found)
         nothing = not self._begins_recording and not self.desk.links() and not recorded
         self.switch_mode("dives" if nothing and self.desk.connect is not None else SCREENS[0].id)
         left = unfinished(self.desk.receipts)
@@ -572,6 +578,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._before = now
         if now is not None:
             self._is_over = False
+            if before is None:
+                self._tell_followed(now)
+            self._followed = now.links
         if before is None or (now is not None and now.folder == before.folder):
             return
         folder = Path(before.folder)
@@ -587,13 +596,30 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
                 TELL_S,
             )
             return
-        self._is_over = now is None
+        # A recording in which nothing arrived was no dive.
+        self._is_over = now is None and before.frames > 0
         ordered = self._ended is not None and self._ended.resolve() == folder.resolve()
         # A flight has a dive of its own, and says itself when it is over.
         if not ordered and (now is None or not self.desk.jobs.runs(FLY)):
             lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
             then = self._next_dive() if now is None else "; the next dive is recorded"
-            self.notify(f"the dive {folder.name} is over after {lasted}{then}", timeout=TELL_S)
+            over = f"the dive {folder.name} is over after {lasted}"
+            if now is None and not before.frames:
+                over, then = (
+                    f"the recording of {', '.join(before.links)} is over; nothing arrived in it",
+                    self._begins(),
+                )
+            self.notify(f"{over}{then}", timeout=TELL_S)
+
+    def _tell_followed(self, recording: Holding) -> None:
+        """Say that the app follows a recording of other links than the last one, which it did not begin, and which did
+        not run when the app was opened."""
+        begins = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
+        ours = begins or self._clock() <= self._declinable_until_s
+        known = Path(recording.folder) in self._found or recording.links == self._followed
+        if not (ours or known):
+            of = f" of {', '.join(recording.links)}" if recording.links else ""
+            self.notify(f"the app follows the recording{of} into {recording.folder}", timeout=TELL_S)
 
     def _next_dive(self) -> str:
         """End of a sentence: which key records the next dive; "" if none can."""
@@ -648,10 +674,16 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._last_heard = view.picture
         silent = silent_after(view)
         ended = self._was_armed and silent
-        over = self._is_over or ended or (self._rests and silent)
+        rests = self._rests and silent
+        over = self._is_over or ended or rests
         situation = self._situation(replace(view, over=ended))
         view = replace(
-            view, over=over, last_heard=self._last_heard, situation=situation, next=next_of(situation)
+            view,
+            over=over,
+            waits=rests and not ended and view.recording is not None,
+            last_heard=self._last_heard,
+            situation=situation,
+            next=next_of(situation),
         )
         view = replace(view, view_only=self.view_only)
         if events := self._alarm_notes.take(self._bell.hear(view.alarms), view):

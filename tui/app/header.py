@@ -42,6 +42,7 @@ class Piece:
 
 VIEW_ONLY: Final = Piece(10, "lost", (" VIEW ONLY ",))
 OVER: Final = Piece(9, "strong", ("DIVE OVER",))
+WAITS: Final = Piece(9, "plain", ("no vehicle heard yet", "no vehicle yet"))
 NOT_RECORDED: Final = Piece(7, "plain", ("nothing is recorded", "not recorded"))
 
 
@@ -107,7 +108,8 @@ def _pieces(alert: str, cells: int) -> list[str]:
 def pieces(view: View) -> tuple[Piece, ...]:
     """The parts of the first line."""
     picture = view.picture
-    heard = (OVER,) if view.over else (_armed(picture), _link(picture.links))
+    over = WAITS if view.waits else OVER
+    heard = (over,) if view.over else (_armed(picture), _link(picture.links))
     seen = (*heard, _recording(view), _feedforward(view))
     return (VIEW_ONLY, *seen) if view.view_only else seen
 

@@ -20,6 +20,7 @@ from tui.app.screens.dives_lines import (
     RECORDED,
     UNREAD,
     details,
+    has_grown,
     is_unread,
     listed,
     table,
@@ -104,6 +105,7 @@ class DivesScreen(StationScreen):
         if ended := before - self._written:
             self._over = max(ended)
         self._stale |= before != self._written
+        self._stale |= any(d.folder.resolve() in self._written and has_grown(d) for d in self._dives)
         if self._stale and not self.desk.jobs.runs(LIST):
             self._stale = False
             self.action_again()
