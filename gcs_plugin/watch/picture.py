@@ -147,7 +147,8 @@ class Picture:
     newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
     `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
-    from its model, None if unknown, because of `lacks`. `alarms`: the gravest kind first.
+    from its model, None if unknown, because of `lacks`. `alarms`: the gravest kind first; `unset`: kinds of
+    alarm that are switched off.
     """
 
     now_s: float
@@ -168,6 +169,7 @@ class Picture:
     gap: Gap | None = None
     lacks: str = ""
     alarms: tuple[Alarm, ...] = ()
+    unset: tuple[Kind, ...] = ()
     flies: bool = False
 
     def newest(self, key: str) -> float:

@@ -164,6 +164,7 @@ class Watcher:
             stranger=self._stranger(),
             gap=self._live_gap.gap,
             lacks=self._live_gap.lacks,
+            unset=self._alarms.unset,
         )
         alarms = self._alarms.look(picture)
         self._alarm_trace.take(alarms, now_s, now_s + self._unix_at_zero_s)

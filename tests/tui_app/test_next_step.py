@@ -75,6 +75,18 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),
         (replace(GO, heard=False, mode="", gate=("first", False), flown="off"), Task.TO_SHADOW,
          "uploaded: switch the vehicle on"),
+        (replace(GO, heard=False, recording=False, mode=""), Task.RECORD,
+         "begin a recording; then: uploaded: the mode of its feed-forward, once told"),
+        (replace(UPLOADED, mode=""), Task.TO_SHADOW, "uploaded: the mode of its feed-forward, once told"),
+        # As it was heard last, before its link or its recording ended.
+        (replace(GO, heard=False, recording=False, mode="", last_mode="both"), Task.RECORD,
+         "begin a recording; then: once it has flown with the feed-forward"),
+        (replace(GO, heard=False, recording=False, mode="", last_mode="shadow"), Task.RECORD,
+         "begin a recording; then: GO in shadow: raise"),
+        (replace(SHADOW, heard=False, recording=False, mode="", last_mode="shadow"), Task.RECORD,
+         "begin a recording; then: once it has flown a minute in shadow"),
+        (replace(UPLOADED, heard=False, recording=False, mode="", last_mode="off"), Task.RECORD,
+         "begin a recording; then: uploaded: set the feed-forward to shadow"),
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
@@ -353,6 +365,11 @@ def test_a_no_go_from_before_the_newest_upload_lowers_nothing(in_shadow):
     assert in_shadow.situation(shown(3)).before_upload is True
     in_shadow.identify(FLOWN, 13.0)
     assert next_of(in_shadow.situation(shown(3))).words.startswith("identified, not uploaded")
+
+
+def test_the_mode_heard_last_is_kept_while_the_vehicle_is_not_heard(place):
+    silent = replace(shown(None), last_heard=shown(3).picture)
+    assert (place.situation(silent).mode, place.situation(silent).last_mode) == ("", "both")
 
 
 @pytest.mark.parametrize(

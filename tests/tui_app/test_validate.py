@@ -121,8 +121,8 @@ def test_the_pid_alone_is_the_baseline_and_a_recording_in_which_nothing_moved_is
 
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     lines = plain(validate.criteria_lines(runs(validation(go=False))[0], 80))
-    assert lines[0] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
-    assert lines[1] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
+    assert lines[0] == "▲ no  surge mass:     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    assert lines[1] == "● ok  surge likeness: 0.99 between feed-forward and PID, at least 0.8"
     assert lines[3].startswith("◐ ?   yaw mass")
 
 

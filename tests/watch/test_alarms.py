@@ -13,6 +13,8 @@ from gcs_plugin.bell import Bell
 from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import Watcher
+from tui.app.screens.watch_lines import unset_lines
+from tui.watch_text import header
 
 RUVIFIST = load_vehicle("ruvifist:survey")
 SET = Settings(
@@ -195,3 +197,12 @@ def test_an_alarm_in_the_vehicles_own_words_stands_among_them_once():
     dive.vehicle.says(status_texts("Leak Detected", 2, 1)[0], dive.now_s)
     assert Kind.VEHICLE in dive.pictured(2.0)
     assert [said.text for said in dive.watcher.picture(dive.now_s).said] == ["Leak Detected"]
+
+
+def test_alarms_that_are_switched_off_are_named():
+    assert Dive().watcher.picture(0.0).unset == ()
+    shipped = Dive(SHIPPED).watcher.picture(0.0)
+    assert shipped.unset == (Kind.BATTERY, Kind.DEPTH, Kind.ALTITUDE)
+    assert "no alarm is set for battery, depth, altitude" in header(shipped, None)
+    assert unset_lines(shipped.unset, 60) == ((("no alarm set: battery, depth, altitude", "quiet"),),)
+    assert unset_lines((), 60) == ()

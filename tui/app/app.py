@@ -676,7 +676,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         ended = self._was_armed and silent
         rests = self._rests and silent
         over = self._is_over or ended or rests
-        situation = self._situation(replace(view, over=ended))
+        situation = self._situation(replace(view, over=ended, last_heard=self._last_heard))
         view = replace(
             view,
             over=over,

@@ -54,7 +54,7 @@ class Situation:
     - lost: the vehicle fell silent while it was armed; departs: an alarm says that it does not answer its thrusters
       as its model does.
     - flies: it can fly manoeuvres by itself; flight: where the one that Fly asks for stands.
-    - mode: its feed-forward's mode, "" if unknown.
+    - mode: its feed-forward's mode, "" if unknown; last_mode: the one that was heard last, "" if none was.
     - working: the long verb that runs, "" for none; then: what was asked for and begins once the dives are read, ""
       for nothing; writing: parameters or a mode are being sent.
 
@@ -100,6 +100,7 @@ class Situation:
     halfway: bool = False
     taken_back: bool = False
     mode: str = ""
+    last_mode: str = ""
     after_upload: bool = False
     flown: str = ""
     go: bool | None = None
@@ -165,6 +166,9 @@ TO_HEAR = Next(
     Task.TO_SHADOW,
     ("screen.watch",),
     "uploaded: switch the vehicle on; the mode of its feed-forward tells what is next",
+)
+MODE_TELLS = Next(
+    Task.TO_SHADOW, ("screen.watch",), "uploaded: the mode of its feed-forward, once told, says what is next"
 )
 TO_HEAR_AND_RAISE = Next(
     Task.TO_BOTH,
@@ -326,15 +330,17 @@ def _after_upload(now: Situation) -> Next:
         return LOOK if not now.verdict else LOOK_CLOSER
     if now.after_upload and now.flown in ACTING:
         return _diagnosed(now)
-    if now.mode in ACTING:
+    if (now.mode or now.last_mode) in ACTING:
         return _to_vehicle(now, FLY)
     if now.mode == Mode.SHADOW.word:
         return TO_BOTH if raised_to(now)[0] is Mode.BOTH else _to_vehicle(now, FLY_SHADOW)
     if now.recording and not (now.mode or now.heard or now.contested):
         return TO_HEAR_AND_RAISE if now.gate is not None and now.gate[1] else TO_HEAR
-    if now.gate is not None and now.gate[1]:
-        return _to_vehicle(now, TO_SHADOW if now.mode == Mode.OFF.word else TO_BOTH)
-    return _to_vehicle(now, TO_SHADOW)
+    if now.mode or now.last_mode == Mode.OFF.word:
+        return _to_vehicle(now, TO_SHADOW)
+    if now.last_mode == Mode.SHADOW.word:
+        return _to_vehicle(now, TO_BOTH if now.gate is not None and now.gate[1] else FLY_SHADOW)
+    return _to_vehicle(now, MODE_TELLS)
 
 
 def _diagnosed(now: Situation) -> Next:

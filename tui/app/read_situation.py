@@ -46,6 +46,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, determined = _determined(dive) if dive is not None else ((), None)
     since = [folder for folder in folders if uploaded_ns and ended_ns(folder) > uploaded_ns]
+    last = view.last_heard
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
     return Situation(
         vehicle=bool(
@@ -72,6 +73,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
         taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
+        last_mode=word_of(last.ff_mode) if last is not None and last.ff_mode is not None else "",
         after_upload=dive in since,
         before_upload=dive is not None and ended_ns(dive) <= accepted_ns,
         flown=flown,

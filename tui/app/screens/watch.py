@@ -20,6 +20,7 @@ from tui.app.screens.watch_lines import (
     sensors,
     thrusters,
     thrusters_heading,
+    unset_lines,
     words,
     worst,
 )
@@ -161,7 +162,7 @@ class WatchScreen(StationScreen):
             links = sensors(self._links(now), (), cells)
             return (*links, *wrapped("the dive is over: nothing is measured", "quiet", cells))
         if not (self.has_class("-phone") and self.has_class("-first")):
-            return sensors(self._links(now), now.sensors, cells)
+            return (*sensors(self._links(now), now.sensors, cells), *unset_lines(now.unset, cells))
         faults = tuple(row for row in now.sensors if row.condition is not Condition.OK)
         good = len(now.sensors) - len(faults)
         ok: Lines = (((f"● {good} ok", "quiet"),),) if good else ()

@@ -5,9 +5,9 @@ import textwrap
 from typing import Final
 
 from bridge.vehicle.coefficients import DOFS
-from gcs_plugin.monitor.gap import AxisGap, Gap, thousandths
+from gcs_plugin.monitor.gap import AxisGap, Gap, in_units
 from gcs_plugin.monitor.gap import worst as worst_axis
-from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
+from gcs_plugin.watch.picture import Condition, Freshness, Kind, LinkRow, Said, SensorRow, ThrusterRow
 from tui.app.drawing import (
     NOTHING,
     Line,
@@ -55,6 +55,11 @@ def sensors(links: tuple[LinkRow, ...], rows: tuple[SensorRow, ...], cells: int)
     for row in rows:
         lines += _sensor(row, name_cells, cells)
     return tuple(lines)
+
+
+def unset_lines(unset: tuple[Kind, ...], cells: int) -> Lines:
+    """Which alarms are switched off, so that nobody relies on them; no line for none."""
+    return wrapped(f"no alarm set: {', '.join(k.value for k in unset)}", "quiet", cells) if unset else ()
 
 
 def _link_name(link: LinkRow) -> str:
@@ -193,17 +198,17 @@ def gap_lines(gap: Gap | None, lacks: str, cells: int, silent_s: float = 0.0) ->
     if axis is None:
         return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
     if cells < WIDE:
-        drift, floor, unit = thousandths(axis)
+        drift, floor, unit = in_units(axis)
         return (heading("MODEL", f"{DOFS[axis.dof]} {drift}, floor {floor} {unit}", cells),)
     rows = [tuple(axis for axis in gap.axes if axis.dof in dofs) for dofs in (range(3), range(3, 6))]
     return (
-        heading("MODEL", "off in 5 s / floor, mm/s and mrad/s", cells),
+        heading("MODEL", "off in 5 s / floor, mm/s and deg/s", cells),
         *(tuple(span for axis in row for span in _axis_gap(axis, cells // 3)) for row in rows if row),
     )
 
 
 def _axis_gap(axis: AxisGap, cells: int) -> Line:
-    drift, floor, _ = thousandths(axis)
+    drift, floor, _ = in_units(axis)
     line: Line = (
         (f"{DOFS[axis.dof]:<6}", "plain"),
         (f"{drift:>6}", "bad" if axis.high else "strong"),
