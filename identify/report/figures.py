@@ -177,7 +177,9 @@ def zoomed_speeds(dive: Dive) -> tuple[Traces, ...]:
             panels.append((title, np.array([measured, asked])))
     if not panels:
         return ()
-    caption = "Speeds in body axes. The buttons stretch time and height; then they can be moved sideways."
+    caption = (
+        "Speeds in body axes. The buttons stretch time and height; stretched time can be moved sideways."
+    )
     return (
         Traces(
             f"speeds {dive.name}",

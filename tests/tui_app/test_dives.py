@@ -56,9 +56,16 @@ def test_enter_chooses_the_dive_that_the_other_screens_show_and_each_opening_rea
 def test_a_folder_that_can_t_be_listed_or_is_empty_says_so(tmp_path):
     why = "dives: is a file; give the folder that holds the dives"
     played(desk(FakeVerbs({"dives": None}, 2, [why]), out=tmp_path), "2", Sees(why))
-    nothing = "holds no dive yet; a recording makes one"
-    played(desk(FakeVerbs({"dives": None}, 2, ["no such folder"])), "2", Sees(f"dives: {nothing}"))
-    played(desk(FakeVerbs({"dives": []})), "2", Sees("dives: holds no dive yet; a recording makes one"))
+    nothing = Sees("no dive in dives yet; a recording makes one")
+    played(desk(FakeVerbs({"dives": None}, 2, ["no such folder"])), "2", nothing)
+    played(desk(FakeVerbs({"dives": []})), "2", nothing)
+
+
+def test_without_a_dive_no_key_is_offered_that_would_work_on_one(tmp_path):
+    offered = [Lacks(words) for words in ("i Identify", "d Diagnose", "v Validate", "r Replay", "u Upload")]
+    at = desk(FakeVerbs({"dives": []}), out=tmp_path)
+    played(at, *(step for key in "23456" for step in (key, *offered)))
+    played(desk(), "2", Sees("i Identify"), Sees("r Replay"))
 
 
 def test_what_the_folder_lacked_is_said_no_more_once_it_is_read_again(tmp_path):

@@ -160,6 +160,12 @@ def test_no_column_is_cut_and_those_in_intervals_are_left_out_first(rows, cells,
         assert "accepted" in heads
 
 
+def test_a_number_without_a_unit_is_shown_without_one():
+    (head, line, *_) = plain(table(comparison(plan(parameters=[GAIN])), (), 0, {}, 100, 20))
+    assert "unit" in head
+    assert "% 1" not in " ".join(line.split())
+
+
 GAIN = FIRST | {"name": "FF1_T1_GAIN", "unit": "1", "present": 0.0, "target": 0.791, "change": None}
 
 

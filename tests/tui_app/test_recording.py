@@ -1,6 +1,7 @@
 """Recordings from the app: begun, gone on with in a new dive, ended."""
 
 import math
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -219,6 +220,30 @@ def test_a_recording_in_which_nothing_arrived_was_no_dive_and_the_way_to_a_vehic
         "the app follows the recording of udpin:127.0.0.1:14570 into dives/deck",
         "the recording of udpin:127.0.0.1:14570 is over; nothing arrived in it; Ctrl-L connects one",
     ]
+
+
+def test_while_the_app_begins_a_recording_it_does_not_say_that_none_runs():
+    boat, begun = Boat(), threading.Event()
+    boat.desk.record = begun.wait
+    boat.recorded = None
+    trouble = replace(SILENT, trouble="no recording runs that could be listened to")
+
+    def refresh(app):
+        app._refresh_view()
+
+    def go_on(_):
+        begun.set()
+
+    played(
+        boat.desk,
+        Sees("no recording runs"),
+        "ctrl+g",
+        refresh,
+        Sees("a recording begins"),
+        Lacks("no recording runs"),
+        go_on,
+        views=FixedViews(trouble),
+    )
 
 
 def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next_is_recorded():

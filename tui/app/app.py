@@ -212,13 +212,12 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
 
     def get_key_display(self, binding: Binding) -> str:
-        """A key as pages and sentences write it too: `Ctrl-U`."""
+        """A key as pages and sentences write it too: `Ctrl-U`, `Home`."""
         modifier, _, key = binding.key.rpartition("+")
-        return (
-            f"Ctrl-{key.upper()}"
-            if modifier == "ctrl" and len(key) == 1
-            else super().get_key_display(binding)
-        )
+        if modifier == "ctrl" and len(key) == 1:
+            return f"Ctrl-{key.upper()}"
+        shown = super().get_key_display(binding)
+        return shown.capitalize() if len(shown) > 1 and shown.isalpha() else shown
 
     def delay_update(self, delay: float = SETTLES_S) -> None:
         """Hold drawing back while screens change. Textual's own time is half of that in which a key is answered."""
@@ -246,10 +245,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._record_for_off()
         self._show()
 
+    def _starts_recording(self) -> bool:
+        """Whether the app is about to begin a recording."""
+        return any(worker.group == "record" and not worker.is_finished for worker in self.workers)
+
     def _record_for_off(self) -> None:
         """Begin the recording that carries the off order, once for each key press."""
-        begun = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
-        if self._off_may_record and self.desk.record is not None and not begun:
+        if self._off_may_record and self.desk.record is not None and not self._starts_recording():
             self._off_may_record = False
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
 
@@ -614,8 +616,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def _tell_followed(self, recording: Holding) -> None:
         """Say that the app follows a recording of other links than the last one, which it did not begin, and which did
         not run when the app was opened."""
-        begins = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
-        ours = begins or self._clock() <= self._declinable_until_s
+        ours = self._starts_recording() or self._clock() <= self._declinable_until_s
         known = Path(recording.folder) in self._found or recording.links == self._followed
         if not (ours or known):
             of = f" of {', '.join(recording.links)}" if recording.links else ""
@@ -691,7 +692,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"
-            view = replace(view, trouble=f"{trouble}{begins}")
+            starts = self._starts_recording()
+            view = replace(view, trouble="a recording begins" if starts else f"{trouble}{begins}")
         replayed = None if self.desk.replay is None else self.desk.replay.shown()
         view = replace(view, picture=aged(view.picture, view.behind_s), replay=replayed)
         toasts = [toast for screen in self.screen_stack[-1:] for toast in screen.query("Toast")]

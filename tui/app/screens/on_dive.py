@@ -78,7 +78,7 @@ class DiveScreen(StationScreen):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "start":
-            return not self.at_work and not self.obstacle
+            return self.dive is not None and not self.at_work and not self.obstacle
         if action == "cancel":
             return self.at_work
         return super().check_action(action, parameters)

@@ -110,6 +110,8 @@ class ParametersScreen(StationScreen):
         busy = transfer.writes or self._ask.is_open
         if action in ("choose", "all"):
             return transfer.shown is not None and not (busy or transfer.back)
+        if action == "upload" and self.desk.param is None and self.desk.chosen() is None:
+            return False
         if action in ("upload", "back", "read"):
             return self._ask.is_mounted and not busy
         return super().check_action(action, parameters)

@@ -37,6 +37,8 @@ reads as per cent of it."""
 IN_HALVES: Final = "Δ/±"
 """Column head of the change, in units of the ± column."""
 CHANGE: Final = 6
+ONE: Final = "1"
+"""The unit of a number without one, of which nothing is shown."""
 VEHICLE: Final = "vehicle"
 ARROW: Final = " →"
 
@@ -124,7 +126,7 @@ def _fitting(
     Then the unit, and what is to be said of a line, in full or else in a word; in the room left, what is told in
     intervals, the value last accepted, and the meaning.
     """
-    unit = _column("unit", [(entry.unit, "quiet") for entry in entries])
+    unit = _column("unit", [("" if entry.unit == ONE else entry.unit, "quiet") for entry in entries])
     full, brief = (
         _column("", [_words(entry, became.get(entry.name), brief=brief) for entry in entries], LEAST_WORDS)
         for brief in (False, True)
