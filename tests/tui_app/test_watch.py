@@ -455,3 +455,19 @@ def test_the_sensors_of_a_dive_that_is_over_are_no_faults():
 
     over = (end_the_recording, Sees("the dive is over: nothing is measured"), Lacks("missing"))
     played(desk(), Sees("missing"), *over, views=views, size=WIDE)
+
+
+@pytest.mark.parametrize(("size", "beside"), [((140, 40), True), ((140, 34), False), ((120, 40), False)])
+def test_where_the_words_leave_room_the_supply_stands_below_them_and_the_other_charts_have_its_rows(
+    size, beside
+):
+    async def work(app, _):
+        supply, heading = (
+            app.screen.query_one(f"#{name}").region.height
+            for name in ("beside-chart-voltage", "chart-heading")
+        )
+        assert ("SUPPLY" in text(app)) is beside is (supply > 0)
+        assert text(app).count("battery     15.90 V") == 1
+        assert heading >= 9 or not beside
+
+    run(made(FixedViews()), size, work)

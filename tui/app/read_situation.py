@@ -1,6 +1,7 @@
 """Reads the situation from the folders of dives and receipts, and from the view."""
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -136,7 +137,20 @@ def _taken_back_ns(receipts: Path, system: int | None) -> int:
 
 
 def _known(receipts: Path, system: int | None) -> Mapping[str, AcceptedValue]:
-    """The values last accepted by the vehicle of that system, or any; none where receipts can't be read."""
+    """The values last accepted by the vehicle of that system, or any; none where receipts can't be read. They are read
+    anew only where a file has changed: that takes milliseconds an upload, for which a key would wait."""
+    try:
+        with os.scandir(receipts) as entries:
+            state = frozenset((entry.name, entry.stat().st_mtime_ns) for entry in entries)
+    except OSError:
+        return {}
+    return _read_known(receipts, system, state)
+
+
+@lru_cache(4)
+def _read_known(
+    receipts: Path, system: int | None, _state: frozenset[tuple[str, int]]
+) -> Mapping[str, AcceptedValue]:
     try:
         return last_accepted(receipts, system)
     except (ParamError, LogError):

@@ -192,9 +192,9 @@ class KeyLine(Drawn):
         """The keys of the footer, the first key of each action: below a question or a form those alone that its line
         does not take."""
         seen = set()
-        covered = self.app.screen is not self.screen
+        typed = self.app.screen is not self.screen or isinstance(self.app.focused, Input)
         for _, binding, enabled, _ in self.screen.active_bindings.values():
-            if covered and not binding.priority:
+            if typed and not binding.priority:
                 continue
             if binding.show and enabled and binding.action not in seen:
                 seen.add(binding.action)
