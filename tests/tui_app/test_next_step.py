@@ -20,7 +20,7 @@ from gcs_plugin.params import last_accepted
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.watch.picture import Alarm, Armed, Kind
+from gcs_plugin.watch.picture import Alarm, Armed, Kind, Said
 from tui.app.jobs import JobState
 from tui.app.next_step import Flight, Situation, Task, lowered_to, next_of, raised_to
 from tui.app.read_situation import read_situation
@@ -365,6 +365,9 @@ def test_in_a_folder_without_values_the_upload_is_the_one_that_the_vehicle_accep
     situation = in_shadow.situation(shown(3))
     assert (situation.identified, situation.uploaded, situation.after_upload) == (False, True, True)
     assert next_of(in_shadow.situation(shown(1))).words.startswith("GO in shadow")
+    # Not of a vehicle that says itself that it has none in force.
+    lacks = replace(shown(0).picture, said=(Said(0.0, 4, "FF surge off: M_u is missing", of_set=True),))
+    assert in_shadow.situation(replace(shown(0), picture=lacks)).uploaded is False
     in_shadow.dive(FLOWN, M_u=0.01, M_v=0.9)
     in_shadow.validate(FLOWN, "both", False)
     assert next_of(in_shadow.situation(shown(3))).words.startswith(f"{FLOWN} is a NO-GO: lower")

@@ -43,7 +43,12 @@ def read_situation(desk: Desk, view: View) -> Situation:
     system = picture.links[0].system if picture.links else None
     known = _known(desk.receipts, system)
     accepted_ns = _accepted_ns(desk.receipts, known)
-    uploaded_ns = _uploaded_ns(desk.receipts, values, known) if values is not None else accepted_ns
+    if values is not None:
+        uploaded_ns = _uploaded_ns(desk.receipts, values, known)
+    else:
+        # Receipts of an earlier vehicle say nothing of one that itself says what its set lacks.
+        lacks_set = any(said.of_set and not said.past for said in picture.said)
+        uploaded_ns = 0 if lacks_set else accepted_ns
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, determined = _determined(dive) if dive is not None else ((), None)
     since = [folder for folder in folders if uploaded_ns and ended_ns(folder) > uploaded_ns]
