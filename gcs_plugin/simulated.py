@@ -86,7 +86,10 @@ def record_dive(
         )
     finally:
         recorder.close()
-        if share < 1.0:
+        if not clock.boot_s():
+            folder.note("")  # which is no note of the crew's
+            folder.discard()
+        elif share < 1.0:
             begun_s, whole_s = clock.boot_s(), WARM_UP_S + mission.duration_s
             folder.add_event(clock.unix_s(), f"cut short: {begun_s:.0f} s of {whole_s:.0f} s were dived")
     for trouble in troubles:

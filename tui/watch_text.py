@@ -10,7 +10,7 @@ from rich.text import Text
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import word_of
-from gcs_plugin.monitor.gap import Gap, thousandths, worst
+from gcs_plugin.monitor.gap import Gap, in_units, worst
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import (
     Armed,
@@ -23,14 +23,14 @@ from gcs_plugin.watch.picture import (
     Trace,
 )
 from tui import show
-from tui.app.drawing import cut
+from tui.app.drawing import SHOWN_IN, cut
 
 LINE = 110
 """Characters of a line in a pipe, behind its time."""
 LOSSY = 0.01
 GONE = "--"
 NO_READING = "none"
-DECIMALS = {"m/s": 2, "rad/s": 3, "m": 2, "V": 1, "A": 1}
+DECIMALS = {"m/s": 2, "deg/s": 1, "m": 2, "V": 1, "A": 1}
 SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 VELOCITIES = ("u", "v", "w", "r")
 POOR = (Condition.BAD, Condition.MISSING)
@@ -52,6 +52,8 @@ def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
     """Format a number, without its unit."""
     if freshness is Freshness.GONE:
         return GONE
+    unit, factor = SHOWN_IN.get(unit, (unit, 1.0))
+    value *= factor
     if not math.isfinite(value):
         text = NO_READING
     elif unit == "deg":
@@ -147,8 +149,8 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
     ]
     values = [
         f"depth {against_reference(traces['depth'])} m",
-        " ".join(f"{key} {against_reference(traces[key])}" for key in VELOCITIES),
-        "" if axis is None else "{} {}/{} {} off".format(DOFS[axis.dof], *thousandths(axis)),
+        " ".join(f"{key} {against_reference(traces[key])}" for key in VELOCITIES) + " deg/s",
+        "" if axis is None else "{} {}/{} {} off".format(DOFS[axis.dof], *in_units(axis)),
         f"{now_of(traces['voltage'])} V",
     ]
     said = cut(" | ".join(filter(None, words)), LINE)
@@ -170,18 +172,35 @@ def alarm_words(picture: Picture) -> list[str]:
     return [f"ALARM {alarm.words}" for alarm in picture.alarms]
 
 
+def unset_words(picture: Picture) -> str:
+    """Which alarms are switched off; "" for none."""
+    unset = ", ".join(kind.value for kind in picture.unset)
+    return f"no alarm is set for {unset}" if unset else ""
+
+
 def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[str]:
     """Armed state, alarms, links and recording, a line each; `fault` says why nothing comes."""
     first = [armed_words(picture), mode_words(picture), picture.configuration]
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
     holds = [said for said in picture.said if not said.past]
+    lacks = f"not compared with its model: {picture.lacks}" if picture.gap is None and picture.lacks else ""
     texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in holds[-3:]]
     return [
         "  ".join(filter(None, first)),
         *alarm_words(picture),
         *links,
         recording_words(holding),
-        *filter(None, (fault, picture.twins, picture.stranger, "" if holding else picture.hidden)),
+        *filter(
+            None,
+            (
+                fault,
+                picture.twins,
+                picture.stranger,
+                lacks,
+                "" if holding else picture.hidden,
+                unset_words(picture),
+            ),
+        ),
         *texts,
     ]
 
@@ -198,7 +217,8 @@ def sensor_table(picture: Picture) -> show.Table:
 
 def quantity_table(picture: Picture) -> show.Table:
     rows = [
-        (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
+        (key, trace.name, now_of(trace), asked_of(trace), SHOWN_IN.get(trace.unit, (trace.unit,))[0])
+        for key, trace in picture.traces.items()
     ]
     columns = ("", "quantity", "now", "reference", "unit")
     return show.Table("", columns, rows, numbers=columns[2:4], stale=_stale(picture.traces.values()))
@@ -217,7 +237,7 @@ def thruster_table(picture: Picture) -> show.Table:
 def gap_table(picture: Picture) -> show.Table:
     """Each axis of the model in force: its drift over 5 s, and how much of that is noise and sea."""
     gap = picture.gap or Gap()
-    rows = [(DOFS[axis.dof], *thousandths(axis), "ALARM" if axis.high else "") for axis in gap.axes]
+    rows = [(DOFS[axis.dof], *in_units(axis), "ALARM" if axis.high else "") for axis in gap.axes]
     columns = ("model", "off in 5 s", "floor", "unit", "")
     return show.Table("", columns, rows, numbers=columns[1:3])
 

@@ -159,7 +159,7 @@ class ParameterServer:
         texts, self._texts = self._texts, []
         came_up, self._came_up_acting = self._came_up_acting, False
         if came_up and self._mode.applies_feedforward:
-            texts.append(f"FF {self._mode.word}: acts once armed")
+            texts.append(coded(Topic.ONCE_ARMED, f"FF {self._mode.word}: acts once armed"))
         return texts
 
     def take_news(self) -> list[str]:

@@ -29,6 +29,9 @@ class Topic(Enum):
     OBSTACLE = "F7"
     """Why nothing is added beside the autopilot whatever the mode, and the way out. Said again while it holds."""
 
+    ONCE_ARMED = "F8"
+    """The feed-forward acts once the vehicle is armed."""
+
 
 @dataclass(frozen=True, slots=True)
 class CrewText:

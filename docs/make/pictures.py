@@ -39,6 +39,7 @@ DISK_LEFT_S = 41 * 3600.0
 LINK = "udpin:127.0.0.1:14550"
 WATCHED_S = 52.0
 """Of the dive with both: it has surged both ways, and sways."""
+NEW, UPLOADED = "new.json", "memory.json"
 PATIENCE_S, FLOWN_S = 60.0, 300.0
 AFTER, UNTIL = "after ", "until "
 LIMITS = """shallowest_m: 0.3
@@ -58,7 +59,8 @@ Size = tuple[int, int]
 class Picture:
     """A screen after these steps: keys, `after VERB`, which waits for that job's end, or `until WORD`, which waits for
     that word on the screen; of the chosen `dive`. `before`: the vehicle is the one of the first dive, and nothing was
-    uploaded to it. `live`: it is the vehicle afloat. `ends`: steps once the picture is taken."""
+    uploaded to it. `live`: it is the vehicle afloat, with the parameters in the file `memory`. `ends`: steps once the
+    picture is taken."""
 
     name: str
     steps: tuple[str, ...] = ()
@@ -66,6 +68,7 @@ class Picture:
     dive: str = ""
     before: bool = False
     live: bool = False
+    memory: str = NEW
     ends: tuple[str, ...] = ()
 
 
@@ -74,7 +77,12 @@ PICTURES = (
     Picture("watch"),
     Picture("dives", ("2", "after dives")),
     Picture("identify", (*OLDEST, "i", "after identify"), before=True),
-    Picture("parameters", (*OLDEST, "3", "p", "after params diff"), before=True),
+    # The vehicle holds the values of the first dive, so that the picture has old and new ones.
+    Picture(
+        "parameters",
+        ("2", "after dives", "home", "i", "after identify", "p", "after params diff"),
+        memory=UPLOADED,
+    ),
     Picture(
         "validate", ("2", "after dives", "down", "enter", "6", "c", "c", "v", "after validate"), (160, 50)
     ),
@@ -179,15 +187,15 @@ def weak_vehicle() -> str:
 
 def dives() -> tuple[Path, Path]:
     """The dives of the tutorial; the telemetry of the last, with both, and of the first."""
-    seatrial(*simulate("validation", "--parameters", "memory.json"))
+    seatrial(*simulate("validation", "--parameters", UPLOADED))
     (first,) = Path("dives").iterdir()
     seatrial("identify", str(first), "--vehicle", "ruvifist", "--param", "first.param")
-    with afloat("memory.json"):
+    with afloat(UPLOADED):
         seatrial(
             "params", "upload", "first.param", "--vehicle", "ruvifist", "--yes", "--receipts", str(RECEIPTS)
         )
     for mode in ("shadow", "both"):
-        seatrial(*simulate("validation", "--mode", mode, "--parameters", "memory.json"))
+        seatrial(*simulate("validation", "--mode", mode, "--parameters", UPLOADED))
     weak = weak_vehicle()
     for seed in ("3", "4"):
         seatrial(*simulate("validation", "--seed", seed, "--out", "weak", vehicle=weak))
@@ -251,10 +259,12 @@ def main(names: Sequence[str]) -> None:
         wanted = [picture for picture in PICTURES if not names or picture.name in names]
         stills = [] if all(picture.live for picture in wanted) else [at(file, WATCHED_S) for file in dives()]
         Path("dives").mkdir(exist_ok=True)
-        with afloat("new.json"), live() as now:
-            for picture in wanted:
-                views = now if picture.live else Still(stills[picture.before])
-                (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, views), encoding="utf-8")
+        for memory in dict.fromkeys(picture.memory for picture in wanted):
+            with afloat(memory), live() as now:
+                for picture in wanted:
+                    if picture.memory == memory:
+                        views = now if picture.live else Still(stills[picture.before])
+                        (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, views), encoding="utf-8")
         os.chdir(ROOT)
 
 

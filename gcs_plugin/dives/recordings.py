@@ -3,6 +3,7 @@
 These are asked for several times a second: of a recording only the first and the last stamp are read, and cached.
 """
 
+import contextlib
 import gzip
 import os
 import stat
@@ -122,6 +123,15 @@ TAIL_BYTES: Final = 4096
 """Bytes read at the end of a recording: some fifty frames."""
 LONGEST_S: Final = 30 * 86_400.0
 """A longer time between two stamps means that a stamp is damaged."""
+
+
+def bytes_of(folder: Path) -> int:
+    """Size of a dive folder's recordings; 0 for those that can't be looked at."""
+    sizes = 0
+    for file in recordings(folder):
+        with contextlib.suppress(OSError):
+            sizes += file.stat().st_size
+    return sizes
 
 
 def length_s(folder: Path) -> float | None:

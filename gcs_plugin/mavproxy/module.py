@@ -257,8 +257,9 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 self.say_line(f"ALARM {alarm.words}")
             if self._picture.gap is not None:
                 self.say_line(gap_line(self._picture.gap))
-            elif self._file and self._picture.lacks:
-                self.say_line(f"not compared with its model: {self._picture.lacks}")
+            elif self._picture.lacks:
+                how = "" if self._file else "; name it: seatrial file NAME"
+                self.say_line(f"not compared with its model: {self._picture.lacks}{how}")
         parts = self._recordings, self._work, self._parameters, self._switching
         for line in (line for part in parts for line in part.status()):
             self.say_line(line)

@@ -14,6 +14,7 @@ the upper bound of its uncertainty, and a share of the drift that thrust makes: 
 identification usually tells a damping. A departure from the first minute on is thus part of the floor.
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass, replace
 from typing import Final
@@ -224,9 +225,11 @@ class GapMonitor:
         return likeliest(self._model, departed, floors, least)
 
 
-def thousandths(axis: AxisGap) -> tuple[str, str, str]:
-    """Drift, floor, and their unit."""
-    return f"{1e3 * axis.drift:.1f}", f"{1e3 * axis.floor:.1f}", "mm/s" if axis.dof < 3 else "mrad/s"
+def in_units(axis: AxisGap) -> tuple[str, str, str]:
+    """Drift and floor as people read speeds, and their unit."""
+    if axis.dof < 3:
+        return f"{1e3 * axis.drift:.1f}", f"{1e3 * axis.floor:.1f}", "mm/s"
+    return f"{math.degrees(axis.drift):.2f}", f"{math.degrees(axis.floor):.2f}", "deg/s"
 
 
 def worst(gap: Gap) -> AxisGap | None:
@@ -235,11 +238,11 @@ def worst(gap: Gap) -> AxisGap | None:
 
 
 def gap_line(gap: Gap) -> str:
-    """The gap in a line: `off its model (floor): surge 5.6 (7.4) mm/s, yaw 1.1 (2.3) mrad/s`."""
+    """The gap in a line: `off its model (floor): surge 5.6 (7.4) mm/s, yaw 0.06 (0.13) deg/s`."""
     if not gap.axes:
         return f"its noise floor is learnt, {gap.learns_s:.0f} s more"
     parts = []
     for axis in gap.axes:
-        drift, floor, unit = thousandths(axis)
+        drift, floor, unit = in_units(axis)
         parts.append(f"{DOFS[axis.dof]} {drift} ({floor}) {unit}")
     return f"off its model (floor): {', '.join(parts)}"

@@ -10,6 +10,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import vehicle_table
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.gap import Gap, GapMonitor
@@ -93,7 +94,7 @@ class LiveGap:
         self._values = {row.name: row.default for row in rows}
         self._values |= {name: value for name, value in held.items() if name in self._rows}
         self._changed_s = -math.inf
-        self._armed = False
+        self._armed = self._acts = False
         self._beats, self._unheard = 0, set(NEEDED)
         self._veh_cfg: float | None = None
         self._signals = {name: _Samples() for name in (*NEEDED, "fog", "battery")}
@@ -117,8 +118,14 @@ class LiveGap:
         if self._unheard:
             unheard = ", ".join(words for name, words in NEEDED.items() if name in self._unheard)
             return f"no {unheard} from our bridge"
-        unknown = self._armed and self._is_made and self._work is None
-        return "no identified model in force" if unknown else ""
+        if not (self._armed and self._is_made and self._work is None):
+            return ""
+        # A vehicle takes no mode that acts without a model.
+        return (
+            "the model that it flies with is not known here"
+            if self._acts
+            else "no identified model is known here"
+        )
 
     def parameter(self, name: str, value: float) -> None:
         """Take a parameter that the vehicle states."""
@@ -131,6 +138,8 @@ class LiveGap:
         if reading.signal == "alive":
             self._beats += 1
             self._arm(bool(reading.values[0]))
+        elif reading.signal == "ff_mode":
+            self._acts = reading.values[0] in (Mode.ALONE, Mode.BOTH)
         elif (
             reading.signal == "veh_cfg"
             and reading.values[0] != self._veh_cfg

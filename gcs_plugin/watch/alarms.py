@@ -99,6 +99,13 @@ SHIPPED: Final = Settings(
 """Of configs/alarms.yaml, to the letter."""
 
 
+LIMIT_OF: Final = {
+    Kind.VEHICLE: "vehicle_s", Kind.LINK: "link_s", Kind.BATTERY: "battery_v", Kind.DEPTH: "depth_m",
+    Kind.ALTITUDE: "altitude_m", Kind.THRUSTER: "thruster_s", Kind.SENSOR: "sensor_s", Kind.GAP: "gap_s",
+}  # fmt: skip
+"""The field of `Limits` that a kind of alarm goes by."""
+
+
 @dataclass(frozen=True)
 class _Sign:
     """A condition that holds now, and how long it has to before it is an alarm."""
@@ -114,6 +121,11 @@ class Alarms:
         self._limits = settings.of("" if file is None else file.vehicle.name)
         self._rpm = _Shafts(file)
         self._since_s: dict[tuple[Kind, str], float] = {}
+
+    @property
+    def unset(self) -> tuple[Kind, ...]:
+        """Kinds of alarm that are switched off."""
+        return tuple(kind for kind, name in LIMIT_OF.items() if not getattr(self._limits, name))
 
     def look(self, picture: Picture) -> tuple[Alarm, ...]:
         """The alarms of a picture, the gravest kind first."""

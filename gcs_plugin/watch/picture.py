@@ -94,9 +94,10 @@ class ThrusterRow:
 
 @dataclass(frozen=True)
 class Said:
-    """A STATUSTEXT, or a restart of the vehicle. `utc_s` is Unix time, NaN if neither side knows the date; severity
-    as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms. `of_set`: about the parameter set in
-    force. `past`: the vehicle started anew since, or has another set in force, so that it may hold no longer."""
+    """A STATUSTEXT, a restart of the vehicle, or an alarm of the ground's. `utc_s` is Unix time, NaN if neither side
+    knows the date; severity as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms. `of_set`:
+    about the parameter set in force; `until_armed`: about what begins with arming. `past`: the vehicle started anew
+    since, or has another set in force, or is armed, so that it may hold no longer."""
 
     utc_s: float
     severity: int
@@ -104,6 +105,7 @@ class Said:
     heard_s: float = -math.inf
     past: bool = False
     of_set: bool = False
+    until_armed: bool = False
 
 
 class Kind(Enum):
@@ -146,7 +148,8 @@ class Picture:
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
     `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
     from its model, None if unknown, because of `lacks`. `hidden` says why who sends nothing may miss a companion, "" if
-    that holds for none. `alarms`: the gravest kind first.
+    that holds for none. `alarms`: the gravest kind first; `unset`: kinds of
+    alarm that are switched off.
     """
 
     now_s: float
@@ -168,6 +171,7 @@ class Picture:
     lacks: str = ""
     hidden: str = ""
     alarms: tuple[Alarm, ...] = ()
+    unset: tuple[Kind, ...] = ()
     flies: bool = False
 
     def newest(self, key: str) -> float:

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, COMMIT
 from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import OF_THE_CONTRACT, Values
@@ -21,6 +22,7 @@ from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
+from gcs_plugin.watch.alarm_trace import AlarmTrace
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
@@ -98,6 +100,7 @@ class Watcher:
         self._active_set = ActiveSet()
         self._live_gap = LiveGap(self._file, {} if system is None else self._accepted(system))
         self._alarms = Alarms(self._settings, self._file)
+        self._alarm_trace = AlarmTrace()
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """Take a frame; `arrived_s` never runs back."""
@@ -133,6 +136,9 @@ class Watcher:
         beat = _SILENT_BEAT if commander is None else self._system_beats[commander]
         channels, quantities = self._channels, self._quantities
         configuration = self._configuration()
+        mode = _whole(channels["ff_mode"].values)
+        if beat.armed or mode in (Mode.OFF, Mode.SHADOW):
+            self._let_pass(lambda said: said.until_armed)
 
         def hz(signal: str) -> float:
             return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.firmware)
@@ -147,7 +153,7 @@ class Watcher:
             thrusters=thruster_rows(
                 channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz("pwm")
             ),
-            ff_mode=_whole(channels["ff_mode"].values),
+            ff_mode=mode,
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),
             flies=_whole(channels["flight"].values) is not None,
             active_set=self._active_set.number,
@@ -159,8 +165,12 @@ class Watcher:
             gap=self._live_gap.gap,
             lacks=self._live_gap.lacks,
             hidden=self._hidden(beat),
+            unset=self._alarms.unset,
         )
-        return replace(picture, alarms=self._alarms.look(picture))
+        alarms = self._alarms.look(picture)
+        self._alarm_trace.take(alarms, now_s, now_s + self._unix_at_zero_s)
+        said = sorted((*picture.said, *self._alarm_trace.said(now_s)), key=lambda said: said.heard_s)
+        return replace(picture, said=tuple(said), alarms=alarms)
 
     # The senders.
 
@@ -234,8 +244,15 @@ class Watcher:
             # What the new set lacks as well, the vehicle says again.
             self._let_pass(lambda said: said.of_set)
         unix_s = self._said_at_s + self._unix_at_zero_s
-        of_set = text.topic is Topic.SET_FAULT
-        self._said.append(Said(unix_s, severity, text.words, self._said_at_s, of_set=of_set))
+        said = Said(
+            unix_s,
+            severity,
+            text.words,
+            self._said_at_s,
+            of_set=text.topic is Topic.SET_FAULT,
+            until_armed=text.topic is Topic.ONCE_ARMED,
+        )
+        self._said.append(said)
 
     def _let_pass(self, is_past: Callable[[Said], bool]) -> None:
         for place, said in enumerate(self._said):

@@ -239,7 +239,7 @@ def velocities(prediction: Prediction) -> Traces:
         "measured and simulated velocities",
         "Velocities in body axes: measured (smoothed), and simulated from thrust and attitude alone, started anew from "
         f"the measured one every {drift_words.DRIFT_S:g} s: by the plain model (before) and with the causes in (after)."
-        " The buttons stretch the time axis; then it can be moved sideways.",
+        " The buttons stretch time and height; stretched time can be moved sideways.",
         FLOWN,
         prediction.time_s - prediction.time_s[0],
         prediction.window,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import BY_NAME, HEAVE, SURGE, SWAY, YAW
 from bridge.vehicle.config import Water
 from identify.dive import Dive, Signal
 from identify.identification import Estimate
@@ -29,12 +29,19 @@ from identify.report.plot import (
     side_by_side,
     stack,
 )
+from identify.report.traces import Traces
 from identify.words import count, fixed, significant, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TIME_TITLE = "time, s"
+SPEEDS = (
+    (SURGE, "surge, m/s", 1.0),
+    (SWAY, "sway, m/s", 1.0),
+    (HEAVE, "heave, m/s", 1.0),
+    (YAW, "yaw, deg/s", float(np.degrees(1.0))),
+)
 GAP_PERIODS = 5.0
 REST_US = 1500.0
 OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
@@ -155,6 +162,41 @@ def speeds(dive: Dive) -> Figure | None:
     if not panels:
         return None
     return Figure(f"speeds {dive.name}", f"Speeds in body axes: {', '.join(sources)}.", stack(panels))
+
+
+def zoomed_speeds(dive: Dive) -> tuple[Traces, ...]:
+    """The same as curves to zoom, each speed with its reference where the vehicle says one; () without readings."""
+    clock = dive.velocity if dive.velocity is not None and len(dive.velocity) else dive.yaw_rate
+    if clock is None or len(clock) < 2:
+        return ()
+    time_s, nothing = clock.time_s, np.full(len(clock), np.nan)
+    panels: list[tuple[str, Array]] = []
+    for dof, title, scale in SPEEDS:
+        signal, column = (dive.velocity, dof) if dof < YAW else (dive.yaw_rate, 0)
+        measured = nothing
+        if signal is not None and len(signal) > 1:
+            values = signal.value if signal is clock else signal.at(time_s)
+            measured = scale * values[:, column]
+        known = dive.nu_ref is not None and len(dive.nu_ref) > 1
+        asked = scale * dive.nu_ref.held_at(time_s)[:, dof] if known and dive.nu_ref is not None else nothing
+        if np.isfinite(measured).any():
+            panels.append((title, np.array([measured, asked])))
+    if not panels:
+        return ()
+    caption = (
+        "Speeds in body axes. The buttons stretch time and height; stretched time can be moved sideways."
+    )
+    return (
+        Traces(
+            f"speeds {dive.name}",
+            caption,
+            ("measured", "reference"),
+            time_s - dive.span_s[0],
+            np.zeros(len(time_s), dtype=np.intp),
+            tuple(panels),
+            ("curve0", "reference"),
+        ),
+    )
 
 
 def depth(dive: Dive, water: Water) -> Figure | None:

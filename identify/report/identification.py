@@ -142,12 +142,8 @@ def _with_added_masses(truth: Mapping[str, float], configuration: Configuration)
 def dive_section(dive: Dive, water: Water) -> Section:
     """Content of a recording: path, speeds, depth, thruster commands, rates and gaps, notes."""
     start_s = dive.span_s[0]
-    drawn = (
-        figures.track(dive),
-        figures.speeds(dive),
-        figures.depth(dive, water),
-        figures.thrusters(dive),
-    )
+    drawn = (figures.track(dive), figures.depth(dive, water), figures.thrusters(dive))
+    in_files = figures.speeds(dive)
     source = f"{len(dive.runs)} recordings, drawn behind one another" if dive.runs else dive.source.name
     words = [
         f"Read from {source} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
@@ -165,7 +161,12 @@ def dive_section(dive: Dive, water: Water) -> Section:
         )
     table = (tables.signals(dive),) if dive.signals() else ()
     return Section(
-        f"Recording: {dive.name}", "\n\n".join(words), table, tuple(figure for figure in drawn if figure)
+        f"Recording: {dive.name}",
+        "\n\n".join(words),
+        table,
+        tuple(figure for figure in drawn if figure),
+        traces=figures.zoomed_speeds(dive),
+        filed=(in_files,) if in_files else (),
     )
 
 

@@ -2,8 +2,6 @@
 network, no script, no further files.
 """
 
-import csv
-import io
 import math
 import platform
 import re
@@ -12,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import starmap
 from pathlib import Path
+from urllib.parse import quote
 
 from bridge.errors import LogError
 from bridge.files import whole
@@ -20,6 +19,7 @@ from bridge.version import installed
 from identify.dive import Dive
 from identify.report import picture, traces
 from identify.report.plot import DARK, LIGHT, Draw
+from identify.report.spreadsheet import to_csv
 from identify.report.traces import Traces
 from identify.words import MISSING, safe, seconds
 
@@ -276,18 +276,15 @@ def _table(table: Table) -> str:
     caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
     drawn = f'<div class="scroll"><table{kind}>{caption}{body}</table></div>'
-    return f'{drawn}\n<details class="csv"><summary>CSV</summary><pre>{safe(_csv(table))}</pre></details>\n'
-
-
-def _csv(table: Table) -> str:
-    """The table as CSV, its numbers as a spreadsheet reads them; a click in it selects it all, so that it is copied
-    without a script."""
-    text = io.StringIO()
-    rows = (
-        ["" if cell == MISSING else cell.replace("\N{MINUS SIGN}", "-") for cell in row] for row in table.rows
+    # Without a script: a click in the text selects it all, and the link saves it as a file.
+    text = to_csv(table.columns, table.rows)
+    saved = (
+        f'<a download="{file_name(table.columns[0])}.csv" href="data:text/csv;charset=utf-8,{quote(text)}">'
     )
-    csv.writer(text, lineterminator="\n").writerows((table.columns, *rows))
-    return text.getvalue()
+    return (
+        f'{drawn}\n<details class="csv"><summary>CSV</summary><p>{saved}Save it as a file</a></p>'
+        f"<pre>{safe(text)}</pre></details>\n"
+    )
 
 
 def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:

@@ -1,6 +1,8 @@
-"""Curves over time that a reader can zoom: panels under a shared time axis, stretched by buttons without a script.
+"""Curves over time that a reader can zoom: panels under a shared time axis, stretched by buttons without a script, in
+time and in height.
 
-The style sheet alone stretches the curves; their lines keep their width, and times and values stay text.
+The style sheet alone stretches the curves; their lines keep their width, and times and values stay text. Values stand
+in a margin, so that they hide no curve of the whole; of a stretched one they hide what lies beneath the margin.
 """
 
 import math
@@ -24,7 +26,8 @@ WIDE, HIGH = 10_000, 1_000
 MOST_POINTS = 3_000
 """Most points of a curve: with six panels of four curves a page stays below 1 MB."""
 
-PANEL_PX = 130
+HEIGHTS = (1, 4)
+"""Heights of a panel, in that of the whole, which STYLE gives."""
 
 SILENT_STEPS, SILENT_S = 5.0, 1.0
 """The first curve of a panel breaks at a longer step, in usual steps and in s: between two runs nothing is known."""
@@ -58,15 +61,18 @@ STYLE = """
 .traces input:focus-visible + label { outline: 3px solid var(--second); }
 .key { display: flex; flex-wrap: wrap; gap: 0 1.4em; list-style: none; margin: 0; padding: 0; }
 .key svg { width: 36px; height: 12px; margin-right: .4em; }
-.pane { overflow-x: auto; }
-.band { position: relative; width: 100%; }
+.pane { overflow-x: auto; --high: 130px; }
+.high4:checked ~ .pane { --high: 520px; }
+.zooms { display: inline-block; margin-right: .4em; color: var(--soft); }
+.band { position: relative; box-sizing: border-box; width: 100%; padding-left: 4em; }
 .zoom4:checked ~ .pane .band { width: 400%; }
 .zoom16:checked ~ .pane .band { width: 1600%; }
-.band svg { display: block; width: 100%; height: 130px; border-bottom: 2px solid var(--rule); }
-.band p { position: sticky; left: 0; width: max-content; max-width: 90vw; margin: .6em 0 0; font-weight: 600; }
-.scale { position: sticky; left: 0; width: 0; height: 0; }
-.scale span { position: absolute; left: 2px; transform: translateY(-50%); padding: 0 .2em;
-  font-size: .75em; line-height: 1; color: var(--soft); background: var(--ground); opacity: .85; white-space: nowrap; }
+.band svg { display: block; width: 100%; height: var(--high); border-bottom: 2px solid var(--rule); }
+.band p { position: sticky; left: 0; margin: .6em 0 0 -4em; width: max-content;
+  max-width: 90vw; font-weight: 600; }
+.scale { position: sticky; left: 0; margin-left: -4em; width: 4em; height: 0; }
+.scale span { position: absolute; right: 0; transform: translateY(-50%); padding: 0 .4em 0 .2em;
+  font-size: .75em; line-height: 1; color: var(--soft); background: var(--ground); white-space: nowrap; }
 .times { position: relative; height: 1.6em; font-size: .85em; color: var(--soft); }
 .times span { position: absolute; padding-left: .2em; border-left: 1px solid var(--rule); }
 .times .at4, .times .at16 { display: none; }
@@ -89,11 +95,12 @@ STYLE = """
 def render(traces_drawn: Traces, key: str) -> str:
     """Render as HTML. key: makes the ids of its buttons unique in the page."""
     kept = _thinned(traces_drawn)
-    buttons = "".join(
+    buttons = '<span class="zooms">in time</span>' + "".join(
         f'<input type="radio" class="zoom{by}" name="{key}" id="{key}-{by}"{" checked" if by == ZOOMS[0] else ""}>'
         f'<label for="{key}-{by}">{"whole" if by == ZOOMS[0] else f"{by} times"}</label>'
         for by in ZOOMS
     )
+    buttons += f'<br><span class="zooms">in height</span>{_heights(key)}'
     words = "".join(
         f'<li><svg viewBox="0 0 36 12" aria-hidden="true"><path class="curve {kind}" d="M0 6H36"/></svg>'
         f"{safe(label)}</li>"
@@ -105,6 +112,15 @@ def render(traces_drawn: Traces, key: str) -> str:
         f'<figure class="traces" aria-label="{safe(traces_drawn.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
         f'<div class="pane" tabindex="0"><div class="band">\n{band}</div></div>\n'
         f"<figcaption>{safe(traces_drawn.caption)}</figcaption></figure>\n"
+    )
+
+
+def _heights(key: str) -> str:
+    """The buttons that stretch the values."""
+    return "".join(
+        f'<input type="radio" class="high{by}" name="{key}-h" id="{key}-h{by}"{" checked" if by == HEIGHTS[0] else ""}>'
+        f'<label for="{key}-h{by}">{"whole" if by == HEIGHTS[0] else f"{by} times"}</label>'
+        for by in HEIGHTS
     )
 
 
@@ -128,7 +144,8 @@ def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
     lines = [(value, (high - value) / (high - low)) for value in _multiples(step, low, high)]
     grid = "".join(f'<path class="grid" d="M0 {HIGH * down:.0f}H{WIDE}"/>' for _, down in lines)
     scale = "".join(
-        f'<span style="top:{PANEL_PX * down:.0f}px">{_rounded(value, step)}</span>' for value, down in lines
+        f'<span style="top:calc({down:.3f}*var(--high))">{_rounded(value, step)}</span>'
+        for value, down in lines
     )
     paths = "".join(
         f'<path class="curve {of.kinds[k]}" '

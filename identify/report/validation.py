@@ -183,7 +183,7 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
     )
     caption = (
         f"Each dive from {AROUND_S:g} s before its reference moves; the reference is that of {first}, errors are below "
-        f"{CUTOFF_HZ:g} Hz. The buttons stretch the time axis; then it can be moved sideways."
+        f"{CUTOFF_HZ:g} Hz. The buttons stretch time and height; stretched time can be moved sideways."
     )
     modes = (MODES[k % len(MODES)] for k in range(len(begun_s)))
     return (

@@ -6,6 +6,7 @@ import socket
 import struct
 import threading
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,8 @@ import pytest
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.link import memory_pair
-from bridge.vehicle.config import CONFIGS
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.framing import Framer
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.recordings import began
@@ -229,6 +231,21 @@ def test_effects_set_in_during_a_dive_as_asked(tmp_path, mission, capsys):
     assert speeds[1][1] < speeds[0][1] - 0.02
 
 
+def test_a_dive_that_can_not_begin_leaves_no_folder(tmp_path, mission, monkeypatch, capsys):
+    def impossible(*_):
+        return replace(load_truth(load_vehicle("ruvifist"), "hovering"), effects={"T1_gain": 0.1})
+
+    monkeypatch.setattr("tui.commands.simulate.load_truth", impossible)
+    assert simulate(tmp_path, mission) == exit_codes.BAD_INPUT
+    assert "T1_gain 0.1 out of bounds" in capsys.readouterr().err
+    assert not list((tmp_path / "dives").iterdir())
+
+
+def test_an_onset_out_of_bounds_names_them(tmp_path, mission, capsys):
+    assert simulate(tmp_path, mission, "--onset", "2", "T1_gain=0.01") == exit_codes.BAD_INPUT
+    assert "T1_gain is 0.01, and can be from 0.3 to 2 here" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "onset",
     [
@@ -239,6 +256,8 @@ def test_effects_set_in_during_a_dive_as_asked(tmp_path, mission, capsys):
         ("2", "T9_gain=0.5"),
         ("7", "X_uu=3"),
         ("-1", "X_uu=3"),
+        ("2", "T1_gain=0.01"),
+        ("2", "X_uu=1e9"),
     ],
     ids=" ".join,
 )

@@ -239,6 +239,19 @@ def test_a_dive_says_where_it_comes_from_its_mode_its_notes_and_counts():
     assert "/somewhere" not in text
 
 
+def test_a_dive_s_speeds_can_be_zoomed_beside_their_reference_and_stay_a_figure_for_files():
+    dive = straight_dive()
+    asked = Signal(dive.velocity.time_s, np.tile(np.arange(14.0), (len(dive.velocity), 1)))
+    section = dive_section(replace(dive, nu_ref=asked), Water())
+    (zoomed,) = section.traces
+    assert [title for title, _ in zoomed.panels][:3] == ["surge, m/s", "sway, m/s", "heave, m/s"]
+    assert zoomed.labels == ("measured", "reference")
+    for dof, (_, (measured, reference)) in enumerate(zoomed.panels[:3]):
+        np.testing.assert_array_equal(measured, dive.velocity.value[:, dof])
+        assert set(reference) == {float(dof)}
+    assert [figure.name for figure in section.filed] == [f"speeds {dive.name}"]
+
+
 def test_dead_reckoning_goes_north_when_turned_about_all_axes():
     time_s = np.array([0.0, 2.0])
     # 120 degrees about (1, 1, 1) takes x to y, y to z and z to x: heave becomes north.

@@ -98,6 +98,11 @@ def test_the_feed_forward_goes_off_at_once_and_elsewhere_only_by_a_second_word(m
     mavproxy.ask("seatrial ff off", "ff: vehicle 1: off, as read back and as its telemetry says")
 
 
+def test_without_a_vehicle_file_the_status_says_what_the_comparison_with_a_model_lacks(mavproxy):
+    lacks = "not compared with its model: needs a vehicle file; name it: seatrial file NAME"
+    mavproxy.until("seatrial status", lacks)
+
+
 def test_an_alarm_of_the_crews_own_limits_is_said_and_stands_in_the_status(mavproxy):
     mavproxy.until("seatrial status", r"component 1\s+ALARM battery \d\d\.\d V, below 99 V")
     assert len(re.findall("^ALARM battery", mavproxy.text, re.MULTILINE)) >= 2

@@ -49,6 +49,9 @@ def test_the_buttons_zoom_the_curves_and_a_click_selects_a_table_as_csv(tmp_path
             await click("document.querySelector('.csv summary')")
             await browser.until_true("document.querySelector('.csv').open")
             await click("document.querySelector('.csv pre')")
+            saved = "document.querySelector('.csv a[download]').href"
+            table = "document.querySelector('.csv pre').textContent"
+            assert await browser.evaluate(f"decodeURIComponent({saved}.split(',')[1]) == {table}")
             copied = await browser.evaluate("getSelection().toString()")
             assert copied.startswith("Degree of freedom,")
             assert (

@@ -68,3 +68,19 @@ def test_what_the_disturbance_takes_stands_beside_each_degree_of_freedom():
     assert "surge\n2.4 N\n3.1 N, 62 %\n34 mm/s → 12 mm/s" in page
     assert "Disturbance: the fitted stationary disturbance" in page
     assert "Disturbance" not in read(diagnosis())
+
+
+def test_the_values_can_be_stretched_as_the_times_can_and_their_labels_go_along():
+    html = render(traces(), "a")
+    assert re.findall(r'<input type="radio" class="(\w+)"', html) == [
+        "zoom1",
+        "zoom4",
+        "zoom16",
+        "high1",
+        "high4",
+    ]
+    assert len(re.findall(r'name="a"', html)) == 3
+    assert len(re.findall(r'name="a-h"', html)) == 2
+    tops = re.findall(r"top:calc\(([\d.]+)\*var\(--high\)\)", html)
+    assert len(tops) > 3
+    assert all(0.0 <= float(top) <= 1.0 for top in tops)

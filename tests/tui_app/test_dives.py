@@ -56,9 +56,16 @@ def test_enter_chooses_the_dive_that_the_other_screens_show_and_each_opening_rea
 def test_a_folder_that_can_t_be_listed_or_is_empty_says_so(tmp_path):
     why = "dives: is a file; give the folder that holds the dives"
     played(desk(FakeVerbs({"dives": None}, 2, [why]), out=tmp_path), "2", Sees(why))
-    nothing = "holds no dive yet; a recording makes one"
-    played(desk(FakeVerbs({"dives": None}, 2, ["no such folder"])), "2", Sees(f"dives: {nothing}"))
-    played(desk(FakeVerbs({"dives": []})), "2", Sees("dives: holds no dive yet; a recording makes one"))
+    nothing = Sees("no dive in dives yet; a recording makes one")
+    played(desk(FakeVerbs({"dives": None}, 2, ["no such folder"])), "2", nothing)
+    played(desk(FakeVerbs({"dives": []})), "2", nothing)
+
+
+def test_without_a_dive_no_key_is_offered_that_would_work_on_one(tmp_path):
+    offered = [Lacks(words) for words in ("i Identify", "d Diagnose", "v Validate", "r Replay", "u Upload")]
+    at = desk(FakeVerbs({"dives": []}), out=tmp_path)
+    played(at, *(step for key in "23456" for step in (key, *offered)))
+    played(desk(), "2", Sees("i Identify"), Sees("r Replay"))
 
 
 def test_what_the_folder_lacked_is_said_no_more_once_it_is_read_again(tmp_path):
@@ -391,6 +398,34 @@ def test_a_dive_that_is_recorded_shows_what_it_holds_so_far_or_that_it_holds_not
     lines = details_of(DECK, recorded=True, underway="is being recorded, nothing heard yet")
     assert "is being recorded, nothing heard yet" in lines
     assert not [line for line in lines if "so far" in line or "could tell" in line or "can't" in line]
+
+
+def test_a_recording_that_grows_is_read_again_and_says_so_no_longer_that_it_holds_nothing(tmp_path):
+    next_dive = tmp_path / "2026-11-21T0552Z-next"
+    next_dive.mkdir()
+    log = next_dive / "telemetry.tlog"
+    log.touch()
+    listed = dive(
+        next_dive.name, folder=str(next_dive), size_bytes=0, underway="is being recorded, nothing heard yet"
+    )
+    verbs = FakeVerbs({"dives": [listed]})
+
+    def comes(_):
+        log.write_bytes(bytes(60_000))
+        verbs.results["dives"] = [listed | {"size_bytes": 60_000, "underway": ""}]
+
+    at = desk(verbs, out=tmp_path, recorded=lambda: next_dive)
+
+    def look(app):
+        app.screen.show(view())
+
+    def reads_no_more(app):
+        before = len(verbs.words)
+        look(app)
+        return len(verbs.words) == before
+
+    nothing, so_far = Sees("is being recorded, nothing heard yet"), Sees("this is what it holds so far")
+    played(at, "2", nothing, comes, look, so_far, Lacks("nothing heard yet"), reads_no_more)
 
 
 def test_a_recording_that_begins_while_dives_is_open_is_listed_at_once(tmp_path):

@@ -1,6 +1,7 @@
 """An identification as lines: bars, curves that converge, and the result beside what was accepted."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -68,10 +69,26 @@ def test_a_job_that_has_told_nothing_reads_the_dive():
 
 def test_the_answer_of_one_method_stands_beside_the_curves_of_the_other_as_soon_as_it_is_there():
     reports = (*passes(), answer(), *passes(4)[-1:])
-    assert plain(curves(reports, 80, 18))[0].startswith("M_u      111.8 ± 2.8 kg        vs 111.7 ")
-    assert plain(progress(at_work(*reports), 1.0, 80))[1].endswith("100 %  answered")
+    assert plain(curves(reports, 80, 18))[0].startswith("M_u      111.8 ± 2.8 kg      vs 111.7   M_v")
+    assert plain(progress(at_work(*reports), 1.0, 80))[1].endswith("100 %  answered: vs at each curve")
     assert len(passes_of(reports)[0].value) == 4
     assert plain(curves((answer(),), 80, 18))[0] == "M_u      111.7 ± 3.4 kg  by likelihood"
+
+
+def test_what_a_method_refuses_has_no_interval_once_it_has_answered():
+    first = answer()
+    refuses = replace(first, values={name: value for name, value in first.values.items() if name != "I_p"})
+    own = replace(refuses, of="pinn")
+    lines = "\n".join(plain(curves((*passes(), own), 160, 18)))
+    assert "I_p         -- not identified" in lines
+    assert "M_u      112.0 ± 3.7 kg" in lines
+    beside = "\n".join(plain(curves((*passes(), refuses), 160, 18)))
+    assert "I_p      4.782 ± 0.16 kg m2     vs --" in beside
+
+
+def test_the_heads_of_charts_side_by_side_do_not_touch():
+    (head, *_) = plain(curves((*passes(), answer()), 160, 18))
+    assert "vs 111.7   M_v" in head
 
 
 def test_once_all_have_answered_there_is_one_bar_for_the_page_that_is_written():

@@ -95,7 +95,7 @@ def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):
 
 
 def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
-    played(desk(WAITING(), out=dive / "none"), "3", "i", Sees("holds no dive yet; a recording makes one"))
+    played(desk(WAITING(), out=dive / "none"), "3", "i", Sees("yet; a recording makes one"))
     unnamed = desk(WAITING(), dive=dive.relative_to(Path.cwd()), vehicle="")
     named = []
     unnamed.name_vehicle = lambda vehicle: named.append(load_vehicle(vehicle))

@@ -20,7 +20,7 @@ from gcs_plugin.params import last_accepted
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.watch.picture import Armed
+from gcs_plugin.watch.picture import Alarm, Armed, Kind, Said
 from tui.app.jobs import JobState
 from tui.app.next_step import Flight, Situation, Task, lowered_to, next_of, raised_to
 from tui.app.read_situation import read_situation
@@ -75,6 +75,18 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),
         (replace(GO, heard=False, mode="", gate=("first", False), flown="off"), Task.TO_SHADOW,
          "uploaded: switch the vehicle on"),
+        (replace(GO, heard=False, recording=False, mode=""), Task.RECORD,
+         "begin a recording; then: uploaded: the mode of its feed-forward, once told"),
+        (replace(UPLOADED, mode=""), Task.TO_SHADOW, "uploaded: the mode of its feed-forward, once told"),
+        # As it was heard last, before its link or its recording ended.
+        (replace(GO, heard=False, recording=False, mode="", last_mode="both"), Task.RECORD,
+         "begin a recording; then: once it has flown with the feed-forward"),
+        (replace(GO, heard=False, recording=False, mode="", last_mode="shadow"), Task.RECORD,
+         "begin a recording; then: GO in shadow: raise"),
+        (replace(SHADOW, heard=False, recording=False, mode="", last_mode="shadow"), Task.RECORD,
+         "begin a recording; then: once it has flown a minute in shadow"),
+        (replace(UPLOADED, heard=False, recording=False, mode="", last_mode="off"), Task.RECORD,
+         "begin a recording; then: uploaded: set the feed-forward to shadow"),
         (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
@@ -109,6 +121,25 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(AGAIN, heard=False, departed="weak"), Task.DIAGNOSE, "first was flown after a NO-GO: ask what"),
         (replace(AGAIN, mode="shadow", departed="weak"), Task.DIAGNOSE, "first was flown after a NO-GO: ask what"),
         (replace(AGAIN, departed="weak"), Task.VALIDATE, "validate first"),
+        # A model that flies, and of which no upload is kept here.
+        (replace(HERE, mode="both"), Task.FLY, "it flies with a model that is not known here"),
+        (replace(DIVED, mode="both", determined=4, lacking=("M_v",)), Task.VALIDATE, "validate first"),
+        (replace(DIVED, mode="both", flown="off"), Task.FLY, "it flies with a model that is not known here"),
+        (replace(DIVED, mode="both", flown="both", go=True), Task.DIAGNOSE, "flown and compared"),
+        # The feed-forward acts as it must not: whatever else is known or lacks, it is lowered first.
+        (replace(DIVED, mode="both", flown="both", go=False, determined=4, lacking=("M_v",)), Task.LOWER,
+         "first is a NO-GO: lower the feed-forward"),
+        (replace(DIVED, mode="shadow", flown="both", go=False, lacking=("M_v",)), Task.DIAGNOSE,
+         "first is a NO-GO: ask what causes it"),
+        (replace(IDENTIFIED, mode="both", flown="both", go=False), Task.LOWER, "first is a NO-GO: lower"),
+        (replace(IDENTIFIED, mode="both", flown="both", go=False, before_upload=True), Task.UPLOAD, "identified, not"),
+        (replace(HERE, mode="both", departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
+        (replace(BOTH, departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
+        (replace(SHADOW, departs=True), Task.BRING_HOME, "the ALARM above: bring the vehicle home, begin the next"),
+        (replace(BOTH, departs=True, lost=True), Task.LOST, "the link was lost while it was armed"),
+        # Uploaded from elsewhere, and a folder without a dive.
+        (replace(HERE, uploaded=True, mode="off"), Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
+        (replace(HERE, uploaded=True, mode="both"), Task.FLY, "once it has flown with the feed-forward"),
         (replace(HERE, over=True), Task.END, "the dive is over: begin the next"),
         (replace(DIVED, over=True, recording=False), Task.IDENTIFY, "identify first"),
     ],
@@ -317,7 +348,21 @@ def test_while_a_question_is_open_the_next_step_is_its_answer_and_names_no_key(p
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     asked, next_step = Sees("NEXT answer what is asked; escape leaves it"), Sees("NEXT 2 i identify")
     views = FixedViews(shown(0))
-    played(place.desk, next_step, "ctrl+u", asked, "escape", next_step, views=views)
+    # Nor does the line of keys name one that would only be typed.
+    typed = [Lacks(words) for words in ("i Identify", "t Theme", "? Help")]
+    live = Sees("Ctrl-X FF off")
+    played(
+        place.desk,
+        next_step,
+        "ctrl+u",
+        asked,
+        *typed,
+        live,
+        "escape",
+        next_step,
+        Sees("c Charts"),
+        views=views,
+    )
 
 
 def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_shadow):
@@ -325,6 +370,45 @@ def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_sh
     assert in_shadow.situation().gate is None
     keys = ("6", Sees("GO"), Sees("Ctrl-U does not raise it now: no dive in shadow since the upload"))
     played(in_shadow.desk, *keys, size=WIDE, views=FixedViews(shown(1)))
+
+
+def test_in_a_folder_without_values_the_upload_is_the_one_that_the_vehicle_accepted_last(in_shadow):
+    (in_shadow.dives / "2026-11-21T0800Z-first" / "identified.param").unlink()
+    situation = in_shadow.situation(shown(3))
+    assert (situation.identified, situation.uploaded, situation.after_upload) == (False, True, True)
+    assert next_of(in_shadow.situation(shown(1))).words.startswith("GO in shadow")
+    # Not of a vehicle that says itself that it has none in force.
+    lacks = replace(shown(0).picture, said=(Said(0.0, 4, "FF surge off: M_u is missing", of_set=True),))
+    assert in_shadow.situation(replace(shown(0), picture=lacks)).uploaded is False
+    in_shadow.dive(FLOWN, M_u=0.01, M_v=0.9)
+    in_shadow.validate(FLOWN, "both", False)
+    assert next_of(in_shadow.situation(shown(3))).words.startswith(f"{FLOWN} is a NO-GO: lower")
+    assert next_of(in_shadow.situation(shown(1))).words == f"{FLOWN} is a NO-GO: ask what causes it"
+
+
+def test_a_no_go_from_before_the_newest_upload_lowers_nothing(in_shadow):
+    in_shadow.dive(FLOWN, M_u=0.01)
+    in_shadow.validate(FLOWN, "both", False)
+    assert in_shadow.situation(shown(3)).before_upload is False
+    in_shadow.write(in_shadow.receipts / "2026-11-21T090000Z-accepted.param")
+    assert in_shadow.situation(shown(3)).before_upload is True
+    in_shadow.identify(FLOWN, 13.0)
+    assert next_of(in_shadow.situation(shown(3))).words.startswith("identified, not uploaded")
+
+
+def test_the_mode_heard_last_is_kept_while_the_vehicle_is_not_heard(place):
+    silent = replace(shown(None), last_heard=shown(3).picture)
+    assert (place.situation(silent).mode, place.situation(silent).last_mode) == ("", "both")
+
+
+@pytest.mark.parametrize(
+    ("kind", "departs"), [(Kind.GAP, True), (Kind.THRUSTER, True), (Kind.BATTERY, False)]
+)
+def test_an_alarm_about_the_model_is_what_is_to_be_done_next(place, kind, departs):
+    now = shown(3, Armed.ARMED)
+    now = replace(now, picture=replace(now.picture, alarms=(Alarm(kind, "", "x"),)))
+    assert place.situation(now).departs is departs
+    assert place.situation(replace(now, behind_s=60.0)).departs is False
 
 
 def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):

@@ -158,13 +158,19 @@ def test_no_column_is_cut_and_those_in_intervals_are_left_out_first(rows, cells,
         *("name", "was" if written else "vehicle", "→"),
         *("identified" if cells >= 60 else "new", "change"),
     ]
-    order = [known for known in ("change", "unit", "±95", "Δ/±95%", "accepted", "meaning") if known in heads]
+    order = [known for known in ("change", "unit", "±", "Δ/±", "accepted", "meaning") if known in heads]
     assert order == [head for head in heads if head in order]
     for line, entry in zip(lines, shown.parameters, strict=True):
         assert entry.name in line
         assert "meaning" not in heads or line.endswith(entry.sentence)
     if cells >= 100:
         assert "accepted" in heads
+
+
+def test_a_number_without_a_unit_is_shown_without_one():
+    (head, line, *_) = plain(table(comparison(plan(parameters=[GAIN])), (), 0, {}, 100, 20))
+    assert "unit" in head
+    assert "% 1" not in " ".join(line.split())
 
 
 GAIN = FIRST | {"name": "FF1_T1_GAIN", "unit": "1", "present": 0.0, "target": 0.791, "change": None}

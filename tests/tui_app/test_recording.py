@@ -1,5 +1,7 @@
 """Recordings from the app: begun, gone on with in a new dive, ended."""
 
+import math
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -190,6 +192,60 @@ def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
     assert [words[0] for words in boat.verbs.words] == ["dives"]
 
 
+def test_a_recording_in_which_nothing_arrived_was_no_dive_and_the_way_to_a_vehicle_is_said_again():
+    boat, nobody = Boat(), replace(SILENT, picture=replace(picture(), links=(), armed=Armed.UNKNOWN))
+    boat.links, boat.recorded = (), None
+    boat.desk.was_killed = lambda _: False
+    views = FixedViews(nobody)
+
+    def see(shown):
+        def step(app):
+            views.shown = shown
+            app._refresh_view()
+
+        return step
+
+    other = replace(recording(lasted_s=5.0, disk_left_s=math.inf), frames=0, links=("udpin:127.0.0.1:14570",))
+    notices = played(
+        boat.desk,
+        Sees("no vehicle is connected; Ctrl-L"),
+        see(replace(nobody, recording=other)),
+        Lacks("no vehicle is connected"),
+        see(nobody),
+        Lacks("DIVE OVER"),
+        Sees("no vehicle is connected; Ctrl-L"),
+        views=views,
+    )
+    assert notices == [
+        "the app follows the recording of udpin:127.0.0.1:14570 into dives/deck",
+        "the recording of udpin:127.0.0.1:14570 is over; nothing arrived in it; Ctrl-L connects one",
+    ]
+
+
+def test_while_the_app_begins_a_recording_it_does_not_say_that_none_runs():
+    boat, begun = Boat(), threading.Event()
+    boat.desk.record = begun.wait
+    boat.recorded = None
+    trouble = replace(SILENT, trouble="no recording runs that could be listened to")
+
+    def refresh(app):
+        app._refresh_view()
+
+    def go_on(_):
+        begun.set()
+
+    played(
+        boat.desk,
+        Sees("no recording runs"),
+        "ctrl+g",
+        refresh,
+        Sees("a recording begins"),
+        Lacks("no recording runs"),
+        go_on,
+        views=FixedViews(trouble),
+    )
+
+
 def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next_is_recorded():
     boat, views = Boat(), FixedViews(view())
     gone = tuple(replace(link, age_s=30.0, lost=True) for link in picture().links)
@@ -210,7 +266,13 @@ def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next
         Sees("the dive is over: begin the next"),
     )
     second = replace(view(), picture=over, recording=replace(view().recording, folder="dives/second"))
-    after_it = (see(second), Sees("DIVE OVER"), Lacks("LINK LOST"), Lacks("the dive is over: begin"))
+    after_it = (
+        see(second),
+        Sees("no vehicle heard yet"),
+        Lacks("DIVE OVER"),
+        Lacks("LINK LOST"),
+        Lacks("the dive is over: begin"),
+    )
     played(boat.desk, *first, *after_it, see(view()), Lacks("DIVE OVER"), views=views)
 
 

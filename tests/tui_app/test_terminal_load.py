@@ -27,7 +27,7 @@ GOAL_S = 0.1
 FIRST_SCREEN_GOAL_S = 1.5
 ROWS, COLUMNS = 24, 80
 FIRST = b"NO LINK"
-HELP, WATCH, IDENTIFY = b"Everywhere", b"THRUSTERS", b"holds no dive yet"
+HELP, WATCH, IDENTIFY = b"Everywhere", b"THRUSTERS", b"a recording makes one"
 
 
 class Terminal:

@@ -264,11 +264,22 @@ def test_the_gravest_alarm_has_a_line_of_its_own_above_other_troubles():
 
 def test_a_long_alarm_is_cut_and_still_says_that_there_are_more():
     long = replace(
-        BATTERY, words="it departs from its model in surge, sway and yaw: " + 5 * "a pull of 3 N, "
+        BATTERY, words="it departs from its model in surge, sway and yaw: " + 9 * "a pull of 3 N, "
     )
-    (alarm,) = header(with_picture(alarms=(long, LOST)), TABS, 80)[2:]
-    assert len(joined(alarm)) == 80
-    assert joined(alarm).rstrip().endswith("(and 1 more)")
+    lines = header(with_picture(alarms=(long, LOST)), TABS, 80)[2:]
+    assert [len(joined(line)) for line in lines] == [80, 80]
+    assert joined(lines[-1]).rstrip().endswith("(and 1 more)")
+
+
+@pytest.mark.parametrize("others", [(), (LOST, LOST)])
+@pytest.mark.parametrize("cells", [44, 48, 60, 80, 160])
+def test_the_cause_of_an_alarm_is_never_cut_where_the_model_is_departed_from_in_two_axes(cells, others):
+    words = "it departs from its model in surge, yaw: thruster 1 gives 50 % less or a pull of 12 N"
+    shown = with_picture(alarms=(replace(BATTERY, words=words), *others))
+    lines = plain(tuple(line for line in header(shown, TABS, cells) if line[0][1] == "failsafe"))
+    told = " ".join(" ".join(lines).split())
+    assert told == f"ALARM {words}" + " (and 2 more)" * bool(others)
+    assert all(len(line) <= cells for line in lines)
 
 
 def test_a_dive_that_is_over_has_no_alarm():

@@ -122,7 +122,7 @@ def test_where_nothing_changes_nothing_is_asked():
 
 def test_each_line_is_ticked_as_it_is_written():
     vehicle = FakeVehicle(tells=lines_written(3, 0.43), waits=True)
-    ticked = (has("FF1_M_V", "✓", "equal"), has("FF1_I_R", "+3.7"))
+    ticked = (has("FF1_M_V", "✓", "equal"), has("FF1_I_R", "+3.7", "8.25"))
     on_screen(vehicle, "u", "7", "enter", Sees("43 %"), *ticked)
 
 

@@ -1,6 +1,7 @@
 """The screen Validate: the verb that it runs, and a validation as lines."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,12 @@ from made_validation import run as run_of
 from screen_text import WIDE, Sees, plain, played
 
 from bridge.reports import PAGE, Report
+from identify.glance.raising import Criterion
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import validate
-from tui.app.screens.validate import runs
+from tui.app.screens.validate import Verdict, runs
 
 
 def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):
@@ -121,8 +123,8 @@ def test_the_pid_alone_is_the_baseline_and_a_recording_in_which_nothing_moved_is
 
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     lines = plain(validate.criteria_lines(runs(validation(go=False))[0], 80))
-    assert lines[0] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
-    assert lines[1] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
+    assert lines[0] == "▲ no  surge mass:     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    assert lines[1] == "● ok  surge likeness: 0.99 between feed-forward and PID, at least 0.8"
     assert lines[3].startswith("◐ ?   yaw mass")
 
 
@@ -215,3 +217,21 @@ def test_a_plot_runs_from_the_lowest_to_the_highest_value_and_leaves_gaps_empty(
 @pytest.mark.parametrize("data", [None, {}, [], [{"run": "PID"}], "x"])
 def test_what_is_no_validation_is_none(data):
     assert runs(data) is None
+
+
+def test_a_heading_is_never_cut_on_a_phone(tmp_path):
+    titles = ("GO OR NO-GO for the feed-forward", "CURVES of ", "ERRORS, mean of the absolute, by phase")
+    played(
+        validated_desk(tmp_path),
+        "6",
+        *(step for title in titles for step in (Sees(title), "s")),
+        size=(44, 40),
+    )
+
+
+def test_a_criterion_s_name_ends_before_its_words_begin():
+    made = Criterion("thruster 1 made up for", True, "asked as if it gave 79 % of its curve")
+    (line,) = plain(
+        validate.criteria_lines(replace(runs(validation())[0], verdict=Verdict(True, "", (made,))), 80)
+    )
+    assert line == "● ok  thruster 1 made up for: asked as if it gave 79 % of its curve"

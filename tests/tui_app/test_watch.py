@@ -379,18 +379,18 @@ def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
     ]
     (learns,) = gap_lines(Gap(learns_s=34.0), "", 34)
     assert plain((learns,))[0].endswith("its floor is learnt, 34 s")
-    assert plain(gap_lines(GAP, "", 34)) == ["MODEL ─ yaw 57.1, floor 2.9 mrad/s"]
+    assert plain(gap_lines(GAP, "", 34)) == ["MODEL ─ yaw 3.27, floor 0.17 deg/s"]
     heading, *rows = gap_lines(GAP, "", 60)
-    assert plain((heading,))[0].endswith("off in 5 s / floor, mm/s and mrad/s")
+    assert plain((heading,))[0].endswith("off in 5 s / floor, mm/s and deg/s")
     assert plain(rows) == [
         "surge   49.1 /  5.1 sway    29.9 /  8.8 heave    5.0 /  3.3",
-        "roll     2.0 /  2.9 pitch    2.1 /  2.0 yaw     57.1 /  2.9",
+        "roll    0.11 / 0.17 pitch   0.12 / 0.11 yaw     3.27 / 0.17",
     ]
-    assert ("  57.1", "bad") in rows[1]
+    assert ("  3.27", "bad") in rows[1]
 
 
 def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
-    assert plain(gap_lines(GAP, "", 34, 3.0)) == ["MODEL ─ yaw 57.1, floor 2.9 mrad/s"]
+    assert plain(gap_lines(GAP, "", 34, 3.0)) == ["MODEL ─ yaw 3.27, floor 0.17 deg/s"]
     assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──────────── heard 3 min ago"]
 
 
@@ -455,3 +455,19 @@ def test_the_sensors_of_a_dive_that_is_over_are_no_faults():
 
     over = (end_the_recording, Sees("the dive is over: nothing is measured"), Lacks("missing"))
     played(desk(), Sees("missing"), *over, views=views, size=WIDE)
+
+
+@pytest.mark.parametrize(("size", "beside"), [((140, 40), True), ((140, 34), False), ((120, 40), False)])
+def test_where_the_words_leave_room_the_supply_stands_below_them_and_the_other_charts_have_its_rows(
+    size, beside
+):
+    async def work(app, _):
+        supply, heading = (
+            app.screen.query_one(f"#{name}").region.height
+            for name in ("beside-chart-voltage", "chart-heading")
+        )
+        assert ("SUPPLY" in text(app)) is beside is (supply > 0)
+        assert text(app).count("battery     15.90 V") == 1
+        assert heading >= 9 or not beside
+
+    run(made(FixedViews()), size, work)

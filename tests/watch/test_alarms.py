@@ -13,6 +13,8 @@ from gcs_plugin.bell import Bell
 from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import Watcher
+from tui.app.screens.watch_lines import unset_lines
+from tui.watch_text import header
 
 RUVIFIST = load_vehicle("ruvifist:survey")
 SET = Settings(
@@ -172,3 +174,35 @@ def test_a_sound_is_a_program_of_this_computer(tmp_path):
     assert started == []
     with pytest.raises(ConfigError, match="no program 'no-such-player'"):
         Bell(Settings(sound="no-such-player loud"), print)
+
+
+def test_an_alarm_leaves_its_words_and_how_long_it_lasted_and_one_that_comes_back_at_once_goes_on():
+    dive = Dive()
+    dive.pictured(2.0)
+    deep = {"pressure": (260_000.0, 15.0)}
+    assert Kind.DEPTH in dive.pictured(3.0, **deep)
+    dive.pictured(1.0)
+    dive.pictured(4.0, **deep)
+    (stands,) = dive.watcher.picture(dive.now_s).said
+    assert stands.text.startswith("ALARM depth")
+    assert stands.severity == 3
+    assert Kind.DEPTH not in dive.pictured(15.0)
+    (over,) = dive.watcher.picture(dive.now_s).said
+    assert over.text == f"{stands.text}; over after 8 s"
+    assert over.severity == 4
+
+
+def test_an_alarm_in_the_vehicles_own_words_stands_among_them_once():
+    dive = Dive().go_on(0.5)
+    dive.vehicle.says(status_texts("Leak Detected", 2, 1)[0], dive.now_s)
+    assert Kind.VEHICLE in dive.pictured(2.0)
+    assert [said.text for said in dive.watcher.picture(dive.now_s).said] == ["Leak Detected"]
+
+
+def test_alarms_that_are_switched_off_are_named():
+    assert Dive().watcher.picture(0.0).unset == ()
+    shipped = Dive(SHIPPED).watcher.picture(0.0)
+    assert shipped.unset == (Kind.BATTERY, Kind.DEPTH, Kind.ALTITUDE)
+    assert "no alarm is set for battery, depth, altitude" in header(shipped, None)
+    assert unset_lines(shipped.unset, 60) == ((("no alarm set: battery, depth, altitude", "quiet"),),)
+    assert unset_lines((), 60) == ()

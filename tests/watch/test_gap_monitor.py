@@ -328,7 +328,10 @@ def test_what_a_vehicle_lacks_to_be_compared_is_said():
     assert after(LiveGap(None, {}), 4) == ""
     assert after(LiveGap(None, {}), 5) == "needs a vehicle file"
     assert after(LiveGap(RUVIFIST, {}), 5, "imu", "attitude") == "no DVL velocity, pulses from our bridge"
-    assert after(LiveGap(RUVIFIST, {}), 5, *everything) == "no identified model in force"
+    assert after(LiveGap(RUVIFIST, {}), 5, *everything) == "no identified model is known here"
+    flies = LiveGap(RUVIFIST, {})
+    flies.take(Reading("ff_mode", math.nan, (3.0,)))
+    assert after(flies, 5, *everything) == "the model that it flies with is not known here"
     assert after(live_with(TRUTH.model), 5, *everything) == ""
 
 

@@ -70,7 +70,7 @@ class Played(QuietLink):
 
 def test_a_line_holds_what_a_crew_asks_for(healthy):
     line = watch_text.line(healthy.picture(1.2), RECORDING)
-    values = "u 0.30/0.40 v 0.00/0.10 w 0.00/0.20 r 0.100/0.030"
+    values = "u 0.30/0.40 v 0.00/0.10 w 0.00/0.20 r 5.7/1.7 deg/s"
     assert re.fullmatch(rf"ARMED \| REC \| FF shadow \| depth \d\.\d+/1\.50 m \| {values} \| 15\.9 V", line)
 
 
@@ -114,11 +114,11 @@ def test_alarms_come_first_and_the_gap_stands_beside_its_floor(healthy):
     assert line.startswith(f"ARMED | REC | ALARM {ALARM.words} | FF shadow")
     unled = {key: replace(trace, reference=None) for key, trace in picture.traces.items()}
     line = watch_text.line(replace(picture, alarms=(), traces=unled), RECORDING)
-    assert line.endswith("r 0.100 | surge 49.0/5.0 mm/s off | 15.9 V")
+    assert line.endswith("r 5.7 deg/s | surge 49.0/5.0 mm/s off | 15.9 V")
     assert watch_text.header(picture, None)[1] == f"ALARM {ALARM.words}"
     assert watch_text.gap_table(picture).rows == [
         ("surge", "49.0", "5.0", "mm/s", "ALARM"),
-        ("yaw", "2.0", "3.0", "mrad/s", ""),
+        ("yaw", "0.11", "0.17", "deg/s", ""),
     ]
     plain = json.loads(json.dumps(watch_text.plain(picture)))
     assert plain["alarms"] == [{"kind": "model", "subject": "", "words": ALARM.words}]

@@ -347,6 +347,20 @@ def test_what_a_set_lacked_is_past_once_another_is_in_force():
     ]
 
 
+@pytest.mark.parametrize(
+    ("armed", "mode", "past"), [(False, 3.0, False), (True, 3.0, True), (False, 1.0, True)]
+)
+def test_that_the_feed_forward_acts_once_armed_is_past_once_it_is_armed_or_acts_no_more(
+    watcher, vehicle, armed, mode, past
+):
+    vehicle.beats(1.0)
+    vehicle.says(status_texts(coded(Topic.ONCE_ARMED, "FF both: acts once armed"), 4, 1)[0], 1.0)
+    vehicle.beats(2.0, armed=armed)
+    vehicle.tells("ff_mode", (mode,), 2.0)
+    (said,) = watcher.picture(2.5).said
+    assert (said.text, said.past) == ("FF both: acts once armed", past)
+
+
 def test_what_a_vehicle_said_before_it_started_anew_is_no_alarm_any_more():
     watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
     vehicle, alarms = OnAir(watcher), {}

@@ -378,7 +378,7 @@ def test_mode_and_active_set_survive_a_restart_and_a_staged_one_does_not(tmp_pat
     assert (again.mode, again.active_crc) == (3, target.active_crc)
     assert again.active(0) == target.active(0)
     assert again.value("FF0_M_U") == to_float32(24.1)
-    assert again.take_texts() == ["FF both: acts once armed"]
+    assert again.take_texts() == ["F8 FF both: acts once armed"]
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ SHAPE = Configuration(
 OURS = Vehicle("ours", {"survey": SHAPE, "hovering": replace(SHAPE, dry_mass_kg=75.0)})
 MOVED = replace(SHAPE, thrusters=(SHAPE.thrusters[0], Thruster((1.0, 0.0, 0.0), (0.0, -0.3, 0.0))))
 REBUILT = replace(OURS, configurations={**OURS.configurations, "survey": MOVED})
-BOTH_ACTS = ["FF both: acts once armed"]
+BOTH_ACTS = ["F8 FF both: acts once armed"]
 TABLE = "voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,{most}\n"
 
 
@@ -177,7 +177,7 @@ def test_the_mark_of_a_hull_stays_what_it_was_from_one_version_to_the_next(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("mode", "said"), [(0, []), (1, []), (2, ["FF ff: acts once armed"]), (3, BOTH_ACTS)]
+    ("mode", "said"), [(0, []), (1, []), (2, ["F8 FF ff: acts once armed"]), (3, BOTH_ACTS)]
 )
 def test_a_vehicle_says_at_its_start_once_that_the_feed_forward_acts(path, mode, said):
     first = boot(path)

@@ -23,5 +23,5 @@ def test_any_other_text_is_words_alone(text):
 def test_codes_keep_their_meaning():
     assert {topic.name: topic.value for topic in Topic} == {
         "NO_SET": "F1", "UNPROVEN": "F2", "SHADOW": "F3", "STRANGER": "F4", "SET_ACTIVE": "F5",
-        "SET_FAULT": "F6", "OBSTACLE": "F7",
+        "SET_FAULT": "F6", "OBSTACLE": "F7", "ONCE_ARMED": "F8",
     }  # fmt: skip

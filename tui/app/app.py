@@ -23,11 +23,13 @@ from bridge.errors import ConfigError, SeatrialError
 from bridge.vehicle.config import shipped_vehicles
 from bridge.vehicle.mode import Mode
 from gcs_plugin.bell import Bell
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app import themes
+from tui.app.alarm_notes import AlarmEvent, AlarmNotes
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
 from tui.app.drawing import stopwatch
@@ -89,7 +91,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         alarms: Settings = SHIPPED,
     ) -> None:
         super().__init__(driver)
-        self._bell = Bell(alarms, self.bell)
+        self._bell, self._alarm_notes = Bell(alarms, self.bell), AlarmNotes()
         self.desk = desk or Desk()
         self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
@@ -99,6 +101,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._off_may_record = self._dies = False
         self._before: Holding | None = None
         self._ended: Path | None = None
+        self._found: set[Path] = set()
+        self._followed: tuple[str, ...] | None = None
         self._is_over = self._was_armed = self._rests = False
         self._last_heard: Picture | None = None
         self._declinable_until_s = -math.inf
@@ -125,7 +129,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         if isinstance(self._driver, AnsweringDriver):
             self._driver.answered = partial(self.call_later, self._answered)
         # With nothing to watch, the dives that are here come first. The first view may not know of a recording yet.
-        recorded = self.desk.recorded() is not None or self._views.view().recording is not None
+        named, running = self.desk.recorded(), self._views.view().recording
+        self._found = {named} if named is not None else set()
+        if running is not None:
+            self._found.add(Path(running.folder))
+        recorded = bool(self._found)
         nothing = not self._begins_recording and not self.desk.links() and not recorded
         self.switch_mode("dives" if nothing and self.desk.connect is not None else SCREENS[0].id)
         left = unfinished(self.desk.receipts)
@@ -204,13 +212,12 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
 
     def get_key_display(self, binding: Binding) -> str:
-        """A key as pages and sentences write it too: `Ctrl-U`."""
+        """A key as pages and sentences write it too: `Ctrl-U`, `Home`."""
         modifier, _, key = binding.key.rpartition("+")
-        return (
-            f"Ctrl-{key.upper()}"
-            if modifier == "ctrl" and len(key) == 1
-            else super().get_key_display(binding)
-        )
+        if modifier == "ctrl" and len(key) == 1:
+            return f"Ctrl-{key.upper()}"
+        shown = super().get_key_display(binding)
+        return shown.capitalize() if len(shown) > 1 and shown.isalpha() else shown
 
     def delay_update(self, delay: float = SETTLES_S) -> None:
         """Hold drawing back while screens change. Textual's own time is half of that in which a key is answered."""
@@ -238,10 +245,13 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._record_for_off()
         self._show()
 
+    def _starts_recording(self) -> bool:
+        """Whether the app is about to begin a recording."""
+        return any(worker.group == "record" and not worker.is_finished for worker in self.workers)
+
     def _record_for_off(self) -> None:
         """Begin the recording that carries the off order, once for each key press."""
-        begun = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
-        if self._off_may_record and self.desk.record is not None and not begun:
+        if self._off_may_record and self.desk.record is not None and not self._starts_recording():
             self._off_may_record = False
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
 
@@ -570,6 +580,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._before = now
         if now is not None:
             self._is_over = False
+            if before is None:
+                self._tell_followed(now)
+            self._followed = now.links
         if before is None or (now is not None and now.folder == before.folder):
             return
         folder = Path(before.folder)
@@ -585,13 +598,29 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
                 TELL_S,
             )
             return
-        self._is_over = now is None
+        # A recording in which nothing arrived was no dive.
+        self._is_over = now is None and before.frames > 0
         ordered = self._ended is not None and self._ended.resolve() == folder.resolve()
         # A flight has a dive of its own, and says itself when it is over.
         if not ordered and (now is None or not self.desk.jobs.runs(FLY)):
             lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
             then = self._next_dive() if now is None else "; the next dive is recorded"
-            self.notify(f"the dive {folder.name} is over after {lasted}{then}", timeout=TELL_S)
+            over = f"the dive {folder.name} is over after {lasted}"
+            if now is None and not before.frames:
+                over, then = (
+                    f"the recording of {', '.join(before.links)} is over; nothing arrived in it",
+                    self._begins(),
+                )
+            self.notify(f"{over}{then}", timeout=TELL_S)
+
+    def _tell_followed(self, recording: Holding) -> None:
+        """Say that the app follows a recording of other links than the last one, which it did not begin, and which did
+        not run when the app was opened."""
+        ours = self._starts_recording() or self._clock() <= self._declinable_until_s
+        known = Path(recording.folder) in self._found or recording.links == self._followed
+        if not (ours or known):
+            of = f" of {', '.join(recording.links)}" if recording.links else ""
+            self.notify(f"the app follows the recording{of} into {recording.folder}", timeout=TELL_S)
 
     def _next_dive(self) -> str:
         """End of a sentence: which key records the next dive; "" if none can."""
@@ -628,6 +657,14 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._step = (now_s, read_situation(self.desk, view))
         return self._step[1]
 
+    async def _note(self, events: Sequence[AlarmEvent]) -> None:
+        """Leave alarms as events in their dive folders."""
+        for event in events:
+            try:
+                await aside(partial(DiveFolder(event.folder).add_event, event.unix_s, event.text))
+            except SeatrialError as error:
+                self._warn(f"not noted in the dive: {error}", lambda: True)
+
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())
 
@@ -638,20 +675,27 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._last_heard = view.picture
         silent = silent_after(view)
         ended = self._was_armed and silent
-        over = self._is_over or ended or (self._rests and silent)
-        situation = self._situation(replace(view, over=ended))
+        rests = self._rests and silent
+        over = self._is_over or ended or rests
+        situation = self._situation(replace(view, over=ended, last_heard=self._last_heard))
         view = replace(
-            view, over=over, last_heard=self._last_heard, situation=situation, next=next_of(situation)
+            view,
+            over=over,
+            waits=rests and not ended and view.recording is not None,
+            last_heard=self._last_heard,
+            situation=situation,
+            next=next_of(situation),
         )
-        self._bell.hear(view.alarms)
+        view = replace(view, view_only=self.view_only)
+        if events := self._alarm_notes.take(self._bell.hear(view.alarms), view):
+            self.run_worker(self._note(events), group="notes")
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"
-            view = replace(view, trouble=f"{trouble}{begins}")
+            starts = self._starts_recording()
+            view = replace(view, trouble="a recording begins" if starts else f"{trouble}{begins}")
         replayed = None if self.desk.replay is None else self.desk.replay.shown()
-        view = replace(
-            view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed
-        )
+        view = replace(view, picture=aged(view.picture, view.behind_s), replay=replayed)
         toasts = [toast for screen in self.screen_stack[-1:] for toast in screen.query("Toast")]
         rows = sum(toast.region.height for toast in toasts)
         for screen in self.screen_stack:

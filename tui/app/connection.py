@@ -62,7 +62,8 @@ class Connection:
         if self._looked_at:
             return links.holder_of(self._looked_at)
         holding = recorder.recording(now_unix_s)
-        if holding is not None:
+        # One that has heard nothing shows no way to a vehicle.
+        if holding is not None and holding.frames:
             self._recorded, self._sign_key = holding.links, holding.sign_key or self._sign_key
         return holding
 

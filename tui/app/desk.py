@@ -82,7 +82,7 @@ class Desk:
     @property
     def no_dive(self) -> str:
         """Sentence for a screen that has no dive to show."""
-        return f"{self.out}: holds no dive yet; a recording makes one"
+        return f"no dive in {self.out} yet; a recording makes one"
 
     def read_dives(self) -> bool:
         """Begin to read the dives; False if they are being read already."""

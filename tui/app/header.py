@@ -22,6 +22,7 @@ FIRST_LOOK_S: Final = 5.0
 """A younger dive has not been checked yet: whether data arrives is unknown."""
 PHONE: Final = 60
 """Cells below which a screen is a phone's, and its parts are stacked."""
+ALARM_ROWS, ALARM_ROWS_OF_A_PHONE = 2, 4
 APART: Final = ("  │  ", " │ ", "  ")
 SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
     Armed.UNKNOWN: (" ? ARMED STATE UNKNOWN ", "lost"),
@@ -42,6 +43,7 @@ class Piece:
 
 VIEW_ONLY: Final = Piece(10, "lost", (" VIEW ONLY ",))
 OVER: Final = Piece(9, "strong", ("DIVE OVER",))
+WAITS: Final = Piece(9, "plain", ("no vehicle heard yet", "no vehicle yet"))
 NOT_RECORDED: Final = Piece(7, "plain", ("nothing is recorded", "not recorded"))
 
 
@@ -90,24 +92,31 @@ def _rows(parts: Sequence[T], cells: int, needed: Callable[[T], int]) -> list[li
 
 
 def _alarms(view: View, cells: int) -> tuple[str, ...]:
-    """The gravest alarm in a line, and how many others there are."""
+    """The gravest alarm with its causes, and how many others there are."""
     alarms = view.alarms
     if not alarms:
         return ()
     more = f" (and {len(alarms) - 1} more)" if len(alarms) > 1 else ""
-    return (f"{cut(f'ALARM {alarms[0].words}', cells - len(more))}{more}",)
+    rows = ALARM_ROWS if cells >= PHONE else ALARM_ROWS_OF_A_PHONE
+    *above, last = _pieces(f"ALARM {alarms[0].words}", cells, rows)
+    if len(last) + len(more) <= cells:
+        return (*above, last + more)
+    if len(above) + 1 < rows:
+        return (*above, last, more.strip())
+    return (*above, cut(last, cells - len(more)) + more)
 
 
-def _pieces(alert: str, cells: int) -> list[str]:
-    """Break a sentence into one or two lines, and cut the rest."""
+def _pieces(alert: str, cells: int, rows: int = 2) -> list[str]:
+    """Break a sentence into that many lines at most, and cut the rest."""
     pieces = textwrap.wrap(alert, cells)
-    return pieces if len(pieces) <= 2 else [pieces[0], cut(" ".join(pieces[1:]), cells)]
+    return pieces if len(pieces) <= rows else [*pieces[: rows - 1], cut(" ".join(pieces[rows - 1 :]), cells)]
 
 
 def pieces(view: View) -> tuple[Piece, ...]:
     """The parts of the first line."""
     picture = view.picture
-    heard = (OVER,) if view.over else (_armed(picture), _link(picture.links))
+    over = WAITS if view.waits else OVER
+    heard = (over,) if view.over else (_armed(picture), _link(picture.links))
     seen = (*heard, _recording(view), _feedforward(view))
     return (VIEW_ONLY, *seen) if view.view_only else seen
 

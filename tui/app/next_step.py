@@ -26,6 +26,7 @@ class Task(Enum):
     LOWER = auto()
     FLY = auto()
     DIAGNOSE = auto()
+    BRING_HOME = auto()
     WAIT = auto()
     END = auto()
 
@@ -50,9 +51,10 @@ class Situation:
     - heard: the vehicle speaks; linked: there are links to record.
     - contested: another vehicle has its address, so that nothing may be sent.
     - recording: a recording runs; over: its dive is over.
-    - lost: the vehicle fell silent while it was armed.
+    - lost: the vehicle fell silent while it was armed; departs: an alarm says that it does not answer its thrusters
+      as its model does.
     - flies: it can fly manoeuvres by itself; flight: where the one that Fly asks for stands.
-    - mode: its feed-forward's mode, "" if unknown.
+    - mode: its feed-forward's mode, "" if unknown; last_mode: the one that was heard last, "" if none was.
     - working: the long verb that runs, "" for none; then: what was asked for and begins once the dives are read, ""
       for nothing; writing: parameters or a mode are being sent.
 
@@ -61,7 +63,7 @@ class Situation:
     - shown: the screens show it; reading: dives are being read.
     - determined: how many of its masses and dampings of feed-forward axes it determines, None if it was not read yet;
       lacking: those that it does not.
-    - after_upload: it began after the upload below.
+    - after_upload: it began after the upload below; before_upload: the vehicle accepted values since, whichever.
     - flown: the mode in which it was flown, "" if it was not validated; go: whether that was a GO, None if not judged.
     - verdict: that of its diagnosis, "" if there is none.
 
@@ -69,8 +71,8 @@ class Situation:
 
     - identified: values of that dive, or of a dive before it, are kept; accepts: the newest are a diagnosis's;
       changed: of something that was accepted before.
-    - uploaded: the vehicle accepted the newest; halfway: an upload or a roll back was begun and never finished;
-      taken_back: a roll back came after them.
+    - uploaded: the vehicle accepted the newest, or any where none are kept; taken_back: a roll back came after them.
+    - halfway: an upload or a roll back was begun and never finished.
     - departed: the newest dive since that upload that was judged before the one meant, if it was a NO-GO with the
       feed-forward, and neither of the two was diagnosed; "" for none.
     - gate: the dive since that upload by which the feed-forward is raised to both or is not, with its GO: the newest in
@@ -100,11 +102,14 @@ class Situation:
     halfway: bool = False
     taken_back: bool = False
     mode: str = ""
+    last_mode: str = ""
     after_upload: bool = False
     flown: str = ""
     go: bool | None = None
     verdict: str = ""
+    before_upload: bool = False
     lost: bool = False
+    departs: bool = False
     gate: tuple[str, bool] | None = None
     departed: str = ""
 
@@ -118,6 +123,7 @@ class Next:
     words: str
 
 
+ACTING: Final = (Mode.ALONE.word, Mode.BOTH.word)
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 LOST = Next(
     Task.LOST,
@@ -166,6 +172,9 @@ TO_HEAR = Next(
     ("screen.watch",),
     "uploaded: switch the vehicle on; the mode of its feed-forward tells what is next",
 )
+MODE_TELLS = Next(
+    Task.TO_SHADOW, ("screen.watch",), "uploaded: the mode of its feed-forward, once told, says what is next"
+)
 TO_HEAR_AND_RAISE = Next(
     Task.TO_BOTH,
     ("ff.raise",),
@@ -178,7 +187,19 @@ VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate 
 LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why, then diagnose it")
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
 LOWER = Next(Task.LOWER, ("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
+LOWER_NOW = replace(
+    LOWER, words="the ALARM above: it departs from its model; lower the feed-forward to shadow"
+)
+BRING_HOME = Next(
+    Task.BRING_HOME,
+    ("recording.next",),
+    "the ALARM above: bring the vehicle home, begin the next dive, and ask of this one what causes it",
+)
 FLY = Next(Task.FLY, ("recording.next",), "once it has flown with the feed-forward: begin the next dive")
+FLY_UNKNOWN = replace(
+    FLY,
+    words="it flies with a model that is not known here; once it has flown with the feed-forward: begin the next dive",
+)
 DIAGNOSE = Next(
     Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
 )
@@ -215,9 +236,15 @@ def next_of(now: Situation) -> Next:
         )
     if now.over and now.recording:
         return END
+    if now.departs and now.recording:
+        return LOWER_NOW if lowered_to(now)[0] is not None else BRING_HOME
     if not now.vehicle:
         return VEHICLE
-    if not now.dive:
+    if _flew_wrong(now) and lowered_to(now)[0] is not None:
+        return _with_dive(LOWER, now)
+    if not (now.uploaded or now.identified) and (now.mode in ACTING or now.flown in ACTING):
+        return _with_dive(_with_unknown_model(now), now)
+    if not now.dive and not (now.uploaded and now.mode):
         return _with_dive(_to_dive(now), now)
     if now.halfway:
         return _to_vehicle(now, HALFWAY)
@@ -276,6 +303,18 @@ def _ordered(now: Situation) -> tuple[Mode | None, str]:
     return mode, ""
 
 
+def _flew_wrong(now: Situation) -> bool:
+    """Whether the dive meant is a NO-GO of the feed-forward as it acts, with the values that the vehicle has now."""
+    return now.go is False and now.flown in ACTING and not now.before_upload
+
+
+def _with_unknown_model(now: Situation) -> Next:
+    """Of a vehicle that flies, or flew, with a model of which nothing is kept here."""
+    if now.flown in ACTING:
+        return _diagnosed(now)
+    return VALIDATE if now.dive and not now.flown else _to_vehicle(now, FLY_UNKNOWN)
+
+
 def _to_dive(now: Situation) -> Next:
     if not now.recording:
         return _to_vehicle(now, RECORD)
@@ -287,7 +326,6 @@ def _to_dive(now: Situation) -> Next:
 
 
 def _after_upload(now: Situation) -> Next:
-    acts = now.mode in (Mode.ALONE.word, Mode.BOTH.word)
     if now.after_upload and not now.flown:
         if now.reading and now.determined is None:
             return READS
@@ -295,22 +333,22 @@ def _after_upload(now: Situation) -> Next:
         return MENDS_BOTH if now.departed and lowered_to(now)[0] is None else VALIDATE
     if now.after_upload and now.go is False and now.flown == Mode.SHADOW.word:
         return LOOK if not now.verdict else LOOK_CLOSER
-    if now.after_upload and now.flown in (Mode.ALONE.word, Mode.BOTH.word):
+    if now.after_upload and now.flown in ACTING:
         return _diagnosed(now)
-    if acts:
+    if (now.mode or now.last_mode) in ACTING:
         return _to_vehicle(now, FLY)
     if now.mode == Mode.SHADOW.word:
         return TO_BOTH if raised_to(now)[0] is Mode.BOTH else _to_vehicle(now, FLY_SHADOW)
     if now.recording and not (now.mode or now.heard or now.contested):
         return TO_HEAR_AND_RAISE if now.gate is not None and now.gate[1] else TO_HEAR
-    if now.gate is not None and now.gate[1]:
-        return _to_vehicle(now, TO_SHADOW if now.mode == Mode.OFF.word else TO_BOTH)
-    return _to_vehicle(now, TO_SHADOW)
+    if now.mode or now.last_mode == Mode.OFF.word:
+        return _to_vehicle(now, TO_SHADOW)
+    if now.last_mode == Mode.SHADOW.word:
+        return _to_vehicle(now, TO_BOTH if now.gate is not None and now.gate[1] else FLY_SHADOW)
+    return _to_vehicle(now, MODE_TELLS)
 
 
 def _diagnosed(now: Situation) -> Next:
-    if now.go is False and lowered_to(now)[0] is not None:
-        return LOWER
     if not now.verdict:
         return MENDS if now.go is False else DIAGNOSE
     return NOTHING_LEFT if now.verdict == "no_gap" else LOOK_CLOSER

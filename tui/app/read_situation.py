@@ -1,6 +1,7 @@
 """Reads the situation from the folders of dives and receipts, and from the view."""
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -11,8 +12,9 @@ from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import ACCEPTED, last_accepted, rolled_back, unfinished
-from gcs_plugin.watch.picture import Armed
+from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back, unfinished
+from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns, values_of
 from tui.app.diagnosis import has_changed
 from tui.app.jobs import JobState, written_ns
@@ -28,6 +30,8 @@ LONG: Final = ("identify", DIAGNOSE, "validate")
 ORDER: Final = "ff"
 """The job that sets the feed-forward's mode."""
 Judged = tuple[str, bool | None]
+OF_MODEL: Final = (Kind.GAP, Kind.THRUSTER)
+"""Alarms of a vehicle that does not answer as its model does, by which the feed-forward goes."""
 NOT_JUDGED: Final[Judged] = ("", None)
 SAME: Final = 5e-4
 """Relative difference up to which a value is the same to a reader: +0.0 %."""
@@ -38,10 +42,18 @@ def read_situation(desk: Desk, view: View) -> Situation:
     folders = desk.dives()
     values = values_of(*folders)
     system = picture.links[0].system if picture.links else None
-    uploaded_ns = _uploaded_ns(desk.receipts, values, system) if values is not None else 0
+    known = _known(desk.receipts, system)
+    accepted_ns = _accepted_ns(desk.receipts, known)
+    if values is not None:
+        uploaded_ns = _uploaded_ns(desk.receipts, values, known)
+    else:
+        # Receipts of an earlier vehicle say nothing of one that itself says what its set lacks.
+        lacks_set = any(said.of_set and not said.past for said in picture.said)
+        uploaded_ns = 0 if lacks_set else accepted_ns
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, determined = _determined(dive) if dive is not None else ((), None)
     since = [folder for folder in folders if uploaded_ns and ended_ns(folder) > uploaded_ns]
+    last = view.last_heard
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
     return Situation(
         vehicle=bool(
@@ -69,7 +81,9 @@ def read_situation(desk: Desk, view: View) -> Situation:
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
         taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
+        last_mode=word_of(last.ff_mode) if last is not None and last.ff_mode is not None else "",
         after_upload=dive in since,
+        before_upload=dive is not None and ended_ns(dive) <= accepted_ns,
         flown=flown,
         go=go,
         verdict=_read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED)) if dive and flown else "",
@@ -77,6 +91,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         and heard_of(picture) is None
         and bool(picture.links)
         and not view.over,
+        departs=view.behind_s <= GONE_S and any(alarm.kind in OF_MODEL for alarm in view.alarms),
         gate=_gate(since),
         departed=_departed(since[: since.index(dive)])
         if dive in since and not written_ns(dive / DIAGNOSED)
@@ -128,18 +143,45 @@ def _taken_back_ns(receipts: Path, system: int | None) -> int:
     return written_ns(newest.preimage) if newest is not None else 0
 
 
-def _uploaded_ns(receipts: Path, values: Path, system: int | None) -> int:
-    """When the vehicle of that system, or any, accepted these values, or others of theirs since they were written, by
-    the file's time, ns; 0 if it did not."""
+def _known(receipts: Path, system: int | None) -> Mapping[str, AcceptedValue]:
+    """The values last accepted by the vehicle of that system, or any; none where receipts can't be read. They are read
+    anew only where a file has changed: that takes milliseconds an upload, for which a key would wait."""
     try:
-        wanted, known = read_parameters(values), last_accepted(receipts, system)
+        with os.scandir(receipts) as entries:
+            state = frozenset((entry.name, entry.stat().st_mtime_ns) for entry in entries)
+    except OSError:
+        return {}
+    return _read_known(receipts, system, state)
+
+
+@lru_cache(4)
+def _read_known(
+    receipts: Path, system: int | None, _state: frozenset[tuple[str, int]]
+) -> Mapping[str, AcceptedValue]:
+    try:
+        return last_accepted(receipts, system)
     except (ParamError, LogError):
+        return {}
+
+
+def _uploaded_ns(receipts: Path, values: Path, known: Mapping[str, AcceptedValue]) -> int:
+    """When these values, or others of theirs since they were written, were accepted, by the file's time, ns; 0 if they
+    were not."""
+    try:
+        wanted = read_parameters(values)
+    except ParamError:
         return 0
     if not wanted or not known.keys() >= wanted.keys():
         return 0
     newest_ns = written_ns(receipts / f"{max(known[name].time for name in wanted)}{ACCEPTED}")
     same = all(math.isclose(known[name].value, value, rel_tol=SAME) for name, value in wanted.items())
     return newest_ns if same or newest_ns > written_ns(values) else 0
+
+
+def _accepted_ns(receipts: Path, known: Mapping[str, AcceptedValue]) -> int:
+    """When values of a model were last accepted, by the file's time, ns; 0 if never."""
+    times = [value.time for name, value in known.items() if coefficient_of(name) is not None]
+    return written_ns(receipts / f"{max(times)}{ACCEPTED}") if times else 0
 
 
 def _gate(since: Sequence[Path]) -> tuple[str, bool] | None:

@@ -54,9 +54,10 @@ class View:
     `recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
 
     `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
-    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm; `last_heard`: the
-    picture while the vehicle was last heard, None if it never was. `next` is the thing to do now, and `situation` that
-    by which it is; None if nobody looked yet.
+    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm; `waits`: and the
+    next one is recorded already, though no vehicle is heard. `last_heard`: the picture while the vehicle was last
+    heard, None if it never was. `next` is the thing to do now, and `situation` that by which it is; None if nobody
+    looked yet.
     """
 
     picture: Picture
@@ -68,6 +69,7 @@ class View:
     view_only: bool = False
     replay: Replayed | None = None
     over: bool = False
+    waits: bool = False
     last_heard: Picture | None = None
     next: Next | None = None
     situation: Situation | None = None

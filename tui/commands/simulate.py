@@ -24,8 +24,8 @@ from bridge.simulator.json_plant import PORT, json_body, serve
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
 from bridge.text import say, say_warning
-from bridge.vehicle.coefficients import BY_NAME, gain_name
-from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.coefficients import BY_NAME, effect_coefficients, gain_name
+from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import BY_WORD, Mode
 from gcs_plugin import simulated
@@ -178,15 +178,15 @@ def wanted_truth(
         show.say(show.words(), *(f"note: {sentence}" for sentence in lost))
     else:
         truth = load_truth(file, configuration)
-    thrusters = len(file.vehicle.configurations[configuration].thrusters)
-    return with_onset(truth, arguments.onset, thrusters, lasts_s) if arguments.onset else truth
+    shape = file.vehicle.configurations[configuration]
+    return with_onset(truth, arguments.onset, shape, lasts_s) if arguments.onset else truth
 
 
-def with_onset(truth: Truth, parts: Sequence[str], thrusters: int, lasts_s: float = math.inf) -> Truth:
+def with_onset(truth: Truth, parts: Sequence[str], shape: Configuration, lasts_s: float = math.inf) -> Truth:
     """The truth with effects that set in during the dive: parts `S NAME=VALUE ...`, S seconds after boot.
 
-    Raises UsageError for anything else, a thruster beyond the number of `thrusters`, and a time at which the dive,
-    that `lasts_s`, is over.
+    Raises UsageError for anything else, a thruster that this shape lacks, a value beyond what can be simulated of it,
+    and a time at which the dive, that `lasts_s`, is over.
     """
     try:
         onset_s, pairs = float(parts[0]), (effect.split("=") for effect in parts[1:])
@@ -195,10 +195,17 @@ def with_onset(truth: Truth, parts: Sequence[str], thrusters: int, lasts_s: floa
             raise ValueError("it names no effect")
         if not 0.0 <= onset_s < lasts_s:
             raise ValueError(f"nothing would set in: the dive lasts from 0 to {lasts_s:.0f} s")
+        thrusters = len(shape.thrusters)
         gains = {gain_name(number) for number in range(1, thrusters + 1)}
         absent = [name for name in onset if GAIN.fullmatch(name) and name not in gains]
         if absent:
             raise ValueError(f"{', '.join(absent)} is of no thruster: this vehicle has {thrusters}")
+        for effect in effect_coefficients(shape):
+            value = onset.get(effect.name, effect.low)
+            if not effect.low <= value <= effect.high:
+                raise ValueError(
+                    f"{effect.name} is {value:g}, and can be from {effect.low:.3g} to {effect.high:.3g} here"
+                )
         return replace(truth, onset=onset, onset_s=onset_s)
     except ValueError as error:
         raise UsageError(

@@ -20,6 +20,7 @@ from tui.app.screens.dives_lines import (
     RECORDED,
     UNREAD,
     details,
+    has_grown,
     is_unread,
     listed,
     table,
@@ -104,12 +105,19 @@ class DivesScreen(StationScreen):
         if ended := before - self._written:
             self._over = max(ended)
         self._stale |= before != self._written
+        self._stale |= any(d.folder.resolve() in self._written and has_grown(d) for d in self._dives)
         if self._stale and not self.desk.jobs.runs(LIST):
             self._stale = False
             self.action_again()
         self._take_list()
         self._recorded = frozenset(d.folder for d in self._dives if d.folder.resolve() in self._written)
         super().show(view)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """What is done with a dive has no key once it is known that there is none."""
+        if action in ("begin", "choose", "replay", "note", "conditions"):
+            return bool(self._dives) or self._list is None or self.desk.jobs.runs(LIST)
+        return super().check_action(action, parameters)
 
     def action_again(self) -> None:
         self.desk.read_dives()
@@ -219,6 +227,7 @@ class DivesScreen(StationScreen):
         self._list = state
         self._trouble = "" if state.done.result is not None else state.done.why
         self._dives = listed(state.done.result)
+        self.refresh_bindings()
         # The mark moves once to a dive that has just ended: it is the dive that the crew has just made. Others may have
         # begun and ended after it while another screen was looked at.
         if any(_same(dive.folder, self._over) for dive in self._dives):

@@ -8,7 +8,7 @@ from typing import Any, Final
 from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from gcs_plugin.dives.recordings import began, length_s
+from gcs_plugin.dives.recordings import began, bytes_of, length_s
 from identify.glance.span import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
@@ -42,6 +42,8 @@ HEADS: Final = f"{BEGAN}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive
 MASSES, DAMPINGS = "mass", "damping"
 SHORT: Final = 5  # letters kept of a shortened word: `ident.`
 LEAST_NAME: Final = 8  # cells
+GROWN, LEAST_BYTES = 2, 50_000
+"""A recording is looked at again when it has grown so many times, and by a second or two of frames."""
 ANGULAR: Final = 3  # first rotational degree of freedom
 
 
@@ -82,7 +84,7 @@ def with_unread(dives: Sequence[DiveRow], root: Path) -> tuple[DiveRow, ...]:
         folders = dive_folders(root)
     except LogError:
         return tuple(dives)
-    read = [dive for dive in dives if not is_unread(dive) or dive.folder not in folders]
+    read = [dive for dive in dives if not (is_unread(dive) or dive.underway) or dive.folder not in folders]
     known = {dive.folder for dive in read}
     unread = [_unread(folder) for folder in folders if folder not in known]
     return tuple(sorted((*read, *unread), key=_order, reverse=True))
@@ -102,6 +104,11 @@ def is_unread(dive: DiveRow) -> bool:
     """Whether the recording has not been read yet, so that nothing is said of what it could tell."""
     glance = dive.glance
     return glance.relative_std is None and not (glance.why_not or glance.error or dive.underway)
+
+
+def has_grown(dive: DiveRow) -> bool:
+    """Whether a recording holds so much more than when it was listed that it is worth another look."""
+    return bytes_of(dive.folder) >= max(GROWN * dive.size_bytes, LEAST_BYTES)
 
 
 def usual(dives: Sequence[DiveRow], otherwise: Path | None) -> Path | None:

@@ -189,9 +189,13 @@ class KeyLine(Drawn):
         return (tuple(span for key in fitting(tuple(self._live()), cells) for span in key.spans),)
 
     def _live(self) -> Iterator[LiveKey]:
-        """The keys of the footer, the first key of each action."""
+        """The keys of the footer, the first key of each action: below a question or a form those alone that its line
+        does not take."""
         seen = set()
+        typed = self.app.screen is not self.screen or isinstance(self.app.focused, Input)
         for _, binding, enabled, _ in self.screen.active_bindings.values():
+            if typed and not binding.priority:
+                continue
             if binding.show and enabled and binding.action not in seen:
                 seen.add(binding.action)
                 yield LiveKey(

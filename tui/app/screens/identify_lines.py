@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final
@@ -21,7 +21,20 @@ from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import coefficient_of
 from identify.words import capital
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
-from tui.app.drawing import Line, Lines, Role, apart, cut, day, hanging, number, stopwatch, titled, width
+from tui.app.drawing import (
+    NOTHING,
+    Line,
+    Lines,
+    Role,
+    apart,
+    cut,
+    day,
+    hanging,
+    number,
+    stopwatch,
+    titled,
+    width,
+)
 from tui.app.jobs import NOT_KEPT, JobState, newer
 from tui.dive_list import results_beside
 from tui.show import number as significant
@@ -33,6 +46,8 @@ BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
 WIDE: Final = 120  # cells from which four charts fit side by side
 BETWEEN: Final = 3  # cells between the table and what stands beside it
+BETWEEN_CHARTS: Final = 3
+REFUSED: Final = "not identified"
 LEAST_SIDE_CELLS: Final = 48  # cells, below which reasons and notes come under the table
 AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
 NAMED, ACCEPTED = f"{'':7}", f"{'accepted':>8} →"
@@ -207,14 +222,24 @@ def passes_of(reports: Sequence[Report]) -> tuple[Passes, ...]:
     )
 
 
-def converging(passes: Passes, unit: str, cells: int, rows: int, others: str = "") -> Lines:
+def converging(
+    passes: Passes, unit: str, cells: int, rows: int, others: str = "", *, refused: bool = False
+) -> Lines:
     """The present value and interval, and curves of both: the value as a solid step curve, the interval's ends
     dotted. `others` are the values by other methods; while they are "", the number of passes takes their place.
+    `refused`: the method has answered, and does not tell this parameter: its last pass is no value.
     """
     value, half = passes.value, passes.half
-    head: Line = ((f"{passes.name:<6}", "plain"), (f"{significant(float(value[-1])):>8}", "strong"))
-    interval: Line = ((f" ± {significant(float(half[-1]), 2)}", "reference"), (f" {unit}", "quiet"))
-    head = (*head, *interval)
+    head: Line = ((f"{passes.name:<6}", "plain"),)
+    if refused:
+        head = (*head, (f"{NOTHING:>8} {REFUSED}", "warn"))
+    else:
+        head = (
+            *head,
+            (f"{significant(float(value[-1])):>8}", "strong"),
+            (f" ± {significant(float(half[-1]), 2)}", "reference"),
+            (f" {unit}", "quiet"),
+        )
     across = cells - AXIS_CELLS
     if rows < 2 or across < 1:
         return (_cut(head, cells),)
@@ -272,7 +297,15 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
     lines: list[Line] = [*titled(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
+    if any(report.answered for report in newest.values()):
+        newest = {method: _beside(report, newest) for method, report in newest.items()}
     return (*lines, *(_bar(method, report, cells) for method, report in newest.items()))
+
+
+def _beside(report: Report, all_of: Mapping[str, Report]) -> Report:
+    """The report of a method that has answered, with where its values stand while another is still at work."""
+    waits = report.answered and not all(other.answered for other in all_of.values())
+    return replace(report, words=f"{report.words}: vs at each curve") if waits else report
 
 
 def _stage(state: JobState) -> str:
@@ -306,13 +339,21 @@ def curves(reports: Sequence[Report], cells: int, rows: int) -> Lines:
         return _answers(answered, cells)
     method_shown = next(item.of for item in reports if item.values and not item.answered)
     compared = {method: values for method, values in answered.items() if method != method_shown}
+    told = answered.get(method_shown)
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
     each, (high, left) = cells // columns, divmod(rows, below)
     lines: list[Line] = []
     for row in range(below):
         charts = [
-            converging(item, _unit(item.name), each - 1, high + (row < left), _values(compared, item.name))
+            converging(
+                item,
+                _unit(item.name),
+                each - BETWEEN_CHARTS,
+                high + (row < left),
+                _values(compared, item.name),
+                refused=told is not None and item.name not in told,
+            )
             for item in passes[row * columns : (row + 1) * columns]
         ]
         for y in range(max(map(len, charts))):
@@ -340,9 +381,10 @@ def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: i
 
 
 def _values(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) -> str:
-    """Values of a parameter by the other methods."""
-    values = (f"vs {significant(by_name[name][0])}" for by_name in answered.values() if name in by_name)
-    return ", ".join(values)
+    """Values of a parameter by the other methods that have answered."""
+    return ", ".join(
+        f"vs {significant(by_name[name][0]) if name in by_name else NOTHING}" for by_name in answered.values()
+    )
 
 
 def _unit(name: str) -> str:

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.containers import Container, Vertical, VerticalScroll
 
 from tui.app.desk import check_dives
-from tui.app.drawing import Lines, heading, wrapped
+from tui.app.drawing import Lines, titled, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import JobState, job_lines
 from tui.app.screens.frame import Drawn, StationScreen
@@ -78,7 +78,7 @@ class DiveScreen(StationScreen):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "start":
-            return not self.at_work and not self.obstacle
+            return self.dive is not None and not self.at_work and not self.obstacle
         if action == "cancel":
             return self.at_work
         return super().check_action(action, parameters)
@@ -209,7 +209,7 @@ class SectionScreen(DiveScreen):
         if self.check_action("section", ()):
             place = f"{self._names.index(name) + 1} of {len(self._names)}"
             note = f"{note}  {place}  [{self.key_of(f'{self.VERB}.section')}]".strip()
-        return (heading(title, note, cells),)
+        return titled(title, note, cells)
 
     def _lines(self, name: str, cells: int, rows: int) -> Lines:
         return self.section(name, cells, rows) if self.result() else ((("nothing yet", "quiet"),),)

@@ -48,8 +48,9 @@ class ParametersScreen(StationScreen):
             "the change in halves of the 95 % interval: 1 and less is within it, over 3 is worth a second look",
         ),
         (
-            "±95 %",
-            "given the thrust by which the values act; Identify's wider interval holds the thrust's error too",
+            parameters_table.HALF,
+            "half the 95 % interval in the line's unit, given the thrust by which the values act; Identify's wider "
+            "interval holds the thrust's error too",
         ),
         ("accepted", "what was last uploaded and read back, and not rolled back since"),
     )
@@ -109,6 +110,8 @@ class ParametersScreen(StationScreen):
         busy = transfer.writes or self._ask.is_open
         if action in ("choose", "all"):
             return transfer.shown is not None and not (busy or transfer.back)
+        if action == "upload" and self.desk.param is None and self.desk.chosen() is None:
+            return False
         if action in ("upload", "back", "read"):
             return self._ask.is_mounted and not busy
         return super().check_action(action, parameters)

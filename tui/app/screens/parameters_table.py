@@ -31,9 +31,14 @@ LEAST_WORDS: Final = len("▲ failed")
 DIGITS, FEWEST_DIGITS = 5, 3
 ALIKE, FAR = 1.0, 3.0
 """Change in half-intervals: up to ALIKE it is within the interval, above FAR it deserves a second look."""
-IN_HALVES: Final = "Δ/±95%"
-"""Column head of the change, in units of the ±95 % column."""
+HALF: Final = "±"
+"""Column head of half the 95 % interval, in the line's unit: the 95 stands in the key's legend, for beside a value it
+reads as per cent of it."""
+IN_HALVES: Final = "Δ/±"
+"""Column head of the change, in units of the ± column."""
 CHANGE: Final = 6
+ONE: Final = "1"
+"""The unit of a number without one, of which nothing is shown."""
 VEHICLE: Final = "vehicle"
 ARROW: Final = " →"
 
@@ -121,7 +126,7 @@ def _fitting(
     Then the unit, and what is to be said of a line, in full or else in a word; in the room left, what is told in
     intervals, the value last accepted, and the meaning.
     """
-    unit = _column("unit", [(entry.unit, "quiet") for entry in entries])
+    unit = _column("unit", [("" if entry.unit == ONE else entry.unit, "quiet") for entry in entries])
     full, brief = (
         _column("", [_words(entry, became.get(entry.name), brief=brief) for entry in entries], LEAST_WORDS)
         for brief in (False, True)
@@ -195,7 +200,7 @@ def _in_intervals(entries: Sequence[Compared]) -> _Columns:
     accepted = (acting_number(entry, entry.accepted) for entry in entries)
     quiet: list[Role] = ["quiet"] * len(entries)
     return (
-        _Column("±95 %", _spans(halves, quiet)),
+        _Column(HALF, _spans(halves, quiet)),
         _Column(IN_HALVES, _spans(changes, map(_far, entries))),
         _Column("accepted", _spans(accepted, quiet)),
     )

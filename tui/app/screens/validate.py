@@ -144,8 +144,13 @@ def criteria_lines(run: Run, cells: int) -> Lines:
     judged = sorted(
         run.verdict.criteria if run.verdict is not None else (), key=lambda each: each.passed is not False
     )
-    label_cells = max((len(criterion.what) for criterion in judged), default=0)
+    label_cells = max((len(_label(criterion)) for criterion in judged), default=0)
     return tuple(line for criterion in judged for line in _criterion(criterion, label_cells, cells))
+
+
+def _label(criterion: Criterion) -> str:
+    """With a colon, since some read on into their words: "thruster 1 made up for: asked as if it gave 79 %"."""
+    return f"{criterion.what}:"
 
 
 def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
@@ -154,8 +159,8 @@ def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
     words_role: Role = "plain" if criterion.passed is not False else "strong"
     if cells - indent < LEAST_WORDS_CELLS:
         below = wrapped(criterion.words, words_role, cells, " " * (len(mark) + 1))
-        return (((mark, role), (f" {criterion.what}", "plain")), *below)
-    head: Line = ((mark, role), (f" {criterion.what:<{label_cells}} ", "plain"))
+        return (((mark, role), (f" {_label(criterion)}", "plain")), *below)
+    head: Line = ((mark, role), (f" {_label(criterion):<{label_cells}} ", "plain"))
     first, *more = wrapped(criterion.words, words_role, cells - indent)
     return ((*head, *first), *(((" " * indent, "plain"), *line) for line in more))
 

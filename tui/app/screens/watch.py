@@ -20,6 +20,7 @@ from tui.app.screens.watch_lines import (
     sensors,
     thrusters,
     thrusters_heading,
+    unset_lines,
     words,
     worst,
 )
@@ -28,6 +29,9 @@ from tui.app.view import View
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
 """The charts and, for a small screen, their place: on the first page, on the second, or in one row on both."""
+SUPPLY = ("voltage", "current")
+HIGH = 40
+"""The charts that stand below the words on a wide screen of that many rows, where the others then have theirs."""
 _OF_REPLAY = HIDDEN | LOOKS
 REPLAYING = (
     Action("replay.end", "l", "Live", "end the replay, and show the vehicle", LOOKS, "replay_end"),
@@ -81,7 +85,7 @@ class WatchScreen(StationScreen):
             with Container(id="charts"):
                 for name, title, keys in (("motion", "VELOCITIES", MOTION), ("state", "STATE", STATE)):
                     with Vertical(id=name):
-                        yield self._heading(title, lambda _: f"{'its ' * self._is_over}last 60 s")
+                        yield self._heading(title, self._span)
                         yield from (self._chart(QUANTITIES[key], page) for key, page in keys.items())
             with Vertical(id="aside"):
                 yield self._heading("SENSORS")
@@ -98,6 +102,9 @@ class WatchScreen(StationScreen):
                 yield self._heading("WORDS", self._words_note)
                 with VerticalScroll(id="words-scroll"):
                     yield self._pane(lambda now, cells, _: words(now.said, cells), id="words")
+                with Vertical(id="supply"):
+                    yield self._heading("SUPPLY", self._span)
+                    yield from (self._chart(QUANTITIES[key], "", "beside-") for key in SUPPLY)
 
     def _pane(
         self, make: Callable[[Picture, int, int], Lines], *, id: str | None = None, classes: str | None = None
@@ -110,7 +117,10 @@ class WatchScreen(StationScreen):
     def _heading(self, title: str, note: Callable[[Picture], str] = lambda _: "") -> Drawn:
         return self._pane(lambda now, cells, _: (heading(title, note(now), cells),), classes="heading")
 
-    def _chart(self, quantity: Quantity, page: str) -> Drawn:
+    def _span(self, _: Picture) -> str:
+        return f"{'its ' * self._is_over}last 60 s"
+
+    def _chart(self, quantity: Quantity, page: str, place: str = "") -> Drawn:
         def lines(now: Picture, cells: int, rows: int) -> Lines:
             last = self.view.last_heard if self.view is not None else None
             if not self._is_over or last is None:
@@ -121,7 +131,7 @@ class WatchScreen(StationScreen):
                 trace = replace(trace, age_s=age_s, freshness=Freshness.STALE)
             return chart(quantity, trace, last.now_s, cells, rows)
 
-        return self._pane(lines, id=f"chart-{quantity.key}", classes=f"chart {page}")
+        return self._pane(lines, id=f"{place}chart-{quantity.key}", classes=f"chart {page}")
 
     def _replay_bar(self, cells: int, _: int) -> Lines:
         replayed = self.view.replay if self.view is not None else None
@@ -161,7 +171,7 @@ class WatchScreen(StationScreen):
             links = sensors(self._links(now), (), cells)
             return (*links, *wrapped("the dive is over: nothing is measured", "quiet", cells))
         if not (self.has_class("-phone") and self.has_class("-first")):
-            return sensors(self._links(now), now.sensors, cells)
+            return (*sensors(self._links(now), now.sensors, cells), *unset_lines(now.unset, cells))
         faults = tuple(row for row in now.sensors if row.condition is not Condition.OK)
         good = len(now.sensors) - len(faults)
         ok: Lines = (((f"● {good} ok", "quiet"),),) if good else ()
@@ -214,7 +224,8 @@ class WatchScreen(StationScreen):
         elif self.desk.replay is not None:
             self.action_replay_end()
 
-    def on_resize(self, _: events.Resize) -> None:
+    def on_resize(self, event: events.Resize) -> None:
+        self.set_class(event.size.height >= HIGH, "-high")
         self.refresh_bindings()
 
     def _words_note(self, now: Picture) -> str:

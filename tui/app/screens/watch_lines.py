@@ -5,9 +5,9 @@ import textwrap
 from typing import Final
 
 from bridge.vehicle.coefficients import DOFS
-from gcs_plugin.monitor.gap import AxisGap, Gap, thousandths
+from gcs_plugin.monitor.gap import AxisGap, Gap, in_units
 from gcs_plugin.monitor.gap import worst as worst_axis
-from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
+from gcs_plugin.watch.picture import Condition, Freshness, Kind, LinkRow, Said, SensorRow, ThrusterRow
 from tui.app.drawing import (
     NOTHING,
     Line,
@@ -40,6 +40,8 @@ MARKS: Final[dict[Condition, Span]] = {
 }
 SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
 ERROR, WARNING = 3, 4
+PAST: Final = "(past)"
+"""In place of a severity: an old warning is none."""
 NEUTRAL_US, FULL_US = 1500.0, 400.0
 
 
@@ -53,6 +55,11 @@ def sensors(links: tuple[LinkRow, ...], rows: tuple[SensorRow, ...], cells: int)
     for row in rows:
         lines += _sensor(row, name_cells, cells)
     return tuple(lines)
+
+
+def unset_lines(unset: tuple[Kind, ...], cells: int) -> Lines:
+    """Which alarms are switched off, so that nobody relies on them; no line for none."""
+    return wrapped(f"no alarm set: {', '.join(k.value for k in unset)}", "quiet", cells) if unset else ()
 
 
 def _link_name(link: LinkRow) -> str:
@@ -191,17 +198,17 @@ def gap_lines(gap: Gap | None, lacks: str, cells: int, silent_s: float = 0.0) ->
     if axis is None:
         return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
     if cells < WIDE:
-        drift, floor, unit = thousandths(axis)
+        drift, floor, unit = in_units(axis)
         return (heading("MODEL", f"{DOFS[axis.dof]} {drift}, floor {floor} {unit}", cells),)
     rows = [tuple(axis for axis in gap.axes if axis.dof in dofs) for dofs in (range(3), range(3, 6))]
     return (
-        heading("MODEL", "off in 5 s / floor, mm/s and mrad/s", cells),
+        heading("MODEL", "off in 5 s / floor, mm/s and deg/s", cells),
         *(tuple(span for axis in row for span in _axis_gap(axis, cells // 3)) for row in rows if row),
     )
 
 
 def _axis_gap(axis: AxisGap, cells: int) -> Line:
-    drift, floor, _ = thousandths(axis)
+    drift, floor, _ = in_units(axis)
     line: Line = (
         (f"{DOFS[axis.dof]:<6}", "plain"),
         (f"{drift:>6}", "bad" if axis.high else "strong"),
@@ -221,7 +228,7 @@ def _message(message: Said, cells: int) -> Lines:
     role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
     if message.past:
         role = "quiet"
-    severity = SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
+    severity = PAST if message.past else SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
     head: Line = (
         (f"{utc(message.utc_s)} ", "quiet"),
         (f"{severity:<10}", "quiet" if role == "plain" else role),
