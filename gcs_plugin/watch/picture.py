@@ -148,8 +148,7 @@ class Picture:
     unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
     `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
     from its model, None if unknown, because of `lacks`. `hidden` says why who sends nothing may miss a companion, "" if
-    that holds for none. `alarms`: the gravest kind first; `unset`: kinds of
-    alarm that are switched off.
+    that holds for none. `alarms`: the gravest kind first; `unset`: kinds of alarm that are switched off.
     """
 
     now_s: float
