@@ -100,7 +100,7 @@ class Heartbeat:
 
     @property
     def serves_unheard(self) -> bool:
-        """Whether it executes what is sent to a component that it has not heard, such as its companion."""
+        """Whether it executes orders to a component that it has not heard, such as its companion."""
         return self.firmware is not None and self.firmware.serves_unheard
 
     @property

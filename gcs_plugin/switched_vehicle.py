@@ -66,11 +66,11 @@ class SwitchedVehicle:
 
     `holder` is the component that has reported FF_MODE, `beating` are components that send HEARTBEATs, `lacking`
     components without FF_MODE; `present` are components heard since the switch began, `behind` whether an autopilot
-    stands before the vehicle's companion, and executes what is sent to that unheard; `unheard` are components that
+    stands before the vehicle's companion, and executes orders to that unheard; `unheard` are components that
     OFF is sent to blindly. `before_s` is the time when the vehicle was last heard before the switch, `heard_s`
     since. `answer` is its last PARAM_VALUE, `telemetry` the mode in its last telemetry, `was` that before the
     switch; `taken`: it has confirmed a mode other than off once; `lowered`: it then left that mode; `obstacle`: why
-    it can't act in any mode, as it said since the first send; `alone`: what to do where its autopilot turns out to be
+    it can't act in any mode, as it said since the first send; `alone`: the way out where its autopilot turns out to be
     alone, "" without one.
     """
 

@@ -109,7 +109,7 @@ def asked_thrusts(dive: Dive, file: VehicleFile, configuration_name: str) -> Sig
 def thrusts_between(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     """The thrust (n, k) in N that each thruster is asked for between slow samples of its command.
 
-    Its pulse changes evenly, for mixers add up pulses, and the thrust curve bends what becomes of it. Where the pulses
+    Its pulse changes evenly, for mixers add up pulses, and the thrust curve bends the result. Where the pulses
     jump they do so at an unknown time, and the mean thrust is halfway.
     """
     commands = dive.thruster_commands

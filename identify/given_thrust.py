@@ -1,6 +1,6 @@
 """The thrust that a thruster gave in a dive, over its curve, by how the vehicle moved.
 
-In each axis of the feed-forward the wrench moves the vehicle's mass, its drag and what is constant, and of thruster i,
+In each axis of the feed-forward the wrench moves the vehicle's mass, its drag and a constant force, and of thruster i,
 whose gain is g rather than the file's G, only the share g/G has acted:
 
     tau - (1 - g/G) tau_i = M nu_dot + D nu + c
@@ -57,7 +57,7 @@ def pushes(shape: Configuration, thruster: int) -> bool:
 def given_thrust(
     dive: Dive, file: VehicleFile, configuration: str, thrusters: Sequence[int]
 ) -> dict[int, Given]:
-    """What those of some thrusters (numbered from 1) gave that the dive tells to MOST_UNSURE.
+    """The gains of some thrusters (numbered from 1), of those that the dive tells to MOST_UNSURE.
 
     None of them without pulses for every thruster, a reference, TAU_FF, velocity and rates.
     """

@@ -47,7 +47,7 @@ FLOWN_BY_STICKS: Final = (STABILIZE, ALT_HOLD, MANUAL)
 
 
 def function_name(output: int) -> str:
-    """Name of the parameter of what an output drives."""
+    """Name of the parameter of an output's function."""
     return f"SERVO{output}_FUNCTION"
 
 

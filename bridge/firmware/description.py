@@ -57,7 +57,7 @@ class Firmware:
     How it is known: `name`, the `family` of programs that its parameters and logs are of, `autopilot` and `kind`, the
     MAV_AUTOPILOT and MAV_TYPE of its HEARTBEAT; `way`: a sentence on what to start where it has no FF_MODE.
 
-    What a dive asks of it: the rate of each message by id, in `rates_hz`; `stream` with `stream_hz`, the
+    Asked of it for a dive: the rate of each message by id, in `rates_hz`; `stream` with `stream_hz`, the
     MAV_DATA_STREAM that brings what has no rate of its own, None without one; `least_hz`, a rate at which any ground
     station has its messages. `never_asked` are ids that it does not survive.
 
@@ -66,8 +66,8 @@ class Firmware:
     whose pulses SERVO_OUTPUT_RAW samples, 0 where it sends each change; `holds_pressure`: SCALED_PRESSURE2 is older
     than its stamp; `system_names`, the parameters that may have its system id.
 
-    How it behaves: `serves_unheard`: it executes what is sent to a component that it has not heard; `hides_companions`:
-    it sends what a companion says to those links alone on which it hears somebody; `holds_motor_test`: a motor
+    How it behaves: `serves_unheard`: it executes orders to a component that it has not heard; `hides_companions`:
+    it sends a companion's messages to those links alone on which it hears somebody; `holds_motor_test`: a motor
     test holds until the next, and its motors count from 0.
 
     The vehicle in its parameters: `frame`, the one that numbers the frames in `frames`, with the number of motors of

@@ -35,7 +35,7 @@ class Rates:
         return not self._left
 
     def step(self, now_s: float, has_stream: bool) -> list[Any]:
-        """The request to send now, if any; `has_stream`: what comes with the firmware's stream alone does come."""
+        """The request to send now, if any; `has_stream`: messages of the firmware's stream alone do come."""
         stream = self._firmware.stream
         if stream is not None and not has_stream and now_s >= self._stream_due_s:
             # Asked first: it sets the rates of all that the stream carries anew.

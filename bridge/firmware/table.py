@@ -19,7 +19,7 @@ def firmware_of(autopilot: int) -> Firmware | None:
 
 
 def not_supported(autopilot: int) -> str:
-    """A sentence for an autopilot that is not supported, on what works with it all the same; "" for any other."""
+    """A sentence for an autopilot that is not supported, on the verbs that work all the same; "" for any other."""
     if autopilot in _NONE or firmware_of(autopilot) is not None:
         return ""
     known = dialect.enums["MAV_AUTOPILOT"].get(autopilot)

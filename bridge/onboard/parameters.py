@@ -49,7 +49,7 @@ class ParameterServer:
     A parameter's index is its row in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. If no set
     was ever committed, none is active: the table's defaults are staged alone. FF_COMMIT reads as FF_ACTIVE. `hull` is
     the mark of everything that a model depends on (`hull_mark`): sets that were committed on other hulls are not active
-    on this. `trouble` says what was wrong at the start with the file or with the set in it, "" for nothing.
+    on this. `trouble` is the fault at the start of the file or of the set in it, "" for nothing.
 
     While armed, the mode can be raised only if `unproven` returns "". Otherwise it returns why the feed-forward has
     not been good in shadow, as judged by the controller (`Autopilot.unproven`). Until a controller sets it, nothing

@@ -1,4 +1,4 @@
-"""What is left of alarms once they are gone: each stands among the vehicle's words, with how long it lasted."""
+"""Alarms that are gone: each stands among the vehicle's words, with how long it lasted."""
 
 from collections import deque
 from collections.abc import Sequence

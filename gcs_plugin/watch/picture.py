@@ -96,7 +96,7 @@ class ThrusterRow:
 class Said:
     """A STATUSTEXT, a restart of the vehicle, or an alarm of the ground's. `utc_s` is Unix time, NaN if neither side
     knows the date; severity as in MAVLink, 0 to 7; `heard_s` on the clock of `Picture.now_s`, for alarms. `of_set`:
-    about the parameter set in force; `until_armed`: about what begins with arming. `past`: the vehicle started anew
+    about the parameter set in force; `until_armed`: about what arming begins. `past`: the vehicle started anew
     since, or has another set in force, or is armed, so that it may hold no longer."""
 
     utc_s: float

@@ -90,7 +90,7 @@ def above_noise(
     where they are larger than that, because a disturbance absorbs them without a drift, and so are reading errors;
     beside accepted effects none in roll and pitch, where an estimate wanders by more than such effects do. In roll
     and pitch nothing is left where the model drifts by less than HUSHED of noise: angles are an estimate, and
-    wander by a fraction of what a disturbance does.
+    wander by a fraction of a disturbance.
     """
     hushed = {
         axis.dof

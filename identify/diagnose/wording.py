@@ -41,7 +41,7 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What to do about an accepted effect that has changed, then the next dive or sensor; empty without either."""
+    """The way out of an accepted effect that has changed, then the next dive or sensor; empty without either."""
     dive = () if diagnosis.next is None else _next(diagnosis.next)
     return (*_way_out(diagnosis), *dive)
 

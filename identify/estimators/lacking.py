@@ -216,7 +216,7 @@ def lacks_of(
 
 
 def _of_the_curve(lack: Lack, thrust_rms: float) -> bool:
-    """Whether a force is no more than what a thrust curve is off by."""
+    """Whether a force is no more than the error of a thrust curve."""
     return lack.kind is Kind.THRUST and float(np.sqrt(np.mean(lack.shape**2))) < LEAST_FORCE * thrust_rms
 
 

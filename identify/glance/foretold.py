@@ -24,7 +24,7 @@ TWOFOLD: Final = 2.0
 SMALL: Final = {"m/s": 0.005, "rad/s": 0.0026}
 """Errors below this (5 mm/s, 0.15 deg/s) never contradict: a rougher sea makes a multiple of the smallest of them."""
 MOST_OF_REST: Final = 2.0
-"""An error up to this multiple of what the sea makes of a vehicle at rest is the sea's, and not judged."""
+"""An error up to this multiple of the sea's own in a vehicle at rest is the sea's, and not judged."""
 LEVEL: Final = ("surge", "sway")
 NONE_GIVEN: Final[Mapping[int, Given]] = MappingProxyType({})
 
@@ -48,7 +48,7 @@ class Foretelling:
 
 
 Foretellings = Callable[[Dive, Mode, str], Foretelling | None]
-"""What a dive in one mode, of a configuration by name, is compared with; None for nothing."""
+"""The foretelling of a dive in one mode, of a configuration by name; None for nothing."""
 
 
 def nothing_foretold(_dive: Dive, _mode: Mode, _configuration: str) -> None:
@@ -206,7 +206,7 @@ class MadeUp:
 
     @property
     def told(self) -> Given | None:
-        """What it gave, if the dive tells clearly whether the allocation went by that."""
+        """Its gain, if the dive tells clearly whether the allocation went by that."""
         if self.gave is None or TWICE + self._unsure < self._off <= TWICE + 2 * self._unsure:
             return None
         return self.gave
@@ -226,12 +226,12 @@ class MadeUp:
 
     @property
     def _off(self) -> float:
-        """Relative difference of what the allocation went by from what the thruster gave."""
+        """Relative difference of the allocation's gain from the thruster's."""
         return 0.0 if self.gave is None else abs(self.went_by / self.gave.gain - 1)
 
     @property
     def as_diagnosed(self) -> bool:
-        """Whether the allocation went by what the diagnosis found."""
+        """Whether the allocation went by the diagnosis."""
         return abs(self.went_by / self.credit.true - 1) <= TWICE
 
     @property

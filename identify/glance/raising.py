@@ -302,7 +302,7 @@ def go_no_go(
     baseline: flown by the PID with no feed-forward beside it.
 
     `held`: axes of that part with the errors foretold for them; `made_up`: thrusters with an accepted gain;
-    `instead`: what to do, where an axis moves that should not, rather than to diagnose the dive.
+    `instead`: the advice where an axis moves that should not, rather than to diagnose the dive.
     """
     part = in_one_mode(dive)
     mode, dive = part.mode, part.dive
@@ -393,7 +393,7 @@ def _long_runs(mask: Mask, least: int) -> Mask:
 
 
 def _in_the_sea(criterion: Criterion, mode: Mode) -> Criterion:
-    """A criterion of an axis that the sea moves beyond what is asked of it, as far as that rests on forces or errors.
+    """A criterion of an axis that the sea moves more than it is asked to, as far as that rests on forces or errors.
 
     With the feed-forward a failure is not judged: the PID answers the sea. Before that, it is no GO, and a dive in a
     calmer sea shows more.
@@ -410,7 +410,7 @@ def _unasked(
 ) -> list[Criterion]:
     """How much each axis moves that is not asked to: one criterion for those within their limits.
 
-    `sea`: what it makes of each axis at rest; `weak`: numbers of thrusters that are not made up for until the
+    `sea`: its motion of each axis at rest; `weak`: numbers of thrusters that are not made up for until the
     feed-forward acts.
     """
     still = [error for error in errors if error.unasked <= MOST_UNASKED[error.unit]]

@@ -278,9 +278,8 @@ def _table(table: Table) -> str:
     drawn = f'<div class="scroll"><table{kind}>{caption}{body}</table></div>'
     # Without a script: a click in the text selects it all, and the link saves it as a file.
     text = to_csv(table.columns, table.rows)
-    saved = (
-        f'<a download="{file_name(table.columns[0])}.csv" href="data:text/csv;charset=utf-8,{quote(text)}">'
-    )
+    data = quote(text, errors="replace")
+    saved = f'<a download="{file_name(table.columns[0])}.csv" href="data:text/csv;charset=utf-8,{data}">'
     return (
         f'{drawn}\n<details class="csv"><summary>CSV</summary><p>{saved}Save it as a file</a></p>'
         f"<pre>{safe(text)}</pre></details>\n"

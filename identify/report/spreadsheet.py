@@ -1,6 +1,6 @@
 """A table of a page as CSV: a number a cell and its unit in the head, where the page has words for people.
 
-"4.9 mm/s → 2.3 mm/s" becomes two columns, "0.7915 (0.7848 to 0.7982)" three. What is no quantity stays as it is.
+"4.9 mm/s → 2.3 mm/s" becomes two columns, "0.7915 (0.7848 to 0.7982)" three. A cell without a quantity stays as it is.
 """
 
 import csv
@@ -24,12 +24,12 @@ PARTS: Final[dict[tuple[str, ...], tuple[str, ...]]] = {
     ("±",): ("", "±"),
     ("(", "to", ")"): ("", "from", "to"),
 }
-"""The parts of a cell by what stands between its quantities."""
+"""The parts of a cell by the words between its quantities."""
 
 
 @dataclass(frozen=True)
 class _Cell:
-    """Numbers and units of a cell, and what stands between them."""
+    """Numbers and units of a cell, and the words between them."""
 
     numbers: tuple[str, ...]
     units: tuple[str, ...]

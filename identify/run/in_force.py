@@ -19,7 +19,7 @@ from identify.words import listed
 def before_in_force(sidecar: Mapping[str, Any], since_utc: str, shape: Configuration) -> Before:
     """The model of a sidecar, with a note that it is taken as accepted and since when (UTC text) it is in force.
 
-    Its effects are what the vehicle flies with, doubted or not. A value that its identification doubts is left out: its
+    The vehicle flies with its effects, doubted or not. A value that its identification doubts is left out: its
     error would be reported as a change of the vehicle. Raises ConfigError for a sidecar that is none.
     """
     try:

@@ -89,7 +89,7 @@ class Validation:
 
 
 Advice = Callable[[Dive, str], str]
-"""What to do where a dive of a configuration, by name, moves an axis that it should not; "" for the usual."""
+"""The advice where a dive of a configuration, by name, moves an axis that it should not; "" for the usual."""
 
 
 def validate(

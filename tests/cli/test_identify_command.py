@@ -99,7 +99,7 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path, monkeypatc
     )
     assert len(html) < 1_500_000
     assert {path.suffix for path in drawn.iterdir()} == {".svg", ".png"}
-    assert len(list(drawn.iterdir())) == 2 * html.count("<figure>")
+    assert len(list(drawn.iterdir())) == 2 * html.count("<figure")
     assert "FF1_M_U," in param.read_text(encoding="utf-8")
     data = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
     assert data["dive_sha256"] == answer["dive"]["sha256"]

@@ -59,7 +59,7 @@ def test_each_table_stands_there_as_csv_to_be_copied():
     odd = Table(("Name", "Words"), (("a", 'said "no", twice'), ("b", "x < y")))
     page = Page(render_report(report(Section("Part", "", (TABLE, odd)))))
     first, second = page.texts_in("pre")
-    assert first == "Name,Value\na,1 m\nb,-2 m\nc,\n"
+    assert first == 'Name,"Value, m"\na,1\nb,-2\nc,\n'
     assert list(csv.reader(second.splitlines())) == [list(odd.columns), *map(list, odd.rows)]
 
 
@@ -69,7 +69,11 @@ def test_a_page_stands_alone_and_runs_nothing():
     assert not {"script", "link", "img", "iframe", "object", "base", "form"} & set(tags)
     links = [value for _, attrs in page.elements for key, value in attrs.items() if key in ("href", "src")]
     assert "#part-1" in links
-    assert all(str(link).startswith("#part-1") for link in links)
+    saved, inside = [
+        [link for link in links if str(link).startswith(start)] for start in ("data:text/csv;", "#part-1")
+    ]
+    assert sorted(links) == sorted([*saved, *inside])
+    assert len(saved) == 1
     assert "http" not in render_report(report()).replace("http-equiv", "")
     assert "http" not in render_report(report(Section("Part", figures=(FIGURE,)))).replace("http-equiv", "")
     assert all(
