@@ -84,13 +84,13 @@ def above_noise(
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
     It applies if the causes close enough of the gap on held-out pieces; without a gap there only where even the
-    nominal model is less exact: in the degrees of freedom `inexact`, behind an autopilot's filter or under commands
-    that are sampled slowly, and beside accepted effects, which make up forces to `known_to` (6,), N and N m.
-    Elsewhere the floor, of the fitted disturbance, has grown by such a force itself. Slow or rare forces are kept
-    where they are larger than that, because a disturbance absorbs them without a drift, and so are reading errors;
-    beside accepted effects none in roll and pitch, where an estimate wanders by more than such effects do. In roll
-    and pitch nothing is left where the model drifts by less than HUSHED of noise: angles are an estimate, and
-    wander by a fraction of a disturbance.
+    nominal model is less exact: if any degree of freedom is `inexact`, behind an autopilot's filter or under
+    commands that are sampled slowly, and beside accepted effects, which make up forces to `known_to` (6,), N and N
+    m. Elsewhere the floor, of the fitted disturbance, has grown by such a force itself. Slow or rare forces are
+    kept where they are larger than that, because a disturbance absorbs them without a drift, and so are reading
+    errors; beside accepted effects none in roll and pitch, where an estimate wanders by more than such effects do.
+    In roll and pitch nothing is left where the model drifts by less than HUSHED of noise: angles are an estimate,
+    and wander by a fraction of a disturbance.
     """
     hushed = {
         axis.dof

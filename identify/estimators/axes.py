@@ -269,8 +269,8 @@ def build_axes(
         if dof in unpushed and forces.sampled_s and np.ptp(forces.asked[:, dof]) > LEAST_ANSWER * least_n:
             # Thrust that answers to the turning brakes it, and samples of it look like noise.
             return (
-                f"{unpushed[dof]}, and an autopilot may level it between commands that are known every "
-                f"{forces.sampled_s:.2g} s; record them at 20 Hz or more"
+                f"hardly any thrust went into {DOFS[dof]}, as where an autopilot holds it, and commands that are known "
+                f"every {forces.sampled_s:.2g} s hide its answers; push there, or record commands at 20 Hz or more"
             )
         events = events_of(dof, read, spans_s)
         if events is None:
