@@ -61,10 +61,10 @@ STYLE = """
 .traces input:focus-visible + label { outline: 3px solid var(--second); }
 .key { display: flex; flex-wrap: wrap; gap: 0 1.4em; list-style: none; margin: 0; padding: 0; }
 .key svg { width: 36px; height: 12px; margin-right: .4em; }
-.pane { overflow-x: auto; --high: 130px; }
+.pane { overflow: auto hidden; --high: 130px; }
 .high4:checked ~ .pane { --high: 520px; }
 .zooms { display: inline-block; margin-right: .4em; color: var(--soft); }
-.band { position: relative; box-sizing: border-box; width: 100%; padding-left: 4em; }
+.band { position: relative; box-sizing: border-box; width: 100%; padding: 0 3em 0 4em; }
 .zoom4:checked ~ .pane .band { width: 400%; }
 .zoom16:checked ~ .pane .band { width: 1600%; }
 .band svg { display: block; width: 100%; height: var(--high); border-bottom: 2px solid var(--rule); }
@@ -74,7 +74,7 @@ STYLE = """
 .scale span { position: absolute; right: 0; transform: translateY(-50%); padding: 0 .4em 0 .2em;
   font-size: .75em; line-height: 1; color: var(--soft); background: var(--ground); white-space: nowrap; }
 .times { position: relative; height: 1.6em; font-size: .85em; color: var(--soft); }
-.times span { position: absolute; padding-left: .2em; border-left: 1px solid var(--rule); }
+.times span { position: absolute; padding-left: .2em; border-left: 1px solid var(--rule); white-space: nowrap; }
 .times .at4, .times .at16 { display: none; }
 .zoom4:checked ~ .pane .at4, .zoom16:checked ~ .pane .at4, .zoom16:checked ~ .pane .at16 { display: inline; }
 .curve { fill: none; stroke-width: 1.6; vector-effect: non-scaling-stroke; }
