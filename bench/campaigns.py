@@ -69,7 +69,7 @@ def dived(
     if not truth.exists():
         folder.mkdir(parents=True, exist_ok=True)
         log.unlink(missing_ok=True)
-        flown = _with_model(file, configuration, given) if feed_forward is not None else file
+        flown = with_model(file, configuration, given) if feed_forward is not None else file
         whole = mission_named(mission, file.vehicle.configurations[configuration])
         time_s, state = dive(flown, configuration, whole, seed, mode, log)
         unfinished = folder / "truth.part.npz"
@@ -81,7 +81,7 @@ def dived(
     return Dived(read_dive(log, None, file), file, configuration, model, time_s, state)
 
 
-def _with_model(file: VehicleFile, configuration: str, model: Mapping[str, float]) -> VehicleFile:
+def with_model(file: VehicleFile, configuration: str, model: Mapping[str, float]) -> VehicleFile:
     """The vehicle with the coefficients `model` in force from the start."""
     shapes = dict(file.vehicle.configurations)
     shapes[configuration] = replace(shapes[configuration], model=dict(model))

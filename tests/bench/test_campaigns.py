@@ -1,0 +1,24 @@
+"""The benchmarks' dives of the paper's vehicle."""
+
+import numpy as np
+
+from bench.campaigns import VEHICLE, dive, with_model
+from bridge.simulator.dive import WARM_UP_S
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.legs import Leg, Mission
+from bridge.vehicle.mode import Mode
+
+
+def test_a_dive_with_feed_forward_flies_by_the_coefficients_that_it_is_given(tmp_path):
+    """With half the damping in force the thrusters give about half of what a steady leg takes."""
+    file = load_vehicle(f"{VEHICLE}:hovering")
+    truth = load_truth(file, "hovering").model
+    mission = Mission("ahead", (Leg(6.0, surge_m_s=0.3, transient_s=2.0),))
+    speed_m_s = {}
+    for share in (1.0, 0.5):
+        flown = with_model(file, "hovering", {**truth, "D_u": share * truth["D_u"]})
+        time_s, state = dive(flown, "hovering", mission, 7, Mode.ALONE, tmp_path / f"{share}.tlog")
+        speed_m_s[share] = np.mean(state[time_s > WARM_UP_S + 4.0, 7])
+    assert 0.2 < speed_m_s[1.0] < 0.4
+    assert speed_m_s[0.5] < 0.9 * speed_m_s[1.0]
