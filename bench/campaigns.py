@@ -21,7 +21,7 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.parameters import MODE
+from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
 from identify.dive import Dive
@@ -100,6 +100,8 @@ def dive(
         truth=load_truth(load_vehicle(f"{VEHICLE}:{configuration}"), configuration),
     )
     vehicle = SimulatedVehicle(file, configuration, (near,), start)
+    # A vehicle flies no set before its first commit.
+    vehicle.parameters.write(COMMIT, float(vehicle.parameters.staged_crc), armed=False)
     vehicle.parameters.write(MODE, float(mode), armed=False)
     arm_for_mission(vehicle.bridge, vehicle.parameters)
     framer = Framer()

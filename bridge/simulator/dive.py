@@ -164,7 +164,7 @@ def arm_for_mission(bridge: Bridge, parameters: ParameterServer) -> None:
     if not bridge.arm(True):
         raise ParamRejected(
             f"FF_MODE {parameters.mode} needs a set of parameters in force and the simulated vehicle has none; "
-            "upload one first, or give the vehicle file a 'model'"
+            "upload one first: seatrial params upload"
         )
 
 

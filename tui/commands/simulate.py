@@ -109,7 +109,7 @@ def dive(
     if Mode(BY_WORD.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
         raise exit_codes.UsageError(
             f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
-            "upload some first into the --parameters FILE of an idle one, or give the vehicle file a 'model'"
+            "upload some first into the --parameters FILE of an idle one"
         )
     truth = wanted_truth(arguments, file, configuration, WARM_UP_S + mission.duration_s)
     with show.progress(f"dive {mission.name}") as tell:
