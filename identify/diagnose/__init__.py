@@ -5,9 +5,10 @@ acceptance. The gap: `simulation` open loop · `drift` over seconds, noise floor
 axis · `slow`, `rhythms` slow and periodic forces.
 
 The causes: `predicted` motion · `innovations`, `witnesses` what filters and other sensors show · `regression` the
-dive as linear equations · `candidates` what is tried · `evidence`, `weighing`, `search` how it is chosen · `shafts`
-beside which lag · `confidence` intervals and presence · `unexplained` what is left. The answer: `shrink`, `shrunk` ·
-`findings` the causes, `verdict`, the next dive · `feedforward_gain` · `result` the types · `wording` sentences, of
-`cause_words`, `drift_words` and `gap_words` · `accepted` for the feed-forward · `lateness` of the thrust ·
-`thrust_ratio`, `against` a simulator.
+dive as linear equations · `candidates` what is tried · `evidence`, `weighing`, `ranking` what it saves ·
+`requirement` what it must save · `selection` one step, `search` to the end · `shafts` beside which lag ·
+`confidence` intervals and presence · `unexplained` what is left. The answer: `shrink`, `shrunk` · `findings` the
+causes, `verdict`, the next dive · `feedforward_gain` · `result` the types · `wording` sentences, of `cause_words`,
+`drift_words` and `gap_words` · `accepted` for the feed-forward · `lateness` of the thrust · `thrust_ratio`, `against`
+a simulator.
 """

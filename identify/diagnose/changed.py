@@ -23,8 +23,9 @@ from identify.diagnose.findings import probability
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal, hull_indices, refitted
 from identify.diagnose.regression import mean_indices
+from identify.diagnose.requirement import LEAST_GAIN
 from identify.diagnose.result import Diagnosis, Finding, Tried, Value
-from identify.diagnose.search import LEAST_GAIN, Explanation
+from identify.diagnose.search import Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.weighing import Fitted, Weighing
 from identify.effects.course import Course

@@ -6,8 +6,8 @@ then disagree on a parameter. The variance between parts beyond their noise is a
 
 The wider interval decides presence: a cause that may as well be absent by it is dropped, because the remainder of
 another cause's form looks like that. A sea is exempt. Its lines beat, so parts of a dive always disagree, and
-held-out gain decides instead (`search.LEAST_SEA_GAIN`). A lone cause is no other's remainder: it stays if one value
-in all parts explains nearly as much as a value in each.
+held-out gain decides instead (`requirement.LEAST_SEA_GAIN`). A lone cause is no other's remainder: it stays if one
+value in all parts explains nearly as much as a value in each.
 """
 
 import math
@@ -22,16 +22,11 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.gap import disturbance_of, drowned
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.regression import mean_indices
-from identify.diagnose.search import (
-    LEAST_SHARE,
-    LOOKED_AT,
-    Explanation,
-    explained_by,
-    nats_apart,
-    ranked_candidates,
-    remainder_nats,
-)
+from identify.diagnose.requirement import LEAST_SHARE, nats_apart, remainder_nats
+from identify.diagnose.search import Explanation, explained_by
+from identify.diagnose.selection import LOOKED_AT
 from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
 from identify.effects.course import Course
 from identify.effects.effect import ALONG, Act, Effect

@@ -18,16 +18,12 @@ from identify.diagnose.confidence import ambiguity_of, margin_by_filters
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.ranking import ranked_candidates
+from identify.diagnose.requirement import LEAST_GAIN, LEAST_SIGMA, required_gain
 from identify.diagnose.result import Finding, Tried, Value
 from identify.diagnose.rhythms import period_interval
-from identify.diagnose.search import (
-    LEAST_GAIN,
-    LEAST_SIGMA,
-    MOST_CAUSES,
-    Explanation,
-    ranked_candidates,
-    required_gain,
-)
+from identify.diagnose.search import Explanation
+from identify.diagnose.selection import MOST_CAUSES
 from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.effects.effect import Effect

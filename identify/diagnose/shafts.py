@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from bridge.arrays import Array
 from identify.diagnose.confidence import without_doubtful
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.search import AMBIGUOUS_NATS, LEAST_GAIN, Explanation, explain
+from identify.diagnose.requirement import AMBIGUOUS_NATS, LEAST_GAIN
+from identify.diagnose.search import Explanation, explain
 from identify.effects.actuators import shaft_lag
 from identify.effects.effect import QUICK_COMMANDS, Effect, before_the_shaft
 from identify.side_by_side import both

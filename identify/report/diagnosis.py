@@ -14,8 +14,8 @@ from identify.diagnose.against import (
     thrust_sentences,
     verdict_sentence,
 )
+from identify.diagnose.requirement import LEAST_GAIN
 from identify.diagnose.result import Diagnosis, Finding, Gap, Value
-from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
 from identify.diagnose.shrunk import Shrink
 from identify.diagnose.thrust_ratio import ThrustRatio

@@ -12,13 +12,14 @@ from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import draw_case
 from identify.challenge.nearest import course_of
 from identify.diagnose import confidence as module
-from identify.diagnose import search
+from identify.diagnose import search, selection
 from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.candidates import Cause, other_forms, other_variants
 from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
 from identify.diagnose.findings import parameters_of, strongest_first, trials_of
+from identify.diagnose.requirement import remainder_nats
 from identify.diagnose.result import Disturbance, Finding
-from identify.diagnose.search import explained_by, remainder_nats
+from identify.diagnose.search import explained_by
 from identify.diagnose.weighing import Fitted
 from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
 from identify.effects.effect import Effect
@@ -59,14 +60,14 @@ def test_a_weight_is_taken_for_a_push_in_any_direction_up_to_half_a_per_cent(
     best, less = 2000.0, share * 0.005 * 2000.0
     fits = [fit_of(best, THRUST_BIAS), fit_of(best - less, NET_BUOYANCY)]
     for some in (fits, fits[::-1]):
-        fit = search._simplest(some, fit_of(0.0))
+        fit = selection._simplest(some, fit_of(0.0))
         assert fit.causes[-1].effect is taken
 
 
 def test_of_causes_of_several_numbers_the_best_is_taken() -> None:
-    fit = search._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
+    fit = selection._simplest([fit_of(2000.0, THRUST_BIAS), fit_of(1999.0, STEADY_CURRENT)], fit_of(0.0))
     assert fit.causes[-1].effect is THRUST_BIAS
-    assert search._simplest([], fit_of(0.0)) is None
+    assert selection._simplest([], fit_of(0.0)) is None
 
 
 @pytest.mark.parametrize("fewer", [1.0, 5.0])
@@ -80,15 +81,15 @@ def test_a_weight_is_taken_for_a_thruster_that_gives_nothing_at_all_when_it_does
     )
     weight, light = fit_of(100.0 - fewer, NET_BUOYANCY), fit_of(90.0, NET_BUOYANCY)
     for some in ([nothing, weight], [weight, nothing]):
-        fit = search._simplest(some, fit_of(0.0))
+        fit = selection._simplest(some, fit_of(0.0))
         assert fit.causes[-1].effect is NET_BUOYANCY
-    assert search._simplest([half, fit_of(95.0, NET_BUOYANCY)], fit_of(0.0)) is half
-    assert search._simplest([nothing, light], fit_of(0.0)) is nothing
+    assert selection._simplest([half, fit_of(95.0, NET_BUOYANCY)], fit_of(0.0)) is half
+    assert selection._simplest([nothing, light], fit_of(0.0)) is nothing
     # Nor does either come back in a swap.
     for each, replaces in ((weight, True), (light, False)):
-        assert search._replaces(each, nothing, nothing.causes[0], fit_of(0.0)) is replaces
-    assert not search._replaces(nothing, weight, weight.causes[0], fit_of(0.0))
-    assert search._replaces(nothing, light, light.causes[0], fit_of(0.0))
+        assert selection._replaces(each, nothing, nothing.causes[0], fit_of(0.0)) is replaces
+    assert not selection._replaces(nothing, weight, weight.causes[0], fit_of(0.0))
+    assert selection._replaces(nothing, light, light.causes[0], fit_of(0.0))
 
 
 def test_a_steady_push_may_leave_the_filters_as_likely_as_they_were() -> None:
@@ -99,10 +100,10 @@ def test_a_steady_push_may_leave_the_filters_as_likely_as_they_were() -> None:
 
 def test_what_was_taken_for_being_simpler_is_not_swapped_back() -> None:
     weight, push = fit_of(1995.0, NET_BUOYANCY), fit_of(2000.0, THRUST_BIAS)
-    assert search._replaces(weight, push, push.causes[0], fit_of(0.0))
-    assert not search._replaces(push, weight, weight.causes[0], fit_of(0.0))
+    assert selection._replaces(weight, push, push.causes[0], fit_of(0.0))
+    assert not selection._replaces(push, weight, weight.causes[0], fit_of(0.0))
     far = fit_of(2020.0, THRUST_BIAS)
-    assert search._replaces(far, weight, weight.causes[0], fit_of(0.0))
+    assert selection._replaces(far, weight, weight.causes[0], fit_of(0.0))
 
 
 def test_a_cause_is_judged_beside_the_best_variants_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -116,9 +117,9 @@ def test_a_cause_is_judged_beside_the_best_variants_of_the_others(monkeypatch: p
         {tuple(sorted(labels)): gain for labels, gain in gains.items()}, (MUNK_MOMENT, MUNK_MOMENT_IN_YAW)
     )
     tried = [(1.0, 1.0, Cause(effect, effect.start())) for effect in (QUADRATIC_DRAG, MUNK_MOMENT)]
-    monkeypatch.setattr(search, "ranked_candidates", lambda *_: tried)
+    monkeypatch.setattr(selection, "ranked_candidates", lambda *_: tried)
     fit = fit_of(60.0, QUADRATIC_DRAG, MUNK_MOMENT_IN_YAW)
-    others = search._others_at_their_best(weighing, fit, 0)  # type: ignore[arg-type]
+    others = selection._others_at_their_best(weighing, fit, 0)  # type: ignore[arg-type]
     assert [cause.effect for cause in others.causes] == [MUNK_MOMENT]
 
 
@@ -132,9 +133,9 @@ def test_a_drag_that_lacked_a_number_gets_it_back(monkeypatch: pytest.MonkeyPatc
     fit = replace(fit_of(30.0, QUADRATIC_DRAG), causes=(alone,))
     for tried, expected in (((whole, alone), whole), ((alone,), alone)):
         ranked = [(1.0, 1.0, cause) for cause in tried]
-        monkeypatch.setattr(search, "ranked_candidates", lambda *_, ranked=ranked: ranked)
-        monkeypatch.setattr(search, "_shows_in_motion", lambda *_: True)
-        fit_after = search.swapped(weighing, fit)  # type: ignore[arg-type]
+        monkeypatch.setattr(selection, "ranked_candidates", lambda *_, ranked=ranked: ranked)
+        monkeypatch.setattr(selection, "_shows_in_motion", lambda *_: True)
+        fit_after = selection.swapped(weighing, fit)  # type: ignore[arg-type]
         assert fit_after.causes == (expected,)
 
 

@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 from fakes.planted import explained
 
-from identify.diagnose import confidence, findings, search
+from identify.diagnose import confidence, findings, ranking, search, selection
 from identify.diagnose.candidates import Cause
 from identify.diagnose.findings import probability
 from identify.diagnose.nominal import refitted
-from identify.diagnose.search import (
-    explained_by,
-    pruned,
-    required_gain,
-    with_one_more,
-)
+from identify.diagnose.requirement import required_gain
+from identify.diagnose.search import explained_by
+from identify.diagnose.selection import pruned, with_one_more
 from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
@@ -119,8 +116,8 @@ PUSH = Cause(QUADRATIC_DRAG, 50.0 * np.eye(6)[0])
     [(7.1, 1.1, True), (6.9, 1.1, False), (6.9, 50.0, False), (7.1, 0.9, False), (700.0, 0.9, False)],
 )
 def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(monkeypatch, nats, errors, taken):
-    monkeypatch.setattr(search, "_beyond_all", lambda *_: None)
-    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(nats, errors, PUSH)])
+    monkeypatch.setattr(selection, "beyond_all", lambda *_: None)
+    monkeypatch.setattr(selection, "ranked_candidates", lambda *_: [(nats, errors, PUSH)])
     fit = with_one_more(saving(nats), fitted((), 0.0))
     assert fit.causes == ((PUSH,) if taken else ())
 
@@ -135,9 +132,13 @@ def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard
     monkeypatch, errors, kept
 ):
     coupled = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
-    monkeypatch.setattr(search, "_others_at_their_best", lambda _, fit, k: fitted([fit.causes[1 - k]], 20.0))
-    monkeypatch.setattr(search, "required_gain", lambda *_: 7.0)
-    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, coupled)])
+    monkeypatch.setattr(
+        selection, "_others_at_their_best", lambda _, fit, k: fitted([fit.causes[1 - k]], 20.0)
+    )
+    monkeypatch.setattr(selection, "required_gain", lambda *_: 7.0)
+    monkeypatch.setattr(
+        selection, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, coupled)]
+    )
     left = pruned(saving(20.0), fitted([PUSH, coupled], 40.0)).causes
     assert left == ((PUSH, coupled) if kept else (coupled,))
 
@@ -253,7 +254,7 @@ def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_fa
 ):
     """Masses that were fitted without it made up for the most of it."""
     first = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
-    monkeypatch.setattr(search, "_beyond_all", lambda *_: None)
+    monkeypatch.setattr(search, "beyond_all", lambda *_: None)
     monkeypatch.setattr(search, "FormRemainder", lambda *_: None)
     monkeypatch.setattr(search, "required_gain", lambda *_: 20.0)
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(8.0, errors, PUSH)])
@@ -370,7 +371,7 @@ def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
     planted = weighing.rows.columns([Cause(DEAD_ZONE, np.array([width_n])).act(course)], course)[:, 0]
     weighing = replace(weighing, rows=replace(weighing.rows, value=weighing.rows.value + planted))
     none = weighing.fitted(())
-    (_, _, cause), *_ = search.ranked_candidates(weighing.candidates_with_fit(none), none)
+    (_, _, cause), *_ = ranking.ranked_candidates(weighing.candidates_with_fit(none), none)
     fit = weighing.fitted((cause,))
     assert fit.causes[0].values == pytest.approx([width_n], rel=0.03)
     std = np.sqrt(confidence.covariance_of(weighing, fit)[0, 0])

@@ -22,8 +22,10 @@ from identify.diagnose import (
     drift,
     evidence,
     findings,
+    ranking,
     regression,
-    search,
+    requirement,
+    selection,
     shrink,
     shrunk,
     unexplained,
@@ -72,9 +74,9 @@ PAGE = re.sub(
         rf"$\rho = {1e5 * network.ROUGHNESS:.0f}\cdot10^{{-5}}$ m/s",
         "off by $\\delta$ (`drift.py`)" if drift.HORIZONS_S[1] == shrink.HORIZON_S == 5.0 else "not 5 s",
         f"{1 - shrink.CHANCE:g} to {1 + shrink.CHANCE:g} by chance",
-        f"The best {search.WEIGHED} are weighed",
+        f"The best {ranking.WEIGHED} are weighed",
         f"pieces of {regression.PIECE_S:.0f} s in {evidence.FOLDS} folds",
-        f"by more than {search.LEAST_GAIN:.0f} nats ({search.LEAST_SEA_GAIN:.0f} for a sea",
+        f"by more than {requirement.LEAST_GAIN:.0f} nats ({requirement.LEAST_SEA_GAIN:.0f} for a sea",
         f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
         rf"P = {findings.MOST_PROBABLE}\,\frac{{m}}{{m + {findings.HALF_NATS:.0f}}}",
         f"Under {100 * shrunk.LIKELY:.0f} % a cause",
@@ -95,7 +97,7 @@ def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_milli
     assert admitted.STAMPED_S == 0.5e-3
     assert findings.TAKEN_UP == 0.25
     assert verdict.LEAST_CLOSED == verdict.MOST_DISTURBED == 1 / 3
-    assert search.MOST_CAUSES == 3
+    assert selection.MOST_CAUSES == 3
 
 
 ROOT = REFERENCE.parents[1]
