@@ -1,6 +1,6 @@
 """The gap between model and sea: where it lies, which effect causes it, how far it shrinks.
 
-`diagnose` runs it all. Before: `recording` checks · `nominal` the fitted model · `changed` since an earlier
+`diagnose` runs it all. Before: `recording` checks · `judged_axes`, `slow_samples`, `nominal` the fitted model · `changed` since an earlier
 acceptance. The gap: `simulation` open loop · `drift` over seconds, noise floor, plain baseline · `gap` by place and
 axis · `slow`, `rhythms` slow and periodic forces.
 

@@ -13,9 +13,10 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.candidates import Cause
-from identify.diagnose.nominal import MOST_LATE, Nominal
+from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
+from identify.diagnose.slow_samples import MOST_LATE
 from identify.dive import Dive, Signal
 from identify.estimators.misfit import doubts_of
 from identify.estimators.timing import likeliest_delay

@@ -6,7 +6,6 @@ reading.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -23,34 +22,29 @@ from bridge.vehicle.coefficients import (
     SWAY,
     YAW,
 )
-from bridge.vehicle.config import Configuration, VehicleFile
-from bridge.vehicle.thrusters import allocation_matrix
+from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.checks.mounting import mirrored, swapped
 from identify.diagnose.candidates import Cause
 from identify.diagnose.innovations import mean_before, reading_error
+from identify.diagnose.judged_axes import axes_of, without_quick
 from identify.diagnose.predicted import by_present_thrust, course_of, predicted
-from identify.diagnose.regression import LEVELLED, steady_trims
+from identify.diagnose.regression import steady_trims
+from identify.diagnose.slow_samples import is_delayed, late_samples_s, with_later_commands
 from identify.diagnose.witnesses import Witness, witnesses
-from identify.dive import STAMPED_S, Dive, Signal
+from identify.dive import STAMPED_S, Dive
 from identify.effects.course import Course
 from identify.effects.effect import Act
-from identify.estimators.axes import Axes, Axis, build_axes
+from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import climb
-from identify.estimators.start import StartFit, start_of
+from identify.estimators.start import start_of
 from identify.estimators.timing import dated, dated_back
-from identify.ingest.commands import SELDOM_HZ
-from identify.ingest.rotation import euler_angles
 from identify.side_by_side import both, side_by_side
-
-USUAL_HZ = 25.0
-"""Readings a second that thinning keeps, about."""
-
 
 NEARLY = 0.05
 """Tolerance of the joint maximum likelihood, nats."""
@@ -60,63 +54,8 @@ PASSES = 2
 SEA_S, SEA_SPREAD = 1.5, 0.1
 """Correlation time of a sea's disturbance, s, and the prior spread of its logarithm."""
 
-
 SPREAD_BETWEEN_AXES = 0.2
 """Prior spread between surge and sway of the logarithm of an autopilot filter's error."""
-
-SLOWEST_LEVELLING_S = 0.25
-"""Interval between commands within which an autopilot that levels roll and pitch has answered a tilt: its thrust looks
-like a righting moment."""
-
-LEAST_LEVER_M = 1e-3
-
-QUICKEST_S = 0.06
-"""Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
-
-MOST_LATE = 0.75
-"""Largest delay, in samples, that slow sampling explains: half a sample if each holds until the next, and the error of
-the fit."""
-
-STILL_RAD = np.deg2rad(0.1)
-"""Roll or pitch without thrust and within this rms is held level, and carries no information."""
-
-
-def thinned(dive: Dive) -> Dive:
-    """The dive with gyros and depth thinned to about USUAL_HZ.
-
-    Instantaneous readings are decimated: an average is the reading of no instant, and roll and pitch are fast enough
-    for the difference to show. A fibre-optic gyro reads means over intervals, so its readings are averaged.
-    """
-    return replace(
-        dive,
-        gyro=_kept(dive.gyro),
-        fog=_averaged(dive.fog),
-        pressure=_kept(dive.pressure),
-        depth=_kept(dive.depth),
-    )
-
-
-def _each(signal: Signal) -> int:
-    return max(round(signal.rate_hz / USUAL_HZ), 1)
-
-
-def _kept(signal: Signal | None) -> Signal | None:
-    """Every k-th reading."""
-    if signal is None or not len(signal):
-        return signal
-    k = _each(signal)
-    return Signal(signal.time_s[::k], signal.value[::k])
-
-
-def _averaged(signal: Signal | None) -> Signal | None:
-    """Means over k neighbours, at the mean of their times; groups across a gap are dropped."""
-    if signal is None or not len(signal) or (k := _each(signal)) < 2:
-        return signal
-    n = len(signal) // k
-    time_s = signal.time_s[: n * k].reshape(n, k)
-    value = signal.value[: n * k].reshape(n, k, -1).mean(axis=1)
-    regular = np.ptp(time_s, axis=1) < 1.5 * (k - 1) / signal.rate_hz
-    return Signal(time_s.mean(axis=1)[regular], value[regular])
 
 
 @dataclass(frozen=True)
@@ -217,7 +156,7 @@ def nominal_of(
         dive = dated_back(dive, *timing_s)
     else:
         dive = dated(dive, file, configuration_name)
-    built = _axes_of(dive, file, configuration_name)
+    built = axes_of(dive, file, configuration_name)
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
         raise FitError(
@@ -230,13 +169,13 @@ def nominal_of(
         lambda: start_of(built, configuration), lambda: unrecorded(dive, file.vehicle.water)
     )
     late_s = late_samples_s(start)
-    if _is_delayed(late_s, dive, start):
+    if is_delayed(late_s, dive, start):
         late_s = 0.0
     if late_s:
         dive = with_later_commands(dive, late_s)
-        built = _axes_of(dive, file, configuration_name)
+        built = axes_of(dive, file, configuration_name)
         start = start_of(built, configuration)
-    if (slow := _without_quick(start, built, dive, configuration)) is not built:
+    if (slow := without_quick(start, built, dive, configuration)) is not built:
         start, built = start_of(slow, configuration), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
@@ -274,43 +213,6 @@ def nominal_of(
     )
 
 
-def late_samples_s(start: StartFit) -> float:
-    """Delay with which slow samples of the commands act, s; 0 for commands that are known all the time.
-
-    Estimated from all axes that hold information on it, under one prior. A command that holds until the next sample
-    acts later, by half the sampling interval, than a command that a fast loop leaves behind.
-    """
-    axes = [
-        (problem, of_axis.start + problem.noise_index - len(problem.axis.timing))
-        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
-        if problem.axis.sampled_s and problem.axis.timing and not problem.axis.is_coloured
-    ]
-    if not axes:
-        return 0.0
-    prior = float(start.joint.prior_precision[axes[0][1]])
-    _, information = start.joint.score(start.theta)
-    variance = np.diag(np.linalg.inv(information + np.diag(start.joint.prior_precision)))
-    precision = np.array([1.0 / variance[at] for _, at in axes])
-    weighted = precision @ np.array([start.theta[at] for _, at in axes])
-    return float(weighted / (np.sum(precision - prior) + prior))
-
-
-def _is_delayed(late_s: float, dive: Dive, start: StartFit) -> bool:
-    """Whether the thrust is later than sampling can explain, in a recording from which a delay can be known at all."""
-    sampled_s = max(problem.axis.sampled_s for problem in start.joint.problems)
-    return dive.reckoned is None and MOST_LATE * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
-
-
-def with_later_commands(dive: Dive, by_s: float) -> Dive:
-    """The dive with its thruster commands delayed by `by_s`."""
-    later: dict[str, Any] = {
-        name: Signal(signal.time_s + by_s, signal.value)
-        for name, signal in dive.signals().items()
-        if name in ("pwm", "thrust_cmd", "tau_cmd")
-    }
-    return replace(dive, **later)
-
-
 def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
     """Limit the disturbance's correlation time to a sea's.
 
@@ -319,73 +221,6 @@ def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
     mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
     mean[TIME_CONSTANT], precision[TIME_CONSTANT] = np.log(SEA_S), SEA_SPREAD**-2.0
     return replace(problem, prior_mean=mean, prior_precision=precision)
-
-
-def _without_quick(start: StartFit, built: Axes, dive: Dive, configuration: Configuration) -> Axes:
-    """The axes without degrees of freedom that settle within a few commands, or swing or may be levelled within a slow
-    sample: the recording misses the thrust in between."""
-    quick = {
-        problem.axis.dof
-        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
-        if np.exp(start.theta[of_axis][MASS]) < QUICKEST_S * _braking_of(problem, start.theta[of_axis])
-    }
-    left = dict.fromkeys(
-        quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"
-    )
-    swinging = {
-        problem.axis.dof: problem.axis.sampled_s
-        for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
-        if problem.axis.stiffness * problem.axis.sampled_s**2 > np.exp(start.theta[of_axis][MASS])
-    }
-    left |= {
-        dof: f"it swings too quickly for commands that are known every {sampled_s:.2g} s"
-        for dof, sampled_s in swinging.items()
-    }
-    turned_by_thrust = np.abs(allocation_matrix(configuration)).max(axis=1, initial=0.0) > LEAST_LEVER_M
-    for problem in start.joint.problems:
-        sampled_s = dive.reckoned.step_s if dive.reckoned else problem.axis.sampled_s
-        if (
-            problem.axis.dof in LEVELLED
-            and sampled_s > SLOWEST_LEVELLING_S
-            and turned_by_thrust[problem.axis.dof]
-        ):
-            left[problem.axis.dof] = (
-                f"an autopilot may level it between commands that are known every {sampled_s:.2g} s"
-            )
-    kept = tuple(axis for axis in built.axes if axis.dof not in left)
-    return replace(built, axes=kept, missing=built.missing | left) if kept and left else built
-
-
-def _braking_of(problem: AxisLikelihood, theta: Array) -> float:
-    """Slope of an axis's drag at its usual speed, N s/m or N m s/rad."""
-    quadratic = problem.axis.quadratic + problem.quadratic(theta)
-    usual = float(np.sqrt(np.average(problem.axis.speed**2, weights=problem.axis.step_s)))
-    return float(np.exp(theta[DAMPING])) + 2.0 * quadratic * usual
-
-
-def _axes_of(dive: Dive, file: VehicleFile, configuration_name: str) -> Axes:
-    """The axes of a dive that are judged.
-
-    All its runs have one trim force in common: a steady push is a cause, and a trim of each run would pass for the slow
-    part of the disturbance.
-    """
-    built = build_axes(thinned(dive), file, configuration_name)
-    return _without_still(built, dive).with_common_trims()
-
-
-def _without_still(built: Axes, dive: Dive) -> Axes:
-    """The axes without roll and pitch that are held level and unpushed.
-
-    Their little motion is rounding, which noiseless readings turn into a cause.
-    """
-    if dive.attitude is None:
-        return built
-    roll, pitch, _ = euler_angles(dive.attitude.value)
-    angles = {ROLL: roll, PITCH: pitch}
-    still = {dof: float(np.nanstd(angle)) < STILL_RAD for dof, angle in angles.items()}
-    left = {dof: "it was held level, and no thruster pushed" for dof in built.unpushed if still.get(dof)}
-    kept = tuple(axis for axis in built.axes if axis.dof not in left)
-    return replace(built, axes=kept, missing=built.missing | left)
 
 
 def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:

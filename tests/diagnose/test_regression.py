@@ -16,7 +16,7 @@ from identify.diagnose.evidence import (
     products_of,
 )
 from identify.diagnose.innovations import autoregression_of, mean_before, value_before
-from identify.diagnose.nominal import thinned
+from identify.diagnose.judged_axes import thinned
 from identify.diagnose.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
 from identify.diagnose.regression import piece_s, regression_of
 from identify.diagnose.weighing import weighing_of
