@@ -18,6 +18,8 @@ from identify.diagnose.changed import (
     library_with_changes,
     shift_of,
 )
+from identify.diagnose.check_dive import checked, predict
+from identify.diagnose.contradiction import contradiction_note
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
 from identify.diagnose.findings import FEEDBACK_DOFS, findings_of, strongest_first, trials_of
 from identify.diagnose.gap import (
@@ -37,6 +39,7 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
+from identify.diagnose.held_out import held_out_shrink
 from identify.diagnose.lateness import lateness_of, slow_loop, with_holding_unknown, with_known_holding
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
@@ -61,7 +64,7 @@ from identify.diagnose.recording import (
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Value
 from identify.diagnose.search import Explanation
 from identify.diagnose.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
-from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
+from identify.diagnose.shrink import overstated_note
 from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.simulation import (
     EACH,

@@ -21,8 +21,8 @@ from identify.diagnose.nominal import Nominal
 from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.requirement import LEAST_GAIN, LEAST_SIGMA, required_gain
 from identify.diagnose.result import Finding, Tried, Value
-from identify.diagnose.rhythms import period_interval
 from identify.diagnose.search import Explanation
+from identify.diagnose.seas import period_interval
 from identify.diagnose.selection import MOST_CAUSES
 from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.weighing import Fitted, FormRemainder

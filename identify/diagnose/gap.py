@@ -12,11 +12,12 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.drift import Drift
+from identify.diagnose.generic_forces import Parity, Variable, of_other_speeds, unit_forces
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Hull, Phase, Share, Slice
 from identify.diagnose.simulation import Simulation
-from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
+from identify.diagnose.unexplained import Timing, Unexplained
 from identify.effects.course import Course, in_a_run
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.side_by_side import side_by_side
@@ -55,8 +56,8 @@ LEAST_SHARE = 0.001
 MOST, LEAST_STRENGTH = 3, 0.05
 
 AS_GOOD = 0.97
-"""Share of the best force's power from which a plainer force is preferred, in the order of `unexplained.unit_forces`.
-"""
+"""Share of the best force's power from which a plainer force is preferred, in the order of
+`generic_forces.unit_forces`."""
 
 WORLD: tuple[Variable, ...] = ("heading", "position")
 BODY: tuple[Variable, ...] = ("speed", "yaw_rate", "acceleration", "thrust", "thrust_sign")

@@ -50,7 +50,6 @@ def pieces_of(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> NDArray[n
 LEVELLED = (3, 4)
 """Roll and pitch."""
 
-
 DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
 """By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk
 1924)."""

@@ -12,8 +12,9 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import AcceptedEffect, gain_name
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
+from identify.diagnose.generic_forces import Parity, Variable
 from identify.diagnose.shrunk import AxisShrink, Shrink
-from identify.diagnose.unexplained import Parity, Timing, Variable
+from identify.diagnose.unexplained import Timing
 from identify.effects.effect import Effect
 from identify.identification import Doubt
 

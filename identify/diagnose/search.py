@@ -9,7 +9,7 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.requirement import AMBIGUOUS_NATS, LEAST_GAIN, least_gain, required_gain
-from identify.diagnose.rhythms import seas_of
+from identify.diagnose.seas import seas_of
 from identify.diagnose.selection import MOST_CAUSES, beyond_all, improved, without
 from identify.diagnose.weighing import Fitted, FormRemainder, Weighing, rows_of
 from identify.effects.course import Course

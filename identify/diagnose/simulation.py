@@ -32,7 +32,6 @@ EACH = 2
 NUDGE = np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.02])
 """Velocity steps for the slope of the causes' forces, m/s and rad/s."""
 
-
 MEANT_S = 2.0
 """Averaging time for the slow part of an angle."""
 

@@ -13,28 +13,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from identify.diagnose.bursts import bursts
 from identify.diagnose.candidates import companions, possible_forms
 from identify.diagnose.evidence import Blocks, NormalEquations, equations_of, inverse
+from identify.diagnose.generic_forces import (
+    Parity,
+    Variable,
+    of_other_speeds,
+    of_the_past,
+    of_unit_spread,
+    unit_forces,
+)
 from identify.diagnose.innovations import AxisInnovations
+from identify.diagnose.lines import clusters
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import LEVELLED, Regression, delayed_thrust
-from identify.diagnose.rhythms import bursts, clusters
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
-from identify.effects.course import Course, lagged
+from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.lacking import LEAST_FORCE
 from identify.side_by_side import side_by_side
 
-Variable = Literal[
-    "speed", "acceleration", "yaw_rate", "heading", "depth", "altitude", "time", "voltage", "thrust", "thrust_sign",
-    "position",
-]  # fmt: skip
-Parity = Literal["odd", "even", "neither"]
 Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]
 
-Force = tuple[Variable, Parity | None, Array]
-"""Variable that a force depends on, its parity in that variable, and its values (n,)."""
 
 _Unit = tuple[Variable, Parity | None, Array, Timing | None]
 
@@ -57,8 +59,6 @@ nats: a vehicle held level shows little of its inertia there, and much of its le
 
 SURGE_AND_SWAY = (0, 1)
 
-PAST_S = (1.5, 3.0, 6.0, 12.0)
-"""Memory of water or vehicle: longer than a disturbance, shorter than most legs."""
 
 ZERO_M_S2 = 0.03
 """Usual zero error of an accelerometer, by switching on and by age (Xsens MTi data sheet)."""
@@ -314,8 +314,8 @@ def _of_axis(
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
         *shapes,
-        *((*unit, None) for unit in _of_unit_spread(of_other_speeds(course, dofs))),
-        *((*unit, "transient") for unit in _of_unit_spread(_of_the_past(course, axis.dof))),
+        *((*unit, None) for unit in of_unit_spread(of_other_speeds(course, dofs))),
+        *((*unit, "transient") for unit in of_unit_spread(of_the_past(course, axis.dof))),
     ]
     sums = axis.sums(course, [force for _, _, force, _ in shapes])
     kept, gains = _one_after_another(sums, len(shapes))
@@ -421,86 +421,3 @@ def _slow(now: Nominal) -> Iterator[_Weighed]:
         if burst.gain > LEAST_STEP and size > 0:
             force = burst.force / size
             yield _Weighed(GenericForce(burst.dof, "time", None, force, "drifting"), burst.gain, size)
-
-
-def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:
-    """Instantaneous forces of unit standard deviation, without constant forces."""
-    return _of_unit_spread(_forces(course, dofs))
-
-
-def _of_unit_spread(forces: Iterator[Force]) -> Iterator[Force]:
-    for variable, parity, force in forces:
-        spread = float(np.std(force)) if np.isfinite(force).all() else 0.0
-        if spread > 0:
-            yield variable, parity, force / spread
-
-
-def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
-    nu, since = course.nu, course.since_s / max(float(course.since_s[-1]), 1e-9)
-    for dof in dofs:
-        speed = nu[:, dof]
-        name: Variable = "yaw_rate" if dof == 5 else "speed"
-        yield name, "odd", speed * np.abs(speed)
-        yield name, "odd", speed**3
-        yield name, "even", speed**2
-        yield name, "even", np.abs(speed)
-        yield name, "odd", np.sign(speed) * np.sqrt(np.abs(speed))
-        yield "acceleration", "odd", course.nu_dot[:, dof]
-    for i, first in enumerate(dofs):
-        for second in dofs[i + 1 :]:
-            yield "speed", "even", nu[:, first] * nu[:, second]
-            yield "speed", "odd", np.abs(nu[:, first]) * nu[:, second]
-            yield "speed", "odd", nu[:, first] * np.abs(nu[:, second])
-    wrench = course.wrench_of(course.thrust_n)
-    for dof in dofs:
-        if np.std(wrench[:, dof]) > 0:
-            yield "thrust", "odd", wrench[:, dof]
-            yield "thrust", "even", np.abs(wrench[:, dof])
-            yield "thrust", "odd", wrench[:, dof] * np.abs(wrench[:, dof])
-            yield "thrust_sign", "odd", np.tanh(wrench[:, dof] / (0.1 * np.std(wrench[:, dof])))
-            yield "thrust", "odd", wrench[:, dof] * np.abs(nu[:, dof])
-    heading = course.euler[:, 2]
-    for k in (1, 2):
-        yield "heading", None, np.sin(k * heading)
-        yield "heading", None, np.cos(k * heading)
-    for k in (1, 2, 3):
-        yield "time", None, since**k
-    for dof in dofs:
-        yield "time", None, since * nu[:, dof]
-        yield "time", None, since * wrench[:, dof]
-    heights: tuple[tuple[Variable, Array], ...] = (("depth", course.depth_m), ("altitude", course.altitude_m))
-    for name, values in heights:
-        if np.isfinite(values).all():
-            # The constant part is a force by itself.
-            yield name, None, values - values.mean()
-            yield name, None, values**2 - np.mean(values**2)
-            for dof in dofs:
-                yield name, None, values * nu[:, dof]
-    if np.isfinite(course.voltage_v).all():
-        yield "voltage", None, course.voltage_v - course.voltage_v.mean()
-        for dof in dofs:
-            yield "voltage", None, course.voltage_v * wrench[:, dof]
-    north, east = course.position_m.T
-    to_north, to_east, _ = course.world
-    for axis in range(2):
-        yield "position", None, north * to_north[:, axis]
-        yield "position", None, east * to_east[:, axis]
-        yield "position", None, np.hypot(north, east) * np.sign(nu[:, axis])
-
-
-def of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
-    """Forces linear in other axes' speeds; the axis's own speed belongs to the nominal model."""
-    for dof in dofs:
-        yield "yaw_rate" if dof == 5 else "speed", "odd", course.nu[:, dof]
-
-
-def _of_the_past(course: Course, dof: int) -> Iterator[Force]:
-    """Functions of an earlier speed, as of water set in motion."""
-    speed = course.nu[:, dof]
-    name: Variable = "yaw_rate" if dof == 5 else "speed"
-    for past_s in PAST_S:
-        before = lagged(speed[:, None], course.step_s, past_s)[:, 0]
-        yield name, "odd", before
-        yield name, "odd", before * np.abs(before)
-        yield name, "odd", (before - speed) * np.abs(before)
-        yield name, "odd", (before - speed) * np.abs(before - speed)

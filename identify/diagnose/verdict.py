@@ -8,16 +8,11 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.generic_forces import Variable
 from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Disturbance, Finding, Next, Verdict
 from identify.diagnose.shrunk import LIKELY, Shrink
-from identify.diagnose.unexplained import (
-    UNKNOWN_NATS,
-    GenericForce,
-    Unexplained,
-    Variable,
-    beyond_chance,
-)
+from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, beyond_chance
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 
@@ -30,7 +25,6 @@ LEAST_CLOSED = 1 / 3
 
 MOST_DISTURBED = 1 / 3
 """Share of the thrusters' variance up to which a model need not explain the disturbance."""
-
 
 MOST = 2
 """Number of manoeuvres to ask for: a crew dives one and looks again."""

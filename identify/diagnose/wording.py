@@ -13,6 +13,7 @@ from identify.diagnose.cause_words import (
     percents,
     words,
 )
+from identify.diagnose.contradiction import contradiction_clause, shown
 from identify.diagnose.drift_words import (
     DRIFT_S,
     _at_horizon,
@@ -29,7 +30,7 @@ from identify.diagnose.result import (
     Finding,
     Next,
 )
-from identify.diagnose.shrink import CHANCE, closed, contradiction_clause, shown
+from identify.diagnose.shrink import CHANCE, closed
 from identify.diagnose.shrunk import LIKELY, Shrink
 from identify.diagnose.verdict import swallowing
 from identify.words import capital, listed, significant

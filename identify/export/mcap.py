@@ -16,8 +16,10 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
+from identify.diagnose.check_dive import with_coefficients
+from identify.diagnose.held_out import differences
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.shrink import HORIZON_S, differences, with_coefficients
+from identify.diagnose.shrink import HORIZON_S
 from identify.diagnose.simulation import simulation_of
 from identify.dive import Dive, Signal
 from identify.ingest.extras import library

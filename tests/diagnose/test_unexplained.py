@@ -10,18 +10,14 @@ from soak import rows_rest_in_soak
 from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
-from identify.diagnose import rhythms, slow, unexplained
+from identify.diagnose import lines, slow, unexplained
+from identify.diagnose.bursts import bursts, mixture_gain
 from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
+from identify.diagnose.lines import scores
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Next
-from identify.diagnose.rhythms import (
-    bursts,
-    mixture_gain,
-    period_interval,
-    scores,
-    seas_of,
-)
+from identify.diagnose.seas import period_interval, seas_of
 from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
@@ -282,12 +278,12 @@ def test_a_wild_reading_is_no_blow(weighing):
 def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(weighing, monkeypatch):
     """At a steady speed a push of one period has many lines in the way travelled."""
     axis, course = weighing.rows.axes[0], weighing.now.course
-    clocks = list(rhythms.clocks(course))
+    clocks = list(lines.clocks(course))
     ways = [replace(clocks[0], by="way") for _ in range(4)]
-    monkeypatch.setattr(rhythms, "clocks", lambda _: (*ways, clocks[0]))
+    monkeypatch.setattr(lines, "clocks", lambda _: (*ways, clocks[0]))
     (column,) = axis.by_course(course, [np.sin(2 * np.pi * course.since_s / 2.0)]).T
     rows = np.random.default_rng(5).standard_normal(len(axis.std)) + 5.0 * column
-    found = rhythms.clusters(axis, rows, course)
+    found = lines.clusters(axis, rows, course)
     in_time = [cluster for cluster in found if cluster.clock.by == "time"]
     assert min(abs(2 * np.pi / cluster.rates[0] - 2.0) for cluster in in_time) < 0.02
 

@@ -22,6 +22,7 @@ from identify.diagnose import (
     drift,
     evidence,
     findings,
+    held_out,
     ranking,
     regression,
     requirement,
@@ -85,7 +86,7 @@ PAGE = re.sub(
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",
         f"more than {100 * lacking.LEAST_FORCE:.0f} % of what the thrusters do",
-        f"fitted without it ({shrink.FOLDS} folds)",
+        f"fitted without it ({held_out.FOLDS} folds)",
     ],
 )
 def test_what_the_page_says_is_what_the_code_does(words):
