@@ -37,8 +37,8 @@ from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.shrunk import LIKELY
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
+from identify.estimators.drag_and_timing import Multiplier, doubts_of, timing_of
 from identify.estimators.likelihood_axis import MASS
-from identify.estimators.misfit import Multiplier, doubts_of, timing_of
 from identify.identifiability import is_too_heavy, is_too_light
 from identify.identification import Culprit, Doubt
 from identify.statistics import Z95

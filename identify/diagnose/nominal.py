@@ -26,7 +26,7 @@ from bridge.vehicle.coefficients import (
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.controller import unrecorded
-from identify.checks.mounting import mirrored, swapped
+from identify.checks.thrust_response import mirrored, swapped
 from identify.diagnose.candidates import Cause
 from identify.diagnose.innovations import mean_before, reading_error
 from identify.diagnose.predicted import by_present_thrust, course_of, predicted
@@ -46,7 +46,7 @@ from identify.estimators.start import StartFit, start_of
 from identify.estimators.timing import dated, dated_back
 from identify.ingest.commands import SELDOM_HZ
 from identify.ingest.rotation import euler_angles
-from identify.side_by_side import both, side_by_side
+from identify.threads import both, side_by_side
 
 USUAL_HZ = 25.0
 """Readings a second that thinning keeps, about."""

@@ -15,7 +15,7 @@ from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.environment import STEADY_CURRENT
-from identify.side_by_side import both, side_by_side
+from identify.threads import both, side_by_side
 
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""

@@ -36,7 +36,7 @@ from identify.diagnose.simulation import (
 from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 from identify.words import fixed, significant
 
 HORIZON_S = 5.0

@@ -47,7 +47,7 @@ from identify.estimators.readings import (
 )
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 from identify.wrench_history import WrenchHistory
 
 GRID_S = 0.02

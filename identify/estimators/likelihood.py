@@ -19,13 +19,13 @@ from identify import identification
 from identify.checks.controller import unrecorded
 from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
-from identify.estimators.alike_runs import kinds_of_runs
 from identify.estimators.answer import Fitted, answer_of
 from identify.estimators.axes import Axes
+from identify.estimators.drag_and_timing import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.misfit import Doubts, doubts_of
+from identify.estimators.mass_by_run import kinds_of_runs
 from identify.estimators.refusals import long_enough
 from identify.estimators.timing import shared_axes, with_delay
 from identify.forces import wrench

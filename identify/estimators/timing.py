@@ -20,18 +20,18 @@ from bridge.vehicle.coefficients import (
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, axes_with_delay, axis_with_delay, build_axes
+from identify.estimators.drag_and_timing import DOUBTFUL_SCORE
 from identify.estimators.lateness import Timing
 from identify.estimators.likelihood_axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
 from identify.estimators.likelihood_fit import JointFit, rough_maximum
 from identify.estimators.likelihood_joint import JointLikelihood, alone
-from identify.estimators.misfit import DOUBTFUL_SCORE
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
 from identify.estimators.scoring import climb, log_posterior
 from identify.forces import wrench
 from identify.identification import ThrustDelay
 from identify.ingest.rotation import attitude_at, to_body
-from identify.side_by_side import shared, side_by_side
 from identify.statistics import Z95
+from identify.threads import shared, side_by_side
 from identify.wrench_history import WrenchHistory
 
 GRID_S = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)

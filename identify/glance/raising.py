@@ -56,7 +56,7 @@ from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.align import AlignedDive, aligned, low_pass
 from identify.dive import Dive
 from identify.glance.foretold import MOST_OF_REST, Held, MadeUp, sea_of
-from identify.validate import (
+from identify.tracking import (
     CUTOFF_HZ,
     LEAST_SLOPE,
     SHORTEST_RUN_S,

@@ -7,6 +7,6 @@ the map · `signals` a dive of streams by the map · `run_column` runs in one ta
 a proposed map · `logs` adds an autopilot's own log · `low_pass` takes off its filters, `held_pressure`,
 `step_velocity` date its pressure and its DVL · `frames` decodes MAVLink by message id · `messages` one vehicle's
 messages on its boot clock · `runs` the run of a recording with restarts · `commands` thrust that is not known ·
-`effort` commands from -1 to 1 · `reckoned` pulses between slow samples · `heading_resets` a heading that is set anew ·
-`rotation` attitude and axes · `autopilot_parameters` the autopilot's parameters in a log.
+`effort` commands from -1 to 1 · `slow_pulses` pulses between slow samples · `heading_resets` a heading that is set
+anew · `rotation` attitude and axes · `autopilot_parameters` the autopilot's parameters in a log.
 """

@@ -32,12 +32,12 @@ from identify.ingest.heading_resets import without_heading_resets
 from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
-from identify.ingest.reckoned import with_reckoned_pulses
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.bags import ending_of as bag_ending
 from identify.ingest.run_column import split_streams
 from identify.ingest.signals import dive_fields
+from identify.ingest.slow_pulses import with_reckoned_pulses
 from identify.ingest.streams import Streams, some_of
 from identify.ingest.text_table import read_table
 from identify.ingest.tlog import read_tlog

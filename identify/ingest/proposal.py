@@ -9,10 +9,10 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.checks.alike import CLEAR, Match
+from identify.checks.acceleration import EAST_FIRST, UP, earth_mends
+from identify.checks.correlation import CLEAR, Match
+from identify.checks.first_mapping import agreeing, mends, turn_match
 from identify.checks.mend import FLU, Mend
-from identify.checks.mends import agreeing, mends, turn_match
-from identify.checks.pushes import EAST_FIRST, UP, earth_mends
 from identify.dive import Dive
 from identify.ingest.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
 from identify.ingest.column_map import (

@@ -14,7 +14,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from identify.checks.gaps import never_armed
 from identify.checks.motors import FOLLOWS, Miswired, following, miswired
-from identify.checks.mounting import PUSHED, mirrored, mounting_hints, swapped
+from identify.checks.thrust_response import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.forces import wrench

@@ -20,7 +20,7 @@ from bridge.errors import FitError, LogError
 from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Note, Run, Signal
-from identify.estimators.alike_runs import FEWEST_RUNS, split
+from identify.estimators.mass_by_run import FEWEST_RUNS, split
 from identify.estimators.refusals import refuse_unpushed
 from identify.forces import wrench
 from identify.ingest.streams import some_of

@@ -33,7 +33,7 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
 from identify.effects.sensors import DVL_MISALIGNMENT, DVL_SCALE
-from identify.estimators.misfit import Doubts, Multiplier
+from identify.estimators.drag_and_timing import Doubts, Multiplier
 from identify.identification import Outcome
 
 

@@ -12,7 +12,7 @@ from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog, record_of
 from bridge.wire.whole import WHOLE, Segment, segments_in
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
-from gcs_plugin.fetch.whole import made_whole, write_records
+from gcs_plugin.fetch.merging import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.fetch import MIRROR, Fetched
 from tui.commands.merge import merge_all

@@ -21,9 +21,9 @@ from bridge.wire.tlog import read_tlog
 from bridge.wire.whole import WHOLE, Segment
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
+from gcs_plugin.fetch.merging import newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listed
-from gcs_plugin.fetch.whole import newest_frames, write_records
 from tui.commands.fetch import MIRROR, Fetcher
 
 BOOT = 7

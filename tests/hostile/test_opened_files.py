@@ -30,8 +30,8 @@ from bridge.wire.tlog import load_bytes
 from bridge.wire.whole import Segment, segments_in
 from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
 from gcs_plugin.dives.recordings import GLANCE
+from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.sidecar import read_sidecar

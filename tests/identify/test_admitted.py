@@ -13,8 +13,7 @@ from soak import rest_in_soak
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
-from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.misfit import (
+from identify.estimators.drag_and_timing import (
     NOTHING,
     Admitted,
     Doubts,
@@ -24,6 +23,7 @@ from identify.estimators.misfit import (
     doubts_of,
     timing_of,
 )
+from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
 from identify.identification import Outcome
 from identify.ingest.open import read_dive

@@ -21,7 +21,7 @@ from identify.estimators.likelihood_fit import rough_fit
 from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
 from identify.report.identification import comparison_section, further_remarks
 from identify.run.identify import ANSWERED, compiles_first, identify
-from identify.side_by_side import shared
+from identify.threads import shared
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
 

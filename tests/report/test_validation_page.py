@@ -17,7 +17,7 @@ from identify.report.page import render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
-from identify.validate import AxisErrors, SteadyError, TrackingErrors, tracking_errors
+from identify.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe
 
 FILE = load_vehicle("ruvifist:hovering")

@@ -16,8 +16,8 @@ from bridge.files import replacing
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.wire.tlog import SUFFIXES, read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
-from gcs_plugin.fetch.whole import write_records
-from identify.checks.mends import mends
+from gcs_plugin.fetch.merging import write_records
+from identify.checks.first_mapping import mends
 from identify.dive import Dive, Signal
 from identify.fixes import check_fixes
 from identify.ingest.open import BAG_FOLDER, MAPPED, identity_of, read_dives, recording_files

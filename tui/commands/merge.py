@@ -17,7 +17,7 @@ from bridge.wire.whole import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
-from gcs_plugin.fetch.whole import Whole, made_whole
+from gcs_plugin.fetch.merging import Whole, made_whole
 from gcs_plugin.locks import merge_lock
 from identify.ingest.logs import merged
 from identify.ingest.messages import clock

@@ -26,7 +26,7 @@ from gcs_plugin.recording import orders
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Notice, Recorded, Recorder
 from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
-from gcs_plugin.watch.hearing import StatusTexts
+from gcs_plugin.watch.channels import StatusTexts
 from tui import show
 from tui.links import refuse_second, words_of
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from turning_vehicle import readings
 
+from identify.checks.first_mapping import agreeing, mends
 from identify.checks.mend import Mend, mended
-from identify.checks.mends import agreeing, mends
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import to_earth
 

@@ -9,8 +9,8 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.dive import Run
 from identify.estimators.forms import Kind
-from identify.estimators.lacking import Lack
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.unmodelled import Lack
 from identify.identification import Doubt, Outcome
 from identify.words import axes_named, listed
 

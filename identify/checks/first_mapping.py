@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.alike import (
+from identify.checks.acceleration import earth_mends, pushes_of, speed_mends
+from identify.checks.correlation import (
     CLEAR,
     EDGE_S,
     NEAR_UNIT,
@@ -25,7 +26,6 @@ from identify.checks.alike import (
     window_edges,
 )
 from identify.checks.mend import FLU, Mend, mended, scaled
-from identify.checks.pushes import earth_mends, pushes_of, speed_mends
 from identify.checks.scales import edge_means, integral
 from identify.dive import Dive, Signal
 from identify.ingest.ranges import STEADY
