@@ -35,6 +35,7 @@ from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import STAMPED_S, Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import Act
+from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
@@ -43,7 +44,6 @@ from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import climb
 from identify.estimators.start import StartFit, start_of
-from identify.estimators.timing import dated, dated_back
 from identify.ingest.commands import SELDOM_HZ
 from identify.ingest.rotation import euler_angles
 from identify.threads import both, side_by_side

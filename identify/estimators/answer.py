@@ -51,9 +51,9 @@ from identify.identification import (
     worst,
 )
 from identify.identification import estimate as as_estimate
-from identify.ingest.open import utc
 from identify.priors import with_priors
 from identify.statistics import Z95
+from identify.words import utc
 
 
 @dataclass(frozen=True)

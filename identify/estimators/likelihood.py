@@ -20,6 +20,7 @@ from identify.checks.controller import unrecorded
 from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
 from identify.estimators.answer import Fitted, answer_of
+from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
 from identify.estimators.drag_and_timing import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
@@ -27,7 +28,7 @@ from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTA
 from identify.estimators.likelihood_fit import JointFit, fit_axes
 from identify.estimators.mass_by_run import kinds_of_runs
 from identify.estimators.refusals import long_enough
-from identify.estimators.timing import shared_axes, with_delay
+from identify.estimators.thrust_delay import with_delay
 from identify.forces import wrench
 from identify.identification import Doubt, Estimate, Identification, Information, Nuisance
 from identify.ingest.commands import holding_variance_s2

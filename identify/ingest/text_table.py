@@ -16,6 +16,8 @@ from bridge.wire.tlog import load_bytes
 from identify.ingest.streams import Stream, Streams
 from identify.words import listed
 
+TABLES: Final = (".csv", ".csv.gz", ".txt", ".tsv")
+"""Endings of their files."""
 COMMENT: Final = ("#", "%")
 SEPARATORS: Final = ("\t", ";", ",", " ")
 """In the order in which they are believed: a comma may stand in a number, and a space in a name."""
