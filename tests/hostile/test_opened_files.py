@@ -43,9 +43,9 @@ from identify.challenge.seal import read_key
 from identify.report.page import Report, write_report
 from tui.accepted import accepted_in
 from tui.app import themes
+from tui.app.identification import load_identified
 from tui.app.jobs import Kept, work
 from tui.app.keys import load_keymap
-from tui.app.screens.identify_lines import load_identified
 from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan
