@@ -27,8 +27,8 @@ from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
+from identify.doubt import Outcome, worst
 from identify.glance.foretold import began, began_for_receipts
-from identify.identification import Outcome, worst
 from identify.run.diagnose import Before, published
 from identify.run.in_force import before_in_force
 from tui import show

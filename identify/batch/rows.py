@@ -14,7 +14,7 @@ from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
 from identify.batch.causes import Causes
 from identify.batch.jobs import Result
-from identify.identification import Culprit, Doubt, Outcome
+from identify.doubt import Culprit, Doubt, Outcome
 from identify.run.recordings import TOTAL_MASSES
 
 _TOTAL = dict(zip(ADDED_MASS_NAMES, (mass.name for mass in MASSES), strict=True))

@@ -19,8 +19,8 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.thrust_response import LAGS_S, behind
 from identify.dive import Dive, Signal
+from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.forces import asked_thrusts
-from identify.identification import Doubt, Outcome, coefficients_of
 from identify.statistics import left_of
 from identify.words import fixed, listed
 

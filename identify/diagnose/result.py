@@ -14,8 +14,8 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.shrunk import AxisShrink, Shrink
 from identify.diagnose.unexplained import Parity, Timing, Variable
+from identify.doubt import Doubt
 from identify.effects.effect import Effect
-from identify.identification import Doubt
 
 Verdict = Literal["no_gap", "explained", "partly", "ambiguous", "unknown"]
 Phase = Literal["rest", "accelerating", "decelerating", "steady", "turning", "reversing"]

@@ -22,12 +22,12 @@ from identify.checks.gaps import gaps
 from identify.checks.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.arrays import read_npz
+from identify.ingest.autopilot_log import logs_beside, with_logs
 from identify.ingest.column_map import ColumnMap, RunColumn, column_map
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.effort import with_pulses
 from identify.ingest.heading_resets import without_heading_resets
-from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
 from identify.ingest.ros.bags import READERS as BAGS

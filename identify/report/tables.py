@@ -8,7 +8,8 @@ import numpy as np
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
-from identify.identification import NEGLIGIBLE_CORRELATION, WRITTEN, Estimate, Nuisance, Quantity
+from identify.identification import NEGLIGIBLE_CORRELATION, Estimate
+from identify.nuisance import WRITTEN, Nuisance, Quantity
 from identify.report.page import Table
 from identify.words import (
     MISSING,

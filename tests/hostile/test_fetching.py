@@ -17,8 +17,9 @@ from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
 from bridge.errors import LogError, SeatrialError
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, crc32, refused
+from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE, Segment
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.merging import newest_frames, write_records

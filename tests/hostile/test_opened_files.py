@@ -26,8 +26,8 @@ from bridge.onboard import store
 from bridge.onboard.file_server import Segments
 from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import load_bytes
-from bridge.wire.whole import Segment, segments_in
 from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
 from gcs_plugin.dives.recordings import GLANCE
 from gcs_plugin.fetch.merging import write_records

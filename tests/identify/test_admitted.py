@@ -12,6 +12,7 @@ from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
+from identify.doubt import Outcome
 from identify.estimators.axes import build_axes
 from identify.estimators.drag_and_timing import (
     NOTHING,
@@ -25,7 +26,6 @@ from identify.estimators.drag_and_timing import (
 )
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
-from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.statistics import Z95
 

@@ -18,7 +18,7 @@ from bridge.wire.framing import Encoder
 from identify.checks.motors import miswired, miswired_doubts
 from identify.checks.thrust_response import mounted_otherwise
 from identify.dive import Dive, Signal
-from identify.identification import Outcome
+from identify.doubt import Outcome
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.run.guess import guess

@@ -12,6 +12,7 @@ from soak import rest_in_soak
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.unmodelled import lacking_doubts
 from identify.dive import Signal
+from identify.doubt import Culprit, Outcome
 from identify.estimators.axes import build_axes
 from identify.estimators.drag_and_timing import Force, doubts_of, with_forces
 from identify.estimators.forms import Forms, Kind
@@ -23,7 +24,6 @@ from identify.estimators.motion import Motion
 from identify.estimators.scoring import climb
 from identify.estimators.swing import peak_of
 from identify.estimators.unmodelled import Lack, in_standard_errors, lacks_of, screen_of
-from identify.identification import Culprit, Outcome
 
 FILE = closed_loop.vehicle_file()
 SURGE, SWAY, YAW = 0, 1, 5
