@@ -67,8 +67,9 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     dives = read_dives(path, columns, vehicle)
     if len(dives) > 1:
         raise LogError(
-            f"{path}: holds {len(dives)} runs by its column map, from {dives[0].name} to {dives[-1].name}, and no "
-            "single dive; `identify --together` and `diagnose` take them as runs of one"
+            f"holds {len(dives)} runs by its column map, from {dives[0].name} to {dives[-1].name}, and no "
+            "single dive; `identify --together` and `diagnose` take them as runs of one",
+            path,
         )
     return dives[0]
 
@@ -101,8 +102,9 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     start_s, end_s = recorded.span_s
     if not end_s - start_s <= LONGEST_DIVE_S:
         raise LogError(
-            f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
-            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
+            f"its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
+            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive",
+            path,
         )
     piloted = recorded if vehicle is None else with_pulses(recorded, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
@@ -121,7 +123,7 @@ def recording_files(path: Path) -> list[Path]:
     Raises LogError.
     """
     if not path.exists():
-        raise LogError(f"{path}: no such file or folder; check the name")
+        raise LogError("no such file or folder; check the name", path)
     if not path.is_dir():
         return [path]
     recordings = sorted(file for file in path.iterdir() if file.name.endswith(SUFFIXES))
@@ -129,12 +131,12 @@ def recording_files(path: Path) -> list[Path]:
     chosen = standing_for(ours) or recordings
     if len(chosen) > 1 and chosen is recordings:
         names = ", ".join(file.name for file in recordings)
-        raise LogError(f"{path}: holds several recordings ({names}); name one of them")
+        raise LogError(f"holds several recordings ({names}); name one of them", path)
     if ours:
         return [*chosen, *logs_beside(path)]
     chosen = chosen or _imported(path)
     if not chosen:
-        raise LogError(f"{path}: {_of_several(path) or f'holds no recording; {FORMS}'}")
+        raise LogError(_of_several(path) or f"holds no recording; {FORMS}", path)
     return chosen
 
 
@@ -154,12 +156,12 @@ def _imported(folder: Path) -> list[Path]:
     copies = [file for file in folder.glob("telemetry.*") if file.name.lower().endswith((".bin", *MAPPED))]
     files = sorted(copies, key=_number) or list(bag_files(folder))
     if not files and (folder / BAG_FOLDER).exists():
-        raise LogError(f"{folder}: is the folder of a ROS 2 bag without a .db3 or .mcap; copy these into it")
+        raise LogError("is the folder of a ROS 2 bag without a .db3 or .mcap; copy these into it", folder)
     endings = {bag_ending(file) for file in files}
     bags = {_PART.sub("", file.name.lower().removesuffix(bag_ending(file))) for file in files}
     if len(files) > 1 and not (len(endings) == 1 and endings <= BAGS.keys() and (copies or len(bags) == 1)):
         names = ", ".join(file.name for file in files)
-        raise LogError(f"{folder}: holds several recordings ({names}); name one of them")
+        raise LogError(f"holds several recordings ({names}); name one of them", folder)
     return files
 
 
@@ -190,8 +192,9 @@ def _mapped(files: Sequence[Path], columns: Path | None, source: str) -> ColumnM
         return None
     if columns is None:
         raise LogError(
-            f"{source}: a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
-            "`seatrial import FILE --map`"
+            f"a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
+            "`seatrial import FILE --map`",
+            source,
         )
     return column_map(columns)
 
@@ -240,7 +243,7 @@ def read_streams(path: Path) -> Streams:
     files = recording_files(path)
     name = files[0].name.lower()
     if name.endswith((*SUFFIXES, ".bin")):
-        raise LogError(f"{path}: needs no column map; leave it out")
+        raise LogError("needs no column map; leave it out", path)
     if not name.endswith(MAPPED):
         raise LogError(_strange(str(path)))
     return _streams(files)
@@ -296,9 +299,10 @@ def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
     counts = sorted({len(shape.thrusters) for shape in vehicle.vehicle.configurations.values()})
     if dive.motors and dive.motors not in counts:
         raise LogError(
-            f"{dive.source}: its autopilot drives {dive.motors} motors (FRAME_CONFIG), and vehicle "
+            f"its autopilot drives {dive.motors} motors (FRAME_CONFIG), and vehicle "
             f"'{vehicle.vehicle.name}' has {listed([str(count) for count in counts])} thrusters; give the file of the "
-            "vehicle that was dived: `seatrial vehicle guess` proposes one for a log"
+            "vehicle that was dived: `seatrial vehicle guess` proposes one for a log",
+            dive.source,
         )
     outputs = dive.thruster_commands.value.shape[1]
     fewest = min(len(c.thrusters) for c in vehicle.vehicle.configurations.values())

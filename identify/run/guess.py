@@ -138,9 +138,10 @@ def _guessed_by_motion(
             "motion", firmware, firmware.files[frame], file, name, wired, findings, judged, unjudged, hints
         )
     raise LogError(
-        f"{path}: holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; let "
+        f"holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; let "
         "the ground station read all parameters while it records (QGroundControl does at each connection), give the "
-        "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)"
+        "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)",
+        path,
     )
 
 
