@@ -3,7 +3,7 @@
 `contradictions` the list of all · `controller` used other readings than those recorded · `descent` depth against the
 DVL · `heading`, `levelling` attitude against the gyro · `scales` between two sensors · `frozen`, `impossible`
 readings to remove · `first_mapping` signs, axes, units and frames that contradict physics, `acceleration` those of the
-velocity, `mend` the likely mend, `correlation` of two signals · `thrust_response` whether velocity follows thrust,
-`motors` which motors it contradicts · `gaps` signals that a recording lacks · `fit` doubts about a fit · `unmodelled`
-doubts about a model that lacks a force.
+velocity, `wrench_frame` of a wrench, `mend` the likely mend, `correlation` of two signals, `sensor_pairs` that see one
+motion · `thrust_response` whether velocity follows thrust, `motors` which motors it contradicts · `gaps` signals that a
+recording lacks · `fit` doubts about a fit · `unmodelled` doubts about a model that lacks a force.
 """

@@ -11,8 +11,9 @@ from bridge.arrays import Array
 from bridge.errors import LogError
 from identify.checks.acceleration import EAST_FIRST, UP, earth_mends
 from identify.checks.correlation import CLEAR, Match
-from identify.checks.first_mapping import agreeing, mends, turn_match
+from identify.checks.first_mapping import mends
 from identify.checks.mend import FLU, Mend
+from identify.checks.sensor_pairs import agreeing, turn_match
 from identify.dive import Dive
 from identify.ingest.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
 from identify.ingest.column_map import (
