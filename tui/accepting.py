@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.coefficients import (
-    BY_NAME,
-    DAMPINGS,
-    OF_HULL,
-    QUADRATICS,
-    effect_coefficients,
-)
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS, effect_coefficients
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.version import installed
 from gcs_plugin.params import float32

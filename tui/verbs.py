@@ -11,16 +11,7 @@ from pathlib import Path
 from bridge.command_line import actions_of, port, seconds, seed, size
 from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, Mode
-from tui.options import (
-    MissionTarget,
-    NewFile,
-    NewFolder,
-    Options,
-    ParameterTarget,
-    Target,
-    hub_port,
-    speed,
-)
+from tui.options import MissionTarget, NewFile, NewFolder, Options, ParameterTarget, Target, hub_port, speed
 
 MODES = {
     Mode.OFF: "the PID alone; sent until the vehicle confirms, without asking",

@@ -11,15 +11,7 @@ import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.checks.acceleration import earth_mends, pushes_of, speed_mends
-from identify.checks.correlation import (
-    CLEAR,
-    NEAR_UNIT,
-    NEARER_UNIT,
-    UNCLEAR,
-    Match,
-    readings,
-    unit_factor,
-)
+from identify.checks.correlation import CLEAR, NEAR_UNIT, NEARER_UNIT, UNCLEAR, Match, readings, unit_factor
 from identify.checks.mend import FLU, Mend, mended, scaled
 from identify.checks.sensor_pairs import PASCALS_PER_METRE, pressure_match, rise_match, tilt_match, turn_table
 from identify.checks.wrench_frame import wrench_mends

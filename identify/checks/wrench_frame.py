@@ -2,13 +2,7 @@
 
 import numpy as np
 
-from identify.checks.correlation import (
-    CLEAR,
-    EDGE_S,
-    WINDOW_S,
-    readings,
-    window_edges,
-)
+from identify.checks.correlation import CLEAR, EDGE_S, WINDOW_S, readings, window_edges
 from identify.checks.mend import FLU, Mend, scaled
 from identify.checks.scales import edge_means, integral
 from identify.dive import Dive, Signal

@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import (
-    COEFFICIENTS,
-    DOFS,
-    HEAVE,
-    PITCH,
-    ROLL,
-    YAW,
-)
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import STAMPED_S, Dive, Signal
 from identify.estimators.afloat import under_water

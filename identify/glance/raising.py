@@ -57,12 +57,7 @@ from identify.align import aligned
 from identify.dive import Dive
 from identify.glance.axis_criteria import OF_THE_TIME, RATE_HZ, Criterion, of_axis
 from identify.glance.foretold import MOST_OF_REST, Held, MadeUp, sea_of
-from identify.tracking import (
-    CUTOFF_HZ,
-    SHORTEST_RUN_S,
-    WholeError,
-    whole_errors,
-)
+from identify.tracking import CUTOFF_HZ, SHORTEST_RUN_S, WholeError, whole_errors
 from identify.words import capital, listed, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}

@@ -16,16 +16,7 @@ from identify.checks.impossible import LONGEST_DIVE_S, tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
-from identify.ingest.column_map import (
-    EARTH,
-    ISO,
-    NOTHING,
-    OF_DAY,
-    TIME_UNITS,
-    ColumnMap,
-    Columns,
-    TimeColumn,
-)
+from identify.ingest.column_map import EARTH, ISO, NOTHING, OF_DAY, TIME_UNITS, ColumnMap, Columns, TimeColumn
 from identify.ingest.commands import spread
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 from identify.ingest.streams import MOST_NAMED, Stream, Streams, some_of

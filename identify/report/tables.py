@@ -11,16 +11,7 @@ from identify.dive import Dive, Signal
 from identify.identification import NEGLIGIBLE_CORRELATION, Estimate
 from identify.nuisance import WRITTEN, Nuisance, Quantity
 from identify.report.page import Table
-from identify.words import (
-    MISSING,
-    count,
-    decimals_for,
-    fixed,
-    seconds,
-    significant,
-    unit,
-    with_interval,
-)
+from identify.words import MISSING, count, decimals_for, fixed, seconds, significant, unit, with_interval
 
 SIGNAL_WORDS = {
     "velocity": "velocity over the bottom",

@@ -12,18 +12,7 @@ from bridge.arrays import Array
 from bridge.reports import PAGE, UNKEPT, Report
 from bridge.vehicle.coefficients import OF_HULL
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
-from tui.app.drawing import (
-    NOTHING,
-    Line,
-    Lines,
-    abreast,
-    apart,
-    cut,
-    hanging,
-    stopwatch,
-    titled,
-    width,
-)
+from tui.app.drawing import NOTHING, Line, Lines, abreast, apart, cut, hanging, stopwatch, titled, width
 from tui.app.jobs import NOT_KEPT, JobState
 from tui.show import number as significant
 
