@@ -192,12 +192,7 @@ def _row(result: Result) -> Row:
         named_s = date_in_name(result.dive)
         dated_by = "" if named_s is None else "its name"
         return Row(
-            result.dive,
-            result.source,
-            result.sha256,
-            unix_s=named_s,
-            dated_by=dated_by,
-            error=result.error,
+            result.dive, result.source, result.sha256, unix_s=named_s, dated_by=dated_by, error=result.error
         )
     identification = result.answer["identification"]
     values = {

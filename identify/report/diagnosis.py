@@ -64,10 +64,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     """Verdict and parts of the page."""
     d = diagnosis
     return Report(
-        f"{d.vehicle}: diagnosis of {d.dive}",
-        subtitle(d),
-        unbroken(wording.verdict_sentence(d)),
-        sections(d),
+        f"{d.vehicle}: diagnosis of {d.dive}", subtitle(d), unbroken(wording.verdict_sentence(d)), sections(d)
     )
 
 
@@ -77,15 +74,7 @@ def subtitle(d: Diagnosis) -> str:
 
 def sections(d: Diagnosis) -> tuple[Section, ...]:
     """Parts of the page: where, what, how far, what next."""
-    parts = [
-        _where(d),
-        _by_dof(d),
-        _depends(d),
-        _what(d),
-        _candidates(d),
-        _how_far(d),
-        _over_time(d),
-    ]
+    parts = [_where(d), _by_dof(d), _depends(d), _what(d), _candidates(d), _how_far(d), _over_time(d)]
     if following := wording.next_lines(d):
         parts.append(Section("What to dive next", "\n\n".join(following)))
     if d.notes:
@@ -253,15 +242,7 @@ def _how_far(d: Diagnosis) -> Section:
     return Section("3. How far it shrinks", text, tuple(tables))
 
 
-AXIS_COLUMNS = (
-    "Degree of freedom",
-    "Before",
-    "After",
-    "Noise alone",
-    "Closes",
-    "NRMSE",
-    "Least squares",
-)
+AXIS_COLUMNS = ("Degree of freedom", "Before", "After", "Noise alone", "Closes", "NRMSE", "Least squares")
 
 
 def _axis_rows(shrink: Shrink) -> tuple[tuple[str, ...], ...]:
