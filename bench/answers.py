@@ -17,7 +17,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
-from identify.identification import trim
+from identify.nuisance import trim
 
 OWN = {"closed form": "bench.baselines.closed_form", "least squares": "bench.baselines.least_squares"}
 TITLES = {

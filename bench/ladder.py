@@ -28,7 +28,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.controller import GAINS
 from bridge.vehicle.mode import Mode
 from identify.estimators.table import DEFAULT
-from identify.validate import phases
+from identify.tracking import phases
 
 SOURCES = (
     *SIMULATED,
@@ -36,7 +36,7 @@ SOURCES = (
     "bench/answers.py",
     "bench/campaigns.py",
     "bench/ladder.py",
-    "identify/validate.py",
+    "identify/tracking.py",
 )
 CONFIGURATION, MISSION = "hovering", "validation"
 AXES = {"surge": 0, "sway": 1}

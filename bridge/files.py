@@ -122,7 +122,7 @@ def replacing(path: Path, again: str) -> Iterator[BinaryIO]:
             to_disk(file)
     except OSError as error:
         place = partial if partial.is_dir() else path
-        raise LogError(f"{place}: can't be written ({error.strerror}); {remedy(error)} and {again}") from None
+        raise LogError(f"can't be written ({error.strerror}); {remedy(error)} and {again}", place) from None
 
 
 @contextmanager

@@ -28,7 +28,7 @@ from bridge.wire.status_codes import CrewText
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.peers import GROUND_STATION, Heartbeat, KnownVehicle
 from gcs_plugin.switched_vehicle import SwitchedVehicle
-from gcs_plugin.watch.hearing import StatusTexts
+from gcs_plugin.watch.channels import StatusTexts
 
 LACKING_S: Final = 10.0
 """Delay before it is believed that a vehicle has no feed-forward: its companion computer may be heard late."""

@@ -103,7 +103,7 @@ def merge_lock(folder: Path, again: str) -> Iterator[None]:
     try:
         opened = os.open(folder, os.O_RDONLY)
     except OSError as error:
-        raise LogError(f"{folder}: can't be read ({error.strerror}); check its rights and {again}") from None
+        raise LogError(f"can't be read ({error.strerror}); check its rights and {again}", folder) from None
     try:
         looks = round(MERGE_S / LOOK_EVERY_S)
         while not (held := try_lock(opened)) and looks > 0:
@@ -112,7 +112,7 @@ def merge_lock(folder: Path, again: str) -> Iterator[None]:
         if not held:
             process = holder_of(folder)
             by = f"another merge or fetch{f' (process {process})' if process else ''}"
-            raise LogError(f"{folder}: {by} puts recordings of it together; wait for its end and {again}")
+            raise LogError(f"{by} puts recordings of it together; wait for its end and {again}", folder)
         yield
     finally:
         os.close(opened)

@@ -2,7 +2,7 @@
 
 It answers, each by one rule: is it a vehicle, when was it heard and on which link, how many of its frames were lost,
 has it rebooted, do two vehicles share its address, and must it be sent an OFF. Pure: frames and times go in. Two
-vehicles under one address show in the turns of UDP peers (the link sees those) and in those of `runs`.
+vehicles under one address show in the turns of UDP peers (the link sees those) and in those of `sequences`.
 """
 
 import math
@@ -20,7 +20,7 @@ from bridge.firmware.table import firmware_of
 from bridge.links.link import Link
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame
-from gcs_plugin.runs import BootClock, BootReading, OnLink
+from gcs_plugin.sequences import BootClock, BootReading, OnLink
 
 Source = tuple[int, int]
 """System and component."""

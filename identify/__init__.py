@@ -7,9 +7,8 @@ simulators' files · `challenge` sealed dives.
 
 `dive` the dataset · `forces` its wrench, `wrench_history` at any time, `rounding` of pulses · `align` signals on one
 grid, low-pass and derivatives · `fixes` surface fixes against dead reckoning · `identifiability` coefficients that a
-dive can separate · `identification` the result · `priors` knowledge from before · `comparison` of two methods ·
-`validate` tracking errors · `foretell` those of the next dive · `allocated` gains of a vehicle's own allocation,
-`given_thrust` what thrusters gave ·
-`statistics` figures of samples · `side_by_side` threads · `progress` of long work · `words` numbers and lists for
-readers.
+dive can separate · `identification` the result, `doubt` about it, `nuisance` fitted with it · `priors` knowledge from
+before · `comparison` of two methods · `tracking` errors · `foretell` those of the next dive · `allocated` gains of a
+vehicle's own allocation, `given_thrust` what thrusters gave · `statistics` figures of samples · `threads` on all
+processors · `progress` of long work · `words` numbers and lists for readers.
 """

@@ -14,15 +14,9 @@ from typing import Any, Protocol
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Prior
-from identify.identification import (
-    WRITTEN,
-    Doubt,
-    Estimate,
-    Identification,
-    Outcome,
-    Quantity,
-    worst,
-)
+from identify.doubt import Doubt, Outcome, worst
+from identify.identification import Estimate, Identification
+from identify.nuisance import WRITTEN, Quantity
 from identify.words import capital
 
 LEAST_DIFFERENCE = 0.005

@@ -18,15 +18,14 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, OF_HULL, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration
+from identify.doubt import Doubt, Outcome
 from identify.identification import (
     LARGEST_RELATIVE_STD,
-    Doubt,
     DragForce,
     Estimate,
     Identification,
     Information,
     NullDirection,
-    Outcome,
     Partner,
 )
 from identify.statistics import Z95

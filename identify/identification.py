@@ -1,134 +1,25 @@
-"""The result of an estimator: coefficients with intervals, fitted nuisance, doubts, an outcome in a sentence, the
-provenance.
-"""
+"""The result of an estimator: coefficients with intervals, doubts, an outcome in a sentence, the provenance."""
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.text import as_clause
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DAMPINGS, DOFS, MASSES, OF_HULL
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
+from identify.doubt import Doubt, Outcome, worst
+from identify.nuisance import Nuisance
 from identify.statistics import Z95
-
-WRITTEN = {"n": "N", "nm": "N m", "s": "s", "m_s": "m/s", "rad_s": "rad/s", "m": "m", "rad": "rad"}
-"""The units of these quantities as the names of a file have them, and as a reader does."""
 
 LARGEST_RELATIVE_STD = 0.30
 """A coefficient with a larger relative standard error is called not identifiable."""
 
 NEGLIGIBLE_CORRELATION = 0.1
 """Correlations up to this size are ignored."""
-
-
-class Quantity(Enum):
-    """What was fitted; the value is its part of the name."""
-
-    DISTURBANCE = "disturbance_std"
-    TIME_CONSTANT = "disturbance_time_constant"
-    TRIM = "trim"
-    NOISE = "noise_std"
-
-
-@dataclass(frozen=True)
-class Nuisance:
-    """One quantity of one axis (`surge` to `yaw`). unit: a key of `WRITTEN`; channel: the sensor that a NOISE is of."""
-
-    axis: str
-    quantity: Quantity
-    unit: str
-    channel: str = ""
-
-    @property
-    def name(self) -> str:
-        """As a file has it: `surge_dvl_noise_std_m_s`."""
-        return "_".join(filter(None, (self.axis, self.channel, self.quantity.value, self.unit)))
-
-
-def disturbance(dof: int) -> Nuisance:
-    """Standard deviation of an axis's disturbance, N or N m."""
-    return Nuisance(DOFS[dof], Quantity.DISTURBANCE, _force(dof))
-
-
-def time_constant(dof: int) -> Nuisance:
-    """Time constant of an axis's disturbance, s."""
-    return Nuisance(DOFS[dof], Quantity.TIME_CONSTANT, "s")
-
-
-def trim(dof: int) -> Nuisance:
-    """Constant force or moment of an axis, N or N m."""
-    return Nuisance(DOFS[dof], Quantity.TRIM, _force(dof))
-
-
-def noise(dof: int, channel: str, of_place: bool) -> Nuisance:
-    """Standard deviation of a sensor's noise in an axis: of a depth or an angle (`of_place`), else of a velocity."""
-    place, velocity = ("m", "m_s") if dof < 3 else ("rad", "rad_s")
-    return Nuisance(DOFS[dof], Quantity.NOISE, place if of_place else velocity, channel)
-
-
-def _force(dof: int) -> str:
-    return "n" if dof < 3 else "nm"
-
-
-class Outcome(Enum):
-    """How an identification ended; the value is the text that a user reads. Ordered from best to worst."""
-
-    CONVERGED = "converged"
-    AT_BOUND = "stopped at a bound"
-    DISAGREES = "data and model disagree"
-    NOT_IDENTIFIABLE = "not identifiable"
-
-
-class Culprit(Enum):
-    """The source of a doubt. An error of the MODEL repeats in the next dive of the same vehicle."""
-
-    RECORDING = "recording"
-    MODEL = "model"
-    PRIOR = "prior"
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """A reason to distrust the values of the coefficients `about`: the problem, and in `remedy` what follows and what
-    to do.
-
-    `outcome` is the outcome that the doubt gives the identification; CONVERGED for a mere warning. A doubt about a
-    PRIOR concerns no value that the dive itself gave. `also`: coefficients that lean on those doubted.
-    """
-
-    about: tuple[str, ...]
-    problem: str
-    remedy: str = ""
-    outcome: Outcome = Outcome.CONVERGED
-    culprit: Culprit = Culprit.RECORDING
-    also: tuple[str, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        """The problem and the remedy."""
-        return f"{self.problem}: {self.remedy}" if self.remedy else self.problem
-
-    @property
-    def clause(self) -> str:
-        """The problem, for use inside another sentence."""
-        return as_clause(self.problem)
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "about": list(self.about),
-            "sentence": self.sentence,
-            "problem": self.problem,
-            "remedy": self.remedy,
-            "outcome": self.outcome.value,
-            "culprit": self.culprit.value,
-            "also": list(self.also),
-        }
 
 
 @dataclass(frozen=True)
@@ -446,16 +337,6 @@ def outcome_of(parameters: Sequence[Estimate], doubts: Sequence[Doubt]) -> Outco
     if not any(p.identifiable for p in parameters):
         return Outcome.NOT_IDENTIFIABLE
     return worst(doubt.outcome for doubt in doubts)
-
-
-def worst(outcomes: Iterable[Outcome]) -> Outcome:
-    """The outcome that comes last in the list of outcomes; CONVERGED if there are none."""
-    return max(outcomes, key=list(Outcome).index, default=Outcome.CONVERGED)
-
-
-def coefficients_of(dofs: Collection[int]) -> tuple[str, ...]:
-    """Names of the masses of these degrees of freedom, then of their linear dampings."""
-    return tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs)
 
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:

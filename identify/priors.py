@@ -17,15 +17,8 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior, dive_mark
-from identify.identification import (
-    LARGEST_RELATIVE_STD,
-    Culprit,
-    Doubt,
-    Estimate,
-    Identification,
-    Outcome,
-    ThrustScale,
-)
+from identify.doubt import Culprit, Doubt, Outcome
+from identify.identification import LARGEST_RELATIVE_STD, Estimate, Identification, ThrustScale
 from identify.statistics import Z95
 
 CONFLICT_SIGMA = 3.0

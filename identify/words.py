@@ -1,9 +1,10 @@
-"""Words and numbers for readers: lists, capitals, units, digits no finer than the interval, text safe for HTML."""
+"""Words and numbers for readers: lists, capitals, dates, units, digits as the interval allows, text safe for HTML."""
 
 import html
 import math
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
 from bridge.text import printable
 from bridge.vehicle.coefficients import DOFS
@@ -107,3 +108,8 @@ def axes_named(dofs: Sequence[int]) -> str:
 
 def capital(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
+
+
+def utc(unix_s: float | None) -> str:
+    """`2026-11-20 09:12`; a dash for a dive without a date."""
+    return "-" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%d %H:%M}"

@@ -109,7 +109,7 @@ def identified_and_diagnosed(folder: Path, seconds: float) -> Any:
     from identify.run.diagnose import diagnose
     from identify.run.identify import identify
     from tui.app.diagnosis import answer as shown_diagnosis
-    from tui.app.screens.identify_lines import load_identified
+    from tui.app.identification import load_identified
 
     case = draw_case(300_051, names=["quadratic_drag"], seconds=seconds)
     dive, check = dive_of(case), check_of(case)

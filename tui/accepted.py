@@ -13,7 +13,7 @@ from bridge.vehicle.coefficients import OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.identified import sidecar_of
 from gcs_plugin.params.sidecar import Sidecar
-from identify.identification import Outcome
+from identify.doubt import Outcome
 from identify.priors import values_sent
 from tui.parameter_files import Leave, check_outcome, read_identification, sidecar_of_file
 

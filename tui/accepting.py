@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
-from bridge.vehicle.coefficients import (
-    BY_NAME,
-    DAMPINGS,
-    OF_HULL,
-    QUADRATICS,
-    effect_coefficients,
-)
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS, effect_coefficients
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.version import installed
 from gcs_plugin.params import float32
@@ -27,8 +21,8 @@ from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
 from identify.diagnose.wording import sorted_by_likelihood
 from identify.dive import Dive
+from identify.doubt import Outcome, worst
 from identify.glance.foretold import began, began_for_receipts
-from identify.identification import Outcome, worst
 from identify.run.diagnose import Before, published
 from identify.run.in_force import before_in_force
 from tui import show

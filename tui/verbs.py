@@ -11,16 +11,7 @@ from pathlib import Path
 from bridge.command_line import actions_of, port, seconds, seed, size
 from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, Mode
-from tui.options import (
-    MissionTarget,
-    NewFile,
-    NewFolder,
-    Options,
-    ParameterTarget,
-    Target,
-    hub_port,
-    speed,
-)
+from tui.options import MissionTarget, NewFile, NewFolder, Options, ParameterTarget, Target, hub_port, speed
 
 MODES = {
     Mode.OFF: "the PID alone; sent until the vehicle confirms, without asking",
@@ -169,10 +160,7 @@ def _tui(options: Options) -> None:
     web.switch("--control", "allow whoever opens the page to do all that the app can")
 
 
-@verb(
-    "record every frame of one or more links into a dive folder",
-    f"seatrial record {_LINK} --out dives",
-)
+@verb("record every frame of one or more links into a dive folder", f"seatrial record {_LINK} --out dives")
 def _record(options: Options) -> None:
     actions = Options(options.parser.add_mutually_exclusive_group(required=True))
     actions.value("--link", "SPEC", "a link; may be given again", action="append")
@@ -245,10 +233,7 @@ def _merge(options: Options) -> None:
     options.json("the outcome")
 
 
-@verb(
-    "note an event in the dive that is being recorded",
-    'seatrial note "tether caught on the ladder"',
-)
+@verb("note an event in the dive that is being recorded", 'seatrial note "tether caught on the ladder"')
 def _note(options: Options) -> None:
     options.value("text", "TEXT", "what happened", nargs="+")
     options.value("--dive", "DIVE", "the folder of a dive: TEXT replaces its notes")
@@ -508,9 +493,7 @@ def _prior(options: Options) -> None:
     options.value("file", "FILE", "the JSON of identify, or a .param with its sidecar, that was accepted")
     options.vehicle_file("your vehicle file, which takes the priors", required=True)
     options.positive(
-        "--widen",
-        "PERCENT",
-        "extra uncertainty since then (default: 3 for masses, 10 for dampings)",
+        "--widen", "PERCENT", "extra uncertainty since then (default: 3 for masses, 10 for dampings)"
     )
     options.despite_doubts("accept an identification that did not converge, and doubted values")
     options.json("the priors")
@@ -554,10 +537,7 @@ def _params(options: Options) -> None:
         action.json()
 
 
-@verb(
-    "switch the feed-forward of a vehicle: off, shadow, ff or both",
-    f"seatrial ff off {_LINK}",
-)
+@verb("switch the feed-forward of a vehicle: off, shadow, ff or both", f"seatrial ff off {_LINK}")
 def _ff(options: Options) -> None:
     modes = "; ".join(f"{mode.word}, {sentence}" for mode, sentence in MODES.items())
     options.value("mode", "MODE", modes, choices=BY_WORD)
@@ -636,10 +616,7 @@ def _diagnose(options: Options) -> None:
         type=ParameterTarget,
     )
     options.value(
-        "--without",
-        "EFFECT",
-        "do not try this effect; may be given several times",
-        action="append",
+        "--without", "EFFECT", "do not try this effect; may be given several times", action="append"
     )
 
 

@@ -23,8 +23,9 @@ from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile
 from identify.align import aligned
 from identify.dive import Dive
+from identify.doubt import Outcome
 from identify.estimators.table import Progress
-from identify.identification import Identification, Outcome
+from identify.identification import Identification
 from identify.identification import estimate as one_estimate
 
 

@@ -15,7 +15,8 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.align import AlignedDive, aligned
 from identify.dive import Dive
-from identify.identification import Estimate, Identification, Outcome
+from identify.doubt import Outcome
+from identify.identification import Estimate, Identification
 from identify.identification import estimate as one_estimate
 from identify.statistics import Z95
 

@@ -12,7 +12,7 @@ from bridge.arrays import Vector3
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.report.page import Section, Table
-from identify.validate import AxisErrors, tracking_errors
+from identify.tracking import AxisErrors, tracking_errors
 from identify.words import MISSING, fixed, significant, unit, with_interval
 
 APART_STEADY, APART_TURNING = "mean |PID − feed-forward|, steady", "mean |PID − feed-forward|, on the ramp"

@@ -27,8 +27,9 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.dynamics import coriolis, restoring
 from identify.align import AlignedDive, aligned
 from identify.dive import Dive
+from identify.doubt import Outcome
 from identify.estimators.refusals import refuse_unpushed
-from identify.identification import Estimate, Identification, Outcome, added_mass
+from identify.identification import Estimate, Identification, added_mass
 from identify.identification import estimate as one_estimate
 from identify.progress import Progress
 

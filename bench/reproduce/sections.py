@@ -17,7 +17,7 @@ from bench.reproduce.run import Reproduction
 from bridge.vehicle.config import Configuration
 from identify.report.figures import track
 from identify.report.page import Figure, Section, Table
-from identify.validate import METHOD, compare
+from identify.tracking import METHOD, compare
 from identify.words import MISSING, count, fixed, seconds, significant, unit
 
 OVERSHOOT = (

@@ -16,7 +16,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.files import is_own_file
 from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, acknowledged, crc32, decode, refused
-from bridge.wire.whole import segment_named, segments_in
+from bridge.wire.segments import segment_named, segments_in
 
 
 class Segments:

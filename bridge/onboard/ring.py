@@ -17,8 +17,8 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError, TakenAway
+from bridge.wire.segments import Segment, following, segments_in
 from bridge.wire.tlog import STAMP_BYTES, TlogWriter
-from bridge.wire.whole import Segment, following, segments_in
 
 
 @dataclass(frozen=True)

@@ -2,5 +2,5 @@
 
 `framing` bytes to frames · `readings` the contract, version 1 · `status_codes` texts to the crew, with codes for
 programs · `ftp` packets of file transfers · `tlog` recordings, `redaction` what they leave out · `whole` the complete
-recording, and the segments of the vehicle's own · `silences` what was not heard · `clock_line` two clocks.
+recording · `segments` of the vehicle's own · `silences` what was not heard · `clock_line` two clocks.
 """

@@ -73,10 +73,10 @@ class TlogWriter:
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         except FileExistsError:
-            raise LogError(f"{path}: exists already and is never overwritten; give another name") from None
+            raise LogError("exists already and is never overwritten; give another name", path) from None
         except OSError as error:
             raise LogError(
-                f"{path}: can't be made ({error.strerror}); check the folder and its rights"
+                f"can't be made ({error.strerror}); check the folder and its rights", path
             ) from None
 
     def write(self, unix_us: int, raw: bytes) -> None:
@@ -86,7 +86,7 @@ class TlogWriter:
             while record:
                 record = record[os.write(self._file, record) :]
         except OSError as error:
-            raise LogError(f"{self.path}: can't be written ({error.strerror}); free disk space") from None
+            raise LogError(f"can't be written ({error.strerror}); free disk space", self.path) from None
 
     def sync(self) -> None:
         """Wait until all records are on the disk. Takes about 3 ms: keep it off the receive path."""
@@ -94,7 +94,7 @@ class TlogWriter:
             os.fsync(self._file)
         except OSError as error:
             raise LogError(
-                f"{self.path}: can't be put on the disk ({error.strerror}); check the disk"
+                f"can't be put on the disk ({error.strerror}); check the disk", self.path
             ) from None
         if not self._is_named:
             # The folder entry of the file, and that of its folder, which may be new too.
@@ -185,9 +185,9 @@ def load_recording(path: Path) -> tuple[bytes, bool]:
     """
     data, whole = load_bytes(path)
     if not data:
-        raise NothingRecorded(f"{path}: is empty, nothing was recorded in it; give another recording")
+        raise NothingRecorded("is empty, nothing was recorded in it; give another recording", path)
     if next_record(data, 0, Counter()) is None:
-        raise NothingRecorded(f"{path}: holds no MAVLink frame; give a .tlog recording")
+        raise NothingRecorded("holds no MAVLink frame; give a .tlog recording", path)
     return data, whole
 
 

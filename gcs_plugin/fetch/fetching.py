@@ -17,7 +17,7 @@ from bridge.errors import LinkError, LinkTimeout
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, decode
-from bridge.wire.whole import Segment
+from bridge.wire.segments import Segment
 from gcs_plugin.fetch.mirror import Mirror, Stretch
 from gcs_plugin.fetch.requests import MOST_AT_ONCE, MOST_SEGMENTS, Listed, Listing, Requests
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat

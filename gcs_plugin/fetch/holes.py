@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.wire.framing import MAGIC_2, decode, frame_at, message_id_at
 from bridge.wire.silences import LEAST_S, silences
-from gcs_plugin.runs import SEQUENCES
+from gcs_plugin.sequences import SEQUENCES
 
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
 

@@ -17,8 +17,8 @@ from bridge.errors import LogError, NotOfThisDive
 from bridge.wire.framing import Frame, decode
 from bridge.wire.whole import WHOLE, lacked
 from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.fetch.merging import Whole, made_whole, write_records
 from gcs_plugin.fetch.requests import Listing
-from gcs_plugin.fetch.whole import Whole, made_whole, write_records
 from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_being_written
 from gcs_plugin.recording.state import Holding, held, held_second, hung
 

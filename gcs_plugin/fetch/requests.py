@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from bridge.wire.ftp import Packet
-from bridge.wire.whole import Segment, segment_named
+from bridge.wire.segments import Segment, segment_named
 
 MOST_A_S: Final = 800.0
 """Requests per second, of some 27 bytes each: the hub of a recording takes 32 kB a second from each of its clients."""

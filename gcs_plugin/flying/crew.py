@@ -23,7 +23,7 @@ from bridge.wire.readings import decode
 from gcs_plugin.flying.session import FlightSession
 from gcs_plugin.peers import COMPANIONS, GROUND_STATION, Peers, Source, ground_heartbeat, heartbeat_of
 from gcs_plugin.recording.recorder import HEARTBEAT_EVERY_S, Recorder
-from gcs_plugin.watch.hearing import StatusTexts
+from gcs_plugin.watch.channels import StatusTexts
 
 FIND_S: Final = 5.0
 STEP_S: Final = 0.05

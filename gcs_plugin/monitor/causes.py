@@ -6,8 +6,9 @@ in nats, is the misfit that it explains beyond its number of parameters.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -46,10 +47,10 @@ def likeliest(
     names = names_of(model)
     whole = float((target**2).sum())
     fits: list[tuple[float, str, str]] = []
-    for label, members in _candidates(model):
+    for label, members, words_of in _candidates(model):
         design = np.stack([columns[:, names.index(name)].ravel() for name in members], axis=1)
         size = np.asarray(np.linalg.lstsq(design, target.ravel(), rcond=1e-6)[0], dtype=np.float64)
-        words = _words(label, size, drifts[-1].place)
+        words = words_of(size, drifts[-1].place)
         explained = whole - float(((target.ravel() - design @ size) ** 2).sum())
         if not words or explained < least_explained * whole:
             continue
@@ -75,31 +76,48 @@ def likeliest_thruster(loss: Loss, *, sized: bool) -> tuple[Cause, ...]:
     return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
 
 
-def _candidates(model: Model) -> list[tuple[str, tuple[str, ...]]]:
-    """Labels, each with its names in `names_of`."""
+Words = Callable[[Array, Array], str]
+"""A fitted size in words, at a place (2,), north and east; "" for a size that the cause can't have."""
+
+
+def _candidates(model: Model) -> list[tuple[str, tuple[str, ...], Words]]:
+    """Labels, each with its names in `names_of` and its words."""
     count = len(model.configuration.thrusters)
     return [
-        *((f"weak_thruster of thruster {n}", (f"thruster {n}",)) for n in range(1, count + 1)),
-        ("steady_current", ("water north", "water east")),
-        ("tether", ("pull north", "pull east", "line")),
-        ("net_buoyancy", ("pull down",)),
-        *((f"fouling of {dof}", (f"drag {dof}",)) for dof in DRAGGED if dof in model.dofs),
+        *(
+            (f"weak_thruster of thruster {n}", (f"thruster {n}",), partial(_weak_words, n))
+            for n in range(1, count + 1)
+        ),
+        ("steady_current", ("water north", "water east"), _current_words),
+        ("tether", ("pull north", "pull east", "line"), _tether_words),
+        ("net_buoyancy", ("pull down",), _buoyancy_words),
+        *(
+            (f"fouling of {dof}", (f"drag {dof}",), partial(_fouling_words, dof))
+            for dof in DRAGGED
+            if dof in model.dofs
+        ),
     ]
 
 
-def _words(label: str, size: Array, place: Array) -> str:
-    """A fit in words, at a place (2,), north and east; "" for a size that the cause can't have."""
-    if label.startswith("weak_thruster"):
-        lost = float(size[0])
-        return _weak(int(label.rpartition(" ")[2]), lost) if LEAST_LOST < lost < MOST_LOST else ""
-    if label == "steady_current":
-        return f"a current of {np.hypot(*size):.2f} m/s towards {_heading(size)}"
-    if label == "tether":
-        pull = size[:2] - size[2] * place
-        return f"a pull of {np.hypot(*pull):.1f} N towards {_heading(pull)}, as of a tether"
-    if label == "net_buoyancy":
-        return f"{abs(size[0]):.1f} N {'heavier' if size[0] > 0 else 'lighter'} than its ballast"
-    dof = int(label.rpartition(" ")[2])
+def _weak_words(number: int, size: Array, _: Array) -> str:
+    lost = float(size[0])
+    return _weak(number, lost) if LEAST_LOST < lost < MOST_LOST else ""
+
+
+def _current_words(size: Array, _: Array) -> str:
+    return f"a current of {np.hypot(*size):.2f} m/s towards {_heading(size)}"
+
+
+def _tether_words(size: Array, place: Array) -> str:
+    pull = size[:2] - size[2] * place
+    return f"a pull of {np.hypot(*pull):.1f} N towards {_heading(pull)}, as of a tether"
+
+
+def _buoyancy_words(size: Array, _: Array) -> str:
+    return f"{abs(size[0]):.1f} N {'heavier' if size[0] > 0 else 'lighter'} than its ballast"
+
+
+def _fouling_words(dof: int, size: Array, _: Array) -> str:
     return f"more drag {OF_AXES[dof]}: something on the hull" if size[0] > 0 else ""
 
 

@@ -1,6 +1,6 @@
 """The present state of a vehicle for its operator: frames -> `Picture`. No I/O, and time is an argument.
 
-`hearing` messages as signals, ArduSub's included, and STATUSTEXT · `sensors` the table of sensors, judged ·
+`channels` messages as signals, ArduSub's included, and STATUSTEXT · `sensors` the table of sensors, judged ·
 `quantities` values, traces of the last minute, thrusters · `link_rows` senders and their losses · `picture` the types,
 and how old a value may be · `alarms` limits, and which of them are passed, `alarm_trace` the words left of
 them · `watcher` combines all.

@@ -17,16 +17,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
-from gcs_plugin.watch.picture import (
-    Alarm,
-    Armed,
-    Condition,
-    Freshness,
-    Kind,
-    Picture,
-    SensorRow,
-    ThrusterRow,
-)
+from gcs_plugin.watch.picture import Alarm, Armed, Condition, Freshness, Kind, Picture, SensorRow, ThrusterRow
 
 CRITICAL: Final = 2
 """Largest MAV_SEVERITY of words that are an alarm."""

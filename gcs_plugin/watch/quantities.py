@@ -11,7 +11,7 @@ from bridge.attitude import body_to_earth, heading_of
 from bridge.vehicle.config import Configuration, Vehicle, Water
 from bridge.vehicle.navigation import velocity_at_origin
 from bridge.wire.readings import Values
-from gcs_plugin.watch.hearing import Channel
+from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.picture import ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
 

@@ -13,7 +13,7 @@ from bridge.firmware.description import Firmware
 from bridge.vehicle.config import Vehicle
 from bridge.wire.readings import Values
 from gcs_plugin.doctor.checks import CONTRACT, RATE_TOLERANCE
-from gcs_plugin.watch.hearing import Channel
+from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.picture import STALE_PERIODS, Condition, Freshness, SensorRow, freshness, period_s
 
 COMPANION: Final = 191  # a bridge next to an autopilot keeps to the contract

@@ -24,7 +24,7 @@ from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.alarm_trace import AlarmTrace
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
-from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
+from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows

@@ -13,9 +13,8 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.batch.causes import Causes, Size
 from identify.batch.rows import NAMES, Row, is_about, names_in
 from identify.batch.trend import LEVEL, ONE_MOMENT_S, Series, Trend, common_series, fit_trend, holm, ratio
-from identify.identification import Culprit, Outcome
-from identify.ingest.open import utc
-from identify.words import capital, decimals_for, fixed, significant, unit_after, with_interval
+from identify.doubt import Culprit, Outcome
+from identify.words import capital, decimals_for, fixed, significant, unit_after, utc, with_interval
 
 SOUND = frozenset({Outcome.CONVERGED.value})
 WITH_DOUBTS = SOUND | {Outcome.DISAGREES.value}

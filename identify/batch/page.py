@@ -14,11 +14,10 @@ from identify.batch.causes import EffectSize
 from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
-from identify.ingest.open import utc
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
 from identify.report.tables import meaning
-from identify.words import MISSING, decimals_for, fixed, significant, unit, unit_after, with_interval
+from identify.words import MISSING, decimals_for, fixed, significant, unit, unit_after, utc, with_interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,11 +11,11 @@ from typing import Final
 from bridge.errors import LogError
 from bridge.wire.tlog import SUFFIXES
 from identify.batch.jobs import Recording, Result
-from identify.ingest.open import BAG_FOLDER, MAPPED, contents, identity_of, recording_files
+from identify.ingest.open import BAG_FOLDER, MAPPED, recording_files
+from identify.ingest.same_dive import SAME, contents, identity_of
 
 ENDINGS = (*SUFFIXES, ".bin")
 DIVE_FILE = "telemetry."
-SAME: Final = "holds the same recording as"
 BEGINNING: Final = "is the beginning of"
 
 

@@ -14,7 +14,7 @@ from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
 from identify.batch.causes import Causes
 from identify.batch.jobs import Result
-from identify.identification import Culprit, Doubt, Outcome
+from identify.doubt import Culprit, Doubt, Outcome
 from identify.run.recordings import TOTAL_MASSES
 
 _TOTAL = dict(zip(ADDED_MASS_NAMES, (mass.name for mass in MASSES), strict=True))
@@ -192,12 +192,7 @@ def _row(result: Result) -> Row:
         named_s = date_in_name(result.dive)
         dated_by = "" if named_s is None else "its name"
         return Row(
-            result.dive,
-            result.source,
-            result.sha256,
-            unix_s=named_s,
-            dated_by=dated_by,
-            error=result.error,
+            result.dive, result.source, result.sha256, unix_s=named_s, dated_by=dated_by, error=result.error
         )
     identification = result.answer["identification"]
     values = {

@@ -2,8 +2,8 @@
 
 `contradictions` the list of all · `controller` used other readings than those recorded · `descent` depth against the
 DVL · `heading`, `levelling` attitude against the gyro · `scales` between two sensors · `frozen`, `impossible`
-readings to remove · `mends` signs, axes, units and frames that contradict physics, `pushes` by the accelerometer,
-`mend` the likely mend, `alike` how they compare · `mounting` whether velocity follows thrust,
-`motors` which motors it contradicts · `gaps` what a recording lacks · `fit` doubts about a fit · `lacking` doubts
-that its model lacks a force.
+readings to remove · `first_mapping` signs, axes, units and frames that contradict physics, `acceleration` those of the
+velocity, `wrench_frame` of a wrench, `mend` the likely mend, `correlation` of two signals, `sensor_pairs` that see one
+motion · `thrust_response` whether velocity follows thrust, `motors` which motors it contradicts · `gaps` signals that a
+recording lacks · `fit` doubts about a fit · `unmodelled` doubts about a model that lacks a force.
 """

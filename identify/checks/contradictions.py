@@ -15,7 +15,7 @@ from identify.checks.heading import turning_doubts
 from identify.checks.levelling import levelling_doubts
 from identify.checks.motors import miswired_doubts
 from identify.dive import Dive
-from identify.identification import Doubt
+from identify.doubt import Doubt
 
 
 def contradictions(

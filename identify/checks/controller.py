@@ -15,11 +15,11 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, HEAVE, MASSES, QUADRATIC
 from bridge.vehicle.config import VehicleFile, Water
 from identify.checks.frozen import axis_key
 from identify.dive import Dive
+from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.forces import wrench
-from identify.identification import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
-from identify.side_by_side import side_by_side
 from identify.statistics import left_of, spread
+from identify.threads import side_by_side
 from identify.words import axes_named, capital, listed
 
 TAPS = 8

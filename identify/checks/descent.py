@@ -13,7 +13,7 @@ from identify.checks.scales import (
     within_runs,
 )
 from identify.dive import Dive
-from identify.identification import Doubt, Outcome, coefficients_of
+from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import attitude_at, to_earth
 
 WINDOW_S, STEP_S = 10.0, 0.1

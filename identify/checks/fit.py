@@ -9,13 +9,14 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, SURGE, SWAY
 from bridge.vehicle.config import Damping
+from identify.doubt import Culprit, Doubt, Outcome, coefficients_of
 from identify.estimators.axes import Axes, Axis
+from identify.estimators.drag_and_timing import DOUBTFUL_SCORE, Force, Multiplier, with_forces
 from identify.estimators.innovations import INCREMENT, POSITION
 from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.misfit import DOUBTFUL_SCORE, Force, Multiplier, with_forces
 from identify.estimators.readings import Channel
-from identify.identification import Culprit, Doubt, Outcome, ThrustDelay, coefficients_of
+from identify.identification import ThrustDelay
 from identify.words import axes_named
 
 LARGEST_SHARE = 0.1

@@ -17,7 +17,7 @@ from identify.checks.scales import (
     within_runs,
 )
 from identify.dive import Dive, Signal
-from identify.identification import Doubt, Outcome
+from identify.doubt import Doubt, Outcome
 from identify.ingest.rotation import attitude_at, euler_angles
 
 WINDOW_S, SHORTEST_S = 10.0, 4.0

@@ -23,7 +23,7 @@ from identify.checks.scales import (
     within_runs,
 )
 from identify.dive import Dive, Signal
-from identify.identification import Doubt, Outcome, coefficients_of
+from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
 from identify.statistics import left_of
 from identify.words import capital

@@ -17,10 +17,10 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import YAW
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.checks.mounting import LAGS_S, behind
+from identify.checks.thrust_response import LAGS_S, behind
 from identify.dive import Dive, Signal
+from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.forces import asked_thrusts
-from identify.identification import Doubt, Outcome, coefficients_of
 from identify.statistics import left_of
 from identify.words import fixed, listed
 

@@ -35,12 +35,12 @@ from identify.diagnose.regression import mean_indices, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.shrunk import LIKELY
+from identify.doubt import Culprit, Doubt
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
+from identify.estimators.drag_and_timing import Multiplier, doubts_of, timing_of
 from identify.estimators.likelihood_axis import MASS
-from identify.estimators.misfit import Multiplier, doubts_of, timing_of
 from identify.identifiability import is_too_heavy, is_too_light
-from identify.identification import Culprit, Doubt
 from identify.statistics import Z95
 from identify.words import capital, listed
 

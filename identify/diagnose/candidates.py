@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 Change = Callable[[Array], Array]
 """What a companion makes of a part (n, ...) of an act along a course."""

@@ -31,8 +31,8 @@ from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
 from identify.effects.course import Course
 from identify.effects.effect import ALONG, Act, Effect
 from identify.estimators.likelihood_axis import DAMPING
-from identify.side_by_side import both
 from identify.statistics import Z95
+from identify.threads import both
 
 Parts = NDArray[np.intp]
 

@@ -9,7 +9,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from identify.checks.motors import miswired_doubts
-from identify.checks.mounting import mounted_otherwise
+from identify.checks.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.changed import (
     Simulator,
@@ -93,10 +93,10 @@ from identify.diagnose.wording import shown_note
 from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library
-from identify.estimators.lacking import LEAST_FORCE
 from identify.estimators.likelihood_axis import MASS
+from identify.estimators.unmodelled import LEAST_FORCE
 from identify.ingest.commands import unknown_between
-from identify.side_by_side import both
+from identify.threads import both
 
 Progress = Callable[[float, str], None]
 

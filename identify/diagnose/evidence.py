@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 FOLDS = 5
 

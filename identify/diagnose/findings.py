@@ -28,8 +28,8 @@ from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.effects.effect import Effect
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.side_by_side import side_by_side
 from identify.statistics import Z95
+from identify.threads import side_by_side
 
 MOST_PROBABLE, HALF_NATS = 0.98, 6.0
 """Probability at infinite margin, and the margin for half of it."""

@@ -20,8 +20,8 @@ from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Timing, Unexplained
 from identify.effects.course import Course, in_a_run
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
-from identify.side_by_side import side_by_side
 from identify.statistics import left_of
+from identify.threads import side_by_side
 
 PHASES: tuple[Phase, ...] = ("rest", "accelerating", "decelerating", "steady", "turning", "reversing")
 REST, ACCELERATING, DECELERATING, STEADY, TURNING, REVERSING = range(6)

@@ -29,7 +29,7 @@ from identify.diagnose.simulation import (
 )
 from identify.effects.course import Course
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 FOLDS = 12
 """Distance of held-out pieces of 20 s, in pieces: with more held out at once, whole legs would be gone with all their

@@ -24,7 +24,7 @@ from bridge.vehicle.coefficients import (
 )
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
-from identify.checks.mounting import mirrored, swapped
+from identify.checks.thrust_response import mirrored, swapped
 from identify.diagnose.candidates import Cause
 from identify.diagnose.innovations import mean_before, reading_error
 from identify.diagnose.judged_axes import axes_of, without_quick
@@ -35,6 +35,7 @@ from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import STAMPED_S, Dive
 from identify.effects.course import Course
 from identify.effects.effect import Act
+from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
@@ -43,8 +44,7 @@ from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import climb
 from identify.estimators.start import start_of
-from identify.estimators.timing import dated, dated_back
-from identify.side_by_side import both, side_by_side
+from identify.threads import both, side_by_side
 
 NEARLY = 0.05
 """Tolerance of the joint maximum likelihood, nats."""

@@ -21,7 +21,7 @@ from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 PIECE_S, LEAST_PIECE_S = 20.0, 6.0
 """Length of a held-out piece: longer than the disturbance's memory, shorter than most legs; and its least length in a

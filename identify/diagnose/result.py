@@ -15,8 +15,8 @@ from identify.diagnose.drift import Drift
 from identify.diagnose.generic_forces import Parity, Variable
 from identify.diagnose.shrunk import AxisShrink, Shrink
 from identify.diagnose.unexplained import Timing
+from identify.doubt import Doubt
 from identify.effects.effect import Effect
-from identify.identification import Doubt
 
 Verdict = Literal["no_gap", "explained", "partly", "ambiguous", "unknown"]
 Phase = Literal["rest", "accelerating", "decelerating", "steady", "turning", "reversing"]

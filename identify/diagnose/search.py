@@ -15,7 +15,7 @@ from identify.diagnose.weighing import Fitted, FormRemainder, Weighing, rows_of
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT
-from identify.side_by_side import both
+from identify.threads import both
 
 NEAR_SIGMA, FAR_LIKELIER = 5.0, 3.0
 """Standard errors of a gain that is not by chance, and times the required nats by which the filters must rise to make

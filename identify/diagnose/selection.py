@@ -7,7 +7,7 @@ from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.requirement import AMBIGUOUS_NATS, LEAST_SIGMA, least_gain, required_gain, shadow_nats
 from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing
 from identify.effects.effect import Act
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 LEAST_MOTION_NATS = 3.0
 """Nats that a cause must save in sample in the vehicle's motion: odds of twenty to one.

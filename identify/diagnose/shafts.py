@@ -14,7 +14,7 @@ from identify.diagnose.requirement import AMBIGUOUS_NATS, LEAST_GAIN
 from identify.diagnose.search import Explanation, explain
 from identify.effects.actuators import shaft_lag
 from identify.effects.effect import QUICK_COMMANDS, Effect, before_the_shaft
-from identify.side_by_side import both
+from identify.threads import both
 
 UNKNOWN_BETWEEN = 0.1
 """Share of a search's nats by which the form of a lag is uncertain where the commands between two messages are unknown:

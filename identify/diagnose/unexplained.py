@@ -32,8 +32,8 @@ from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
 from identify.effects.course import Course
 from identify.effects.effect import Act
-from identify.estimators.lacking import LEAST_FORCE
-from identify.side_by_side import side_by_side
+from identify.estimators.unmodelled import LEAST_FORCE
+from identify.threads import side_by_side
 
 Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]
 

@@ -36,7 +36,7 @@ from identify.diagnose.regression import Regression, regression_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 Key = tuple[Effect, bytes]
 

@@ -30,30 +30,28 @@ from identify.checks.fit import (
     too_little,
     unseen_doubts,
 )
-from identify.checks.lacking import lacking_doubts
+from identify.checks.unmodelled import lacking_doubts
 from identify.dive import Dive, Signal
-from identify.estimators.alike_runs import Kinds, unlike_doubts
+from identify.doubt import Doubt, Outcome, worst
 from identify.estimators.axes import Axes
-from identify.estimators.lacking import lacks_of, widened
+from identify.estimators.drag_and_timing import Admitted, Doubts, admitted, by_hidden_steps, timing_of
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.misfit import Admitted, Doubts, admitted, by_hidden_steps, timing_of
+from identify.estimators.mass_by_run import Kinds, unlike_doubts
+from identify.estimators.unmodelled import lacks_of, widened
 from identify.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.identification import (
     LARGEST_RELATIVE_STD,
-    Doubt,
     Estimate,
     Identification,
-    Nuisance,
-    Outcome,
     ThrustDelay,
     added_mass,
     outcome_of,
-    worst,
 )
 from identify.identification import estimate as as_estimate
-from identify.ingest.open import utc
+from identify.nuisance import Nuisance
 from identify.priors import with_priors
 from identify.statistics import Z95
+from identify.words import utc
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import (
-    COEFFICIENTS,
-    DOFS,
-    HEAVE,
-    PITCH,
-    ROLL,
-    YAW,
-)
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import STAMPED_S, Dive, Signal
 from identify.estimators.afloat import under_water
@@ -47,7 +40,7 @@ from identify.estimators.readings import (
 )
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 from identify.wrench_history import WrenchHistory
 
 GRID_S = 0.02

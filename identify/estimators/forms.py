@@ -11,12 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import (
-    ROLL,
-    SURGE,
-    SWAY,
-    YAW,
-)
+from bridge.vehicle.coefficients import ROLL, SURGE, SWAY, YAW
 from identify.dive import Dive
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.likelihood_axis import AxisLikelihood

@@ -15,22 +15,25 @@ import numpy as np
 
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
-from identify import identification
+from identify import nuisance
 from identify.checks.controller import unrecorded
 from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
-from identify.estimators.alike_runs import kinds_of_runs
+from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of
+from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
+from identify.estimators.drag_and_timing import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.misfit import Doubts, doubts_of
+from identify.estimators.mass_by_run import kinds_of_runs
 from identify.estimators.refusals import long_enough
-from identify.estimators.timing import shared_axes, with_delay
+from identify.estimators.thrust_delay import with_delay
 from identify.forces import wrench
-from identify.identification import Doubt, Estimate, Identification, Information, Nuisance
+from identify.identification import Estimate, Identification, Information
 from identify.ingest.commands import holding_variance_s2
+from identify.nuisance import Nuisance
 from identify.progress import Progress
 from identify.statistics import Z95
 
@@ -197,10 +200,10 @@ def _nuisance(fits: Mapping[int, AxisFit]) -> dict[Nuisance, float]:
     out = {}
     for dof, fit in fits.items():
         theta, axis = fit.maximum.theta, fit.problem.axis
-        out[identification.disturbance(dof)] = float(np.exp(theta[DISTURBANCE]))
-        out[identification.time_constant(dof)] = float(np.exp(theta[TIME_CONSTANT]))
-        out[identification.trim(dof)] = float(np.mean(theta[FORCES : FORCES + axis.trims]))
+        out[nuisance.disturbance(dof)] = float(np.exp(theta[DISTURBANCE]))
+        out[nuisance.time_constant(dof)] = float(np.exp(theta[TIME_CONSTANT]))
+        out[nuisance.trim(dof)] = float(np.mean(theta[FORCES : FORCES + axis.trims]))
         for i, channel in enumerate(axis.channels):
-            name = identification.noise(dof, channel.name, channel.state_read == POSITION)
+            name = nuisance.noise(dof, channel.name, channel.state_read == POSITION)
             out[name] = float(np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i]))
     return out

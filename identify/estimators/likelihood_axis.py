@@ -83,9 +83,9 @@ class AxisLikelihood:
     disturbance's evenness. `masses` (6,) of all axes give the Coriolis forces. The first shapes are the trim forces,
     constant over a run or over all. Then come the Coriolis forces of the `unmeasured` masses, the drag of a unit of
     quadratic damping, whose factor appears in theta as its logarithm, and the change of thrust per second of timing
-    error (`timing`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`: estimate of the mass
-    from the other axes' Coriolis forces, and its precision; both are of the mass itself, because those forces are
-    linear in it.
+    error (`autopilot_velocity`). `reading` (n,): the axis's readings, NaN for those not to be used. `word`: estimate
+    of the mass from the other axes' Coriolis forces, and its precision; both are of the mass itself, because those
+    forces are linear in it.
     """
 
     axis: Axis

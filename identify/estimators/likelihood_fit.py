@@ -13,6 +13,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
+from identify.estimators.drag_and_timing import coefficients
 from identify.estimators.innovations import POSITION
 from identify.estimators.intervals import integrated, knowledge_of, stretches
 from identify.estimators.likelihood_axis import (
@@ -27,9 +28,8 @@ from identify.estimators.likelihood_axis import (
     rigid_mass,
 )
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
-from identify.estimators.misfit import coefficients
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb, log_posterior
-from identify.side_by_side import shared, side_by_side
+from identify.threads import shared, side_by_side
 
 ROWS = len(OF_HULL)
 

@@ -24,7 +24,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import PITCH, ROLL
 from identify.estimators.likelihood_axis import MASS, AxisLikelihood
 from identify.estimators.motion import Motion
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 ROUGHLY = 0.5
 """Convergence limit, in nats, of fits that another fit starts from."""

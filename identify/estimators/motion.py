@@ -13,7 +13,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive, Signal
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import (
-    DOFS,
-    HEAVE,
-    PITCH,
-    ROLL,
-    YAW,
-)
+from bridge.vehicle.coefficients import DOFS, HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.forces import wrench

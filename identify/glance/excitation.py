@@ -21,10 +21,17 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL, YAW
 from bridge.vehicle.config import VehicleFile
 from identify.checks.controller import unrecorded
 from identify.dive import Dive, Signal
+from identify.estimators.autopilot_velocity import lasting_axes
+from identify.estimators.drag_and_timing import (
+    Force,
+    coefficients,
+    doubts_of,
+    lacking_drag,
+    timing_of,
+    with_forces,
+)
 from identify.estimators.likelihood_fit import Begun, rough_fit
-from identify.estimators.misfit import Force, coefficients, doubts_of, lacking_drag, timing_of, with_forces
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
-from identify.estimators.timing import lasting_axes
 from identify.forces import wrench
 from identify.glance.span import Span
 from identify.identification import LARGEST_RELATIVE_STD

@@ -15,7 +15,7 @@ from identify.given_thrust import Given
 from identify.words import fixed, speed
 
 if TYPE_CHECKING:
-    from identify.validate import WholeError  # loads scipy.optimize
+    from identify.tracking import WholeError  # loads scipy.optimize
 
 THIRD: Final = 4 / 3
 """An error up to this multiple of the foretold one is as foretold: another sea does as much."""

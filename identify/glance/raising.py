@@ -53,35 +53,19 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
-from identify.align import AlignedDive, aligned, low_pass
+from identify.align import aligned
 from identify.dive import Dive
+from identify.glance.axis_criteria import OF_THE_TIME, RATE_HZ, Criterion, of_axis
 from identify.glance.foretold import MOST_OF_REST, Held, MadeUp, sea_of
-from identify.validate import (
-    CUTOFF_HZ,
-    LEAST_SLOPE,
-    SHORTEST_RUN_S,
-    Phases,
-    WholeError,
-    phases,
-    tracking_errors,
-    whole_errors,
-)
+from identify.tracking import CUTOFF_HZ, SHORTEST_RUN_S, WholeError, whole_errors
 from identify.words import capital, listed, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
-ANEW: Final = "identify from this dive, upload, and dive in shadow again"
 
 MOVES: Final = 1e-3
 """Speed of a reference, m/s or rad/s, above which the reference moves."""
 AROUND_S: Final = 2.0
 OUT_OF_MODE: Final = "find out why it was taken back, and dive the mission again in one mode"
-
-RATE_HZ: Final = 10.0
-LEAST_LIKENESS: Final = 0.8
-SIZES: Final = (0.5**0.5, 2.0**0.5)
-FLOWN: Final = (0.5, 2.0)
-LATE_S: Final = 2.0
-"""Time for which a vehicle still moves after its reference: the PID is late by up to that."""
 
 LEFT_ALONE_S: Final = 90.0
 """An axis with neither PID nor feed-forward for so long is not the controller's, but the autopilot's or nobody's."""
@@ -95,35 +79,13 @@ SAME_FORCE: Final = 0.05
 """A push holds its force, to this share of it. What varies more is the feedback of somebody else, such as the heading
 that an autopilot holds in STABILIZE."""
 
-MEMORY_S: Final = 4.0
-"""Longest time over which the residuals of the PID's force are taken as correlated."""
-
-
 MOST_THRUST: Final = 0.8
-OF_THE_TIME: Final = 0.99
-PAPER_STEADY, PAPER_SPEEDING_UP = 0.0336 / 0.5, 0.0212 / 0.5
-MOST_OF_PAPER: Final = 2.0
-MOST_LEFT: Final = 0.5
 MOST_UNASKED: Final = {"m/s": 0.010, "rad/s": 0.3 * np.pi / 180}
 BASELINE: Final = "the baseline, flown by the PID with nothing fed forward: the others are compared with it."
 BY_CONTROLLER: Final = "fly a minute by its controller: by hand, or the validation mission"
 LOOK_CLOSER: Final = "see what moves it: diagnose this dive"
 CALMER: Final = "dive in shadow again in a calmer sea"
 NO_REACH: Final = 1e-6
-
-
-@dataclass(frozen=True)
-class Criterion:
-    """A check of a dive.
-
-    what: the quantity checked, such as `surge mass`. passed: None if the dive does not show it. words: the figure
-    with its limit. mend: what to do if the check fails.
-    """
-
-    what: str
-    passed: bool | None
-    words: str
-    mend: str = ""
 
 
 @dataclass(frozen=True)
@@ -226,70 +188,6 @@ def _applies(mode: int) -> bool:
     return mode in set(Mode) and Mode(mode).applies_feedforward
 
 
-def beside_pid(
-    dof: int, reference: Array, fed: Array, pid: Array, motion: AlignedDive, of: Phases
-) -> list[Criterion]:
-    """Compare feed-forward and PID of an axis.
-
-    `reference` (n, 14), `fed` (TAU_FF) and `pid` (TAU_PID) (n,) are given at the instants of `motion`, `of` holds the
-    phases of the axis.
-    """
-    wanted = np.column_stack([reference[:, 6 + dof], reference[:, dof]])
-    (mass, damping), *_ = np.linalg.lstsq(wanted[of.any], fed[of.any], rcond=None)
-    near = _widened(of.any, LATE_S) & motion.valid
-    seen = np.column_stack([motion.nu_dot[:, dof], motion.nu[:, dof]])[near]
-    (of_mass, of_damping), (mass_error, damping_error) = _fitted(seen, pid[near])
-    like = _likeness(seen @ [mass, damping], pid[near])
-    words = f"{like:.2f} between feed-forward and PID, at least {LEAST_LIKENESS:g}"
-    axis = DOFS[dof]
-    criteria = [Criterion(f"{axis} likeness", like >= LEAST_LIKENESS, words, ANEW)]
-    units = ("kg", "N/(m/s)") if dof < 3 else ("kg m²", "N m/(rad/s)")
-    # A reference that jumps from speed to speed has no acceleration, so the feed-forward's mass does not show.
-    if np.abs(wanted[:, 0]).max() > LEAST_SLOPE:
-        criteria.append(_size(f"{axis} mass", mass, of_mass, mass_error, units[0]))
-    return [*criteria, _size(f"{axis} damping", damping, of_damping, damping_error, units[1])]
-
-
-def _size(name: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
-    low, middle, high = (fed / max(value, 1e-9) for value in (seen + 1.96 * error, seen, seen - 1.96 * error))
-    shown = f"{fed:.3g} {unit} fed, PID {seen:.3g} ± {1.96 * error:.2g}: "
-    words = f"{shown}×{middle:.2f} ({SIZES[0]:.2f} to {SIZES[1]:.2f})"
-    if high < SIZES[0] or low > SIZES[1]:
-        return Criterion(name, False, words, ANEW)
-    if not (SIZES[0] <= middle <= SIZES[1] and FLOWN[0] <= low and high <= FLOWN[1]):
-        return Criterion(name, None, f"{shown}not shown well enough")
-    return Criterion(name, True, words)
-
-
-def _fitted(x: Array, y: Array) -> tuple[Array, Array]:
-    """Least-squares factors of the columns of x (n, k) for y (n,), and their standard errors.
-
-    The standard errors allow for correlated residuals (Newey and West 1987).
-    """
-    factors, *_ = np.linalg.lstsq(x, y, rcond=None)
-    pull = x * (y - x @ factors)[:, None]
-    spread = pull.T @ pull
-    steps = round(MEMORY_S * RATE_HZ)
-    for k in range(1, min(steps, len(pull))):
-        apart = (1 - k / steps) * pull[k:].T @ pull[:-k]
-        spread += apart + apart.T
-    inverse = np.linalg.pinv(x.T @ x)
-    error: Array = np.sqrt(np.maximum(np.diag(inverse @ spread @ inverse), 0.0))
-    return np.asarray(factors, np.float64), error
-
-
-def _widened(mask: Mask, seconds: float) -> Mask:
-    """Extend each stretch of the mask by `seconds` at its end."""
-    late = np.convolve(mask, np.ones(round(seconds * RATE_HZ) + 1))[: len(mask)]
-    return np.asarray(late > 0)
-
-
-def _likeness(a: Array, b: Array) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    size = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / size if size > 0 else 0.0
-
-
 def go_no_go(
     dive: Dive,
     file: VehicleFile,
@@ -330,7 +228,7 @@ def go_no_go(
     whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
     sea = sea_of(whole)
     rough = {error.axis for error in whole if sea.get(error.axis, 0.0) > MOST_UNASKED[error.unit]}
-    of_axes = {DOFS[dof]: _axis(dof, mode, dive, motion, file) for dof in driven}
+    of_axes = {DOFS[dof]: of_axis(dof, mode, dive, motion, file) for dof in driven}
     criteria = [
         _in_the_sea(criterion, mode) if axis in rough else criterion
         for axis, of_axis in of_axes.items()
@@ -398,7 +296,7 @@ def _in_the_sea(criterion: Criterion, mode: Mode) -> Criterion:
     With the feed-forward a failure is not judged: the PID answers the sea. Before that, it is no GO, and a dive in a
     calmer sea shows more.
     """
-    if criterion.passed is not False or criterion.mend != ANEW:
+    if criterion.passed is not False or not criterion.by_motion:
         return criterion
     if mode.applies_feedforward:
         return replace(criterion, passed=None, words=f"{criterion.words}; but the sea moves it")
@@ -431,63 +329,6 @@ def _moving(error: WholeError, sea: float, weak: Sequence[str], mend: str) -> Cr
         are = "is" if len(weak) == 1 else "are"
         return Criterion(name, None, f"{words}; but thruster {listed(weak)} {are} not made up for in shadow")
     return Criterion(name, False, words, mend)
-
-
-def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:
-    assert dive.nu_ref is not None
-    assert dive.tau_ff is not None
-    assert dive.tau_pid is not None
-    reference = dive.nu_ref.at(motion.time_s)
-    of, axis = phases(reference[:, dof], reference[:, 6 + dof]), DOFS[dof]
-    if of.steady.sum() < SHORTEST_RUN_S * RATE_HZ:
-        return [Criterion(axis, None, f"no speed was held for {SHORTEST_RUN_S:g} s: nothing is known of it")]
-    fed = dive.tau_ff.at(motion.time_s)[:, dof]
-    zero = float(np.mean((np.nan_to_num(fed) == 0.0)[of.any]))
-    if zero > 1 - OF_THE_TIME:
-        words = (
-            f"TAU_FF is zero in {100 * zero:.0f} % of the motion: a coefficient is missing or out of bounds"
-        )
-        mend = "read what the vehicle said, and upload a set that it can fly"
-        return [Criterion(f"{axis} fed", False, words, mend)]
-    if mode is Mode.ALONE:
-        return _by_errors(dof, dive, file)
-    pid = low_pass(dive.tau_pid.at(motion.time_s)[:, dof], RATE_HZ, CUTOFF_HZ)
-    if mode is Mode.BOTH:
-        return [_left_to_pid(axis, fed, pid, of)]
-    return beside_pid(dof, reference, fed, pid, motion, of)
-
-
-def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
-    """Feed-forward alone: tracking error at a held speed and while accelerating."""
-    axis, dvl = DOFS[dof], file.vehicle.sensors.dvl
-    tracking = tracking_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)).axis(axis)
-    assert dive.nu_ref is not None
-    if tracking is None or not tracking.speeds:
-        return [Criterion(axis, None, "no speed was held: nothing is known of it")]
-    worst = max(abs(at.error) / at.speed for at in tracking.speeds)
-    top = float(np.abs(dive.nu_ref.value[:, dof]).max())
-    growing = tracking.acceleration_less_delay / top
-    limits = (MOST_OF_PAPER * PAPER_STEADY, MOST_OF_PAPER * PAPER_SPEEDING_UP)
-    return [
-        Criterion(
-            f"{axis} {situation}",
-            share <= limit,
-            f"off by {100 * share:.1f} % of the {of}, at most {100 * limit:.1f} %",
-            ANEW,
-        )
-        for situation, share, limit, of in (
-            ("held speed", worst, limits[0], "speed held"),
-            ("speeding up", growing, limits[1], "top speed, its delay taken out"),
-        )
-    ]
-
-
-def _left_to_pid(axis: str, fed: Array, pid: Array, of: Phases) -> Criterion:
-    share = float(np.abs(pid[of.steady]).mean() / np.abs(fed[of.steady]).mean())
-    words = (
-        f"{100 * share:.0f} % of the feed-forward's force at a held speed, at most {100 * MOST_LEFT:.0f} %"
-    )
-    return Criterion(f"{axis} left to the PID", share <= MOST_LEFT, words, ANEW)
 
 
 def _thrust(dive: Dive, mode: Mode, thrusters: Allocator) -> Criterion:

@@ -25,7 +25,7 @@ def autopilot_parameters(path: Path) -> tuple[Firmware, dict[str, float]]:
     heard = [file for file in files if file.name.lower().endswith(SUFFIXES)]
     if not logs and not heard:
         raise LogError(
-            f"{path}: an autopilot's parameters are in a .tlog or a DataFlash .BIN; give one of these"
+            "an autopilot's parameters are in a .tlog or a DataFlash .BIN; give one of these", path
         )
     firmware, values = _heard(heard) if heard else (ARDUSUB, {})
     for log in logs:
@@ -46,8 +46,9 @@ def _heard(files: list[Path]) -> tuple[Firmware, dict[str, float]]:
         families = " or ".join(one.family for one in table.FIRMWARES)
         names = " and ".join(f"{one.name}'s" for one in table.FIRMWARES)
         raise LogError(
-            f"{files[0]}: its autopilot is no {families}, and only {names} parameters can be read; write a vehicle "
-            "file (docs/howto/write_a_vehicle_file.md)"
+            f"its autopilot is no {families}, and only {names} parameters can be read; write a vehicle "
+            "file (docs/howto/write_a_vehicle_file.md)",
+            files[0],
         )
     return firmware, {
         name.decode("ascii", "replace"): float(value)

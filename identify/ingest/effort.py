@@ -26,8 +26,9 @@ def with_pulses(dive: Dive, vehicle: VehicleFile) -> Dive:
     largest = float(np.nanmax(np.abs(effort.value), initial=0.0))
     if largest > MOST:
         raise LogError(
-            f"{dive.source}: its normalised thruster commands reach {largest:.4g}, and they lie within -1 to 1; give "
-            "them their unit in the column map, or a scale (0.01 for per cent)"
+            f"its normalised thruster commands reach {largest:.4g}, and they lie within -1 to 1; give "
+            "them their unit in the column map, or a scale (0.01 for per cent)",
+            dive.source,
         )
     curve = thrust_curve(vehicle.vehicle.thrust_curve, vehicle.path.parent)
     astern_us, ahead_us = curve.ends_us

@@ -208,7 +208,7 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
     wild_notes = (f"{wild} messages state a time that can't be; when they arrived is taken.",) if wild else ()
     if not timed:
         raise LogError(
-            f"{source}: none of system {system}'s messages carries a boot time; record its full telemetry"
+            f"none of system {system}'s messages carries a boot time; record its full telemetry", source
         )
     primary = max(timed, key=lambda component: len(timed[component][0]))
     made = []
@@ -228,8 +228,8 @@ def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
     systems, counts = np.unique(frames.system[rows], return_counts=True)
     if len(systems) == 0:
         raise LogError(
-            f"{source}: holds {len(frames)} MAVLink frames but no vehicle's telemetry; "
-            "record the vehicle's own link"
+            f"holds {len(frames)} MAVLink frames but no vehicle's telemetry; record the vehicle's own link",
+            source,
         )
     order = np.argsort(-counts)
     best, others = int(order[0]), order[1:]
@@ -238,7 +238,7 @@ def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
     said = ", ".join(f"system {systems[i]} ({counts[i]} messages)" for i in order)
     if counts[best] < CLEARLY_MORE * counts[others[0]]:
         raise LogError(
-            f"{source}: several vehicles speak in it, {said}; split the recording, one vehicle a file"
+            f"several vehicles speak in it, {said}; split the recording, one vehicle a file", source
         )
     return int(systems[best]), (f"Several senders of telemetry: {said}; system {systems[best]} is taken.",)
 

@@ -2,11 +2,9 @@
 bag of ROS, a `.ulg`, `.mat` or `.npz`.
 """
 
-import hashlib
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,34 +15,34 @@ from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
-from bridge.wire.tlog import SUFFIXES, load_bytes
+from bridge.wire.tlog import SUFFIXES
 from bridge.wire.whole import lacked, lacked_words, standing_for
 from identify.checks.frozen import without_frozen
 from identify.checks.gaps import gaps
 from identify.checks.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.arrays import read_npz
+from identify.ingest.autopilot_log import logs_beside, with_logs
 from identify.ingest.column_map import ColumnMap, RunColumn, column_map
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.effort import with_pulses
 from identify.ingest.heading_resets import without_heading_resets
-from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.matlab import read_matlab
 from identify.ingest.parquet import read_parquet
-from identify.ingest.reckoned import with_reckoned_pulses
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.bags import ending_of as bag_ending
 from identify.ingest.run_column import split_streams
+from identify.ingest.same_dive import hash_of, identity_of
 from identify.ingest.signals import dive_fields
+from identify.ingest.slow_pulses import with_reckoned_pulses
 from identify.ingest.streams import Streams, some_of
-from identify.ingest.text_table import read_table
+from identify.ingest.text_table import TABLES, read_table
 from identify.ingest.tlog import read_tlog
 from identify.ingest.ulog import read_ulog
 from identify.words import listed
 
-TABLES = (".csv", ".csv.gz", ".txt", ".tsv")
 FILES: dict[str, Callable[[Path], Streams]] = {
     **dict.fromkeys(TABLES, read_table),
     ".parquet": read_parquet,
@@ -58,7 +56,6 @@ MAPPED = (*FILES, *BAGS)
 BAG_FOLDER = "metadata.yaml"
 _PART = re.compile(r"_\d+$")
 """Ends the names of the parts of a ROS 2 bag, whose metadata.yaml is missing where its recorder was killed."""
-HASHED_BYTES = 1 << 24
 FORMS = (
     "give a dive folder, a .tlog, a .tlog.gz, a .BIN, or with --columns a .csv, .csv.gz, .txt, .tsv, .parquet, .mat, "
     ".npz, .ulg, .bag, .bag.active, .mcap, .db3, .mcap.zstd, .db3.zstd or the folder of a ROS 2 bag"
@@ -70,8 +67,9 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     dives = read_dives(path, columns, vehicle)
     if len(dives) > 1:
         raise LogError(
-            f"{path}: holds {len(dives)} runs by its column map, from {dives[0].name} to {dives[-1].name}, and no "
-            "single dive; `identify --together` and `diagnose` take them as runs of one"
+            f"holds {len(dives)} runs by its column map, from {dives[0].name} to {dives[-1].name}, and no "
+            "single dive; `identify --together` and `diagnose` take them as runs of one",
+            path,
         )
     return dives[0]
 
@@ -104,8 +102,9 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     start_s, end_s = recorded.span_s
     if not end_s - start_s <= LONGEST_DIVE_S:
         raise LogError(
-            f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
-            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
+            f"its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
+            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive",
+            path,
         )
     piloted = recorded if vehicle is None else with_pulses(recorded, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
@@ -124,7 +123,7 @@ def recording_files(path: Path) -> list[Path]:
     Raises LogError.
     """
     if not path.exists():
-        raise LogError(f"{path}: no such file or folder; check the name")
+        raise LogError("no such file or folder; check the name", path)
     if not path.is_dir():
         return [path]
     recordings = sorted(file for file in path.iterdir() if file.name.endswith(SUFFIXES))
@@ -132,12 +131,12 @@ def recording_files(path: Path) -> list[Path]:
     chosen = standing_for(ours) or recordings
     if len(chosen) > 1 and chosen is recordings:
         names = ", ".join(file.name for file in recordings)
-        raise LogError(f"{path}: holds several recordings ({names}); name one of them")
+        raise LogError(f"holds several recordings ({names}); name one of them", path)
     if ours:
         return [*chosen, *logs_beside(path)]
     chosen = chosen or _imported(path)
     if not chosen:
-        raise LogError(f"{path}: {_of_several(path) or f'holds no recording; {FORMS}'}")
+        raise LogError(_of_several(path) or f"holds no recording; {FORMS}", path)
     return chosen
 
 
@@ -157,12 +156,12 @@ def _imported(folder: Path) -> list[Path]:
     copies = [file for file in folder.glob("telemetry.*") if file.name.lower().endswith((".bin", *MAPPED))]
     files = sorted(copies, key=_number) or list(bag_files(folder))
     if not files and (folder / BAG_FOLDER).exists():
-        raise LogError(f"{folder}: is the folder of a ROS 2 bag without a .db3 or .mcap; copy these into it")
+        raise LogError("is the folder of a ROS 2 bag without a .db3 or .mcap; copy these into it", folder)
     endings = {bag_ending(file) for file in files}
     bags = {_PART.sub("", file.name.lower().removesuffix(bag_ending(file))) for file in files}
     if len(files) > 1 and not (len(endings) == 1 and endings <= BAGS.keys() and (copies or len(bags) == 1)):
         names = ", ".join(file.name for file in files)
-        raise LogError(f"{folder}: holds several recordings ({names}); name one of them")
+        raise LogError(f"holds several recordings ({names}); name one of them", folder)
     return files
 
 
@@ -193,8 +192,9 @@ def _mapped(files: Sequence[Path], columns: Path | None, source: str) -> ColumnM
         return None
     if columns is None:
         raise LogError(
-            f"{source}: a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
-            "`seatrial import FILE --map`"
+            f"a {_ending(files[0])} needs a column map; give one with --columns FILE, or make one with "
+            "`seatrial import FILE --map`",
+            source,
         )
     return column_map(columns)
 
@@ -211,7 +211,7 @@ def _dives_of_runs(
     for run, rows in split_streams(_streams(files), by, files[0]):
         try:
             fields = _since_start(dive_fields(rows, columns, files[0]))
-            sha256 = _hash(f"{whole} {run}".encode())
+            sha256 = hash_of(f"{whole} {run}".encode())
             dives.append(_checked(Dive(f"{_name(path)} run {run}", path, sha256, **fields), vehicle))
         except LogError as error:
             unread[run] = error
@@ -243,7 +243,7 @@ def read_streams(path: Path) -> Streams:
     files = recording_files(path)
     name = files[0].name.lower()
     if name.endswith((*SUFFIXES, ".bin")):
-        raise LogError(f"{path}: needs no column map; leave it out")
+        raise LogError("needs no column map; leave it out", path)
     if not name.endswith(MAPPED):
         raise LogError(_strange(str(path)))
     return _streams(files)
@@ -299,9 +299,10 @@ def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
     counts = sorted({len(shape.thrusters) for shape in vehicle.vehicle.configurations.values()})
     if dive.motors and dive.motors not in counts:
         raise LogError(
-            f"{dive.source}: its autopilot drives {dive.motors} motors (FRAME_CONFIG), and vehicle "
+            f"its autopilot drives {dive.motors} motors (FRAME_CONFIG), and vehicle "
             f"'{vehicle.vehicle.name}' has {listed([str(count) for count in counts])} thrusters; give the file of the "
-            "vehicle that was dived: `seatrial vehicle guess` proposes one for a log"
+            "vehicle that was dived: `seatrial vehicle guess` proposes one for a log",
+            dive.source,
         )
     outputs = dive.thruster_commands.value.shape[1]
     fewest = min(len(c.thrusters) for c in vehicle.vehicle.configurations.values())
@@ -311,94 +312,6 @@ def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
             "thrusters: check that this is its recording.",
         )
     return ()
-
-
-OPENING_BYTES = 1 << 16
-"""Some seconds of telemetry: hundreds of microsecond stamps and noisy readings, which no other dive repeats."""
-
-SAME, PIECE, OVERLAPPING = "holds the same recording as", "is a piece of", "shares a stretch with"
-"""Relations between two recordings of the same dive, worded to stand between their names."""
-
-
-@dataclass(frozen=True)
-class Identity:
-    """Marks by which a recording is known again: SHA-256 of all `size_bytes`, and of its opening.
-
-    `opening`, of the first OPENING_BYTES, recognises a copy that was cut. It is empty if the recording is shorter, and
-    for formats in which two dives can begin alike: a table, or a DataFlash log, which opens with its own formats.
-    """
-
-    sha256: str
-    opening: str
-    size_bytes: int
-
-
-def identity_of(files: Sequence[Path]) -> Identity:
-    """Identity of the recording in these files, concatenated. Raises LogError if a file can't be read."""
-    if _is_hashed(files):
-        return _hashed(files)
-    data = contents(files)
-    has_opening = _is_tlog(files) and len(data) >= OPENING_BYTES
-    opening = _hash(data[:OPENING_BYTES]) if has_opening else ""
-    return Identity(_hash(data), opening, len(data))
-
-
-def _hash(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
-
-
-def contents(files: Sequence[Path]) -> bytes:
-    """Uncompressed bytes of a recording's files, concatenated. Raises LogError."""
-    return b"".join(load_bytes(file)[0] for file in files)
-
-
-def _is_hashed(files: Sequence[Path]) -> bool:
-    """Whether a recording is known by its hash alone, for its files may be larger than the memory."""
-    name = files[0].name.lower()
-    return name.endswith(MAPPED) and not name.endswith(TABLES)
-
-
-def _hashed(files: Sequence[Path]) -> Identity:
-    digest, size = hashlib.sha256(), 0
-    for file in files:
-        try:
-            with file.open("rb") as opened:
-                while piece := opened.read(HASHED_BYTES):
-                    digest.update(piece)
-                    size += len(piece)
-        except OSError as error:
-            raise LogError(f"can't be read ({error.strerror}); give a recording that can", file) from None
-    return Identity(digest.hexdigest(), "", size)
-
-
-def of_one_dive(files: Sequence[Path], others: Sequence[Path]) -> str:
-    """How the recording in `files` overlaps with the dive in `others`, in words; "" if it does not.
-
-    In any format, a recording whose bytes are contained in the other is recognised. Two `.tlog` that only overlap are
-    recognised if the other holds the opening of one of them; other formats open with bytes that every dive of theirs
-    has. Files that may be larger than the memory are recognised if they are the same. Raises LogError if a file
-    can't be read.
-    """
-    if _is_hashed(files) or _is_hashed(others):
-        return SAME if identity_of(files).sha256 == identity_of(others).sha256 else ""
-    data, other_data = contents(files), contents(others)
-    if data == other_data:
-        return SAME
-    if not (data and other_data):
-        return ""
-    short, long = sorted((data, other_data), key=len)
-    if short in long:
-        return PIECE if short is data else OVERLAPPING
-    comparable = _is_tlog(files) and _is_tlog(others) and len(short) >= OPENING_BYTES
-    return (
-        OVERLAPPING
-        if comparable and (data[:OPENING_BYTES] in other_data or other_data[:OPENING_BYTES] in data)
-        else ""
-    )
-
-
-def _is_tlog(files: Sequence[Path]) -> bool:
-    return files[0].name.lower().endswith(SUFFIXES)
 
 
 def date_of(dive: Dive) -> tuple[float | None, str]:
@@ -416,11 +329,6 @@ def date_of(dive: Dive) -> tuple[float | None, str]:
         return dive.span_s[0], "its own times"
     named_s = date_in_name(dive.name)
     return named_s, "" if named_s is None else "its name"
-
-
-def utc(unix_s: float | None) -> str:
-    """`2026-11-20 09:12`; a dash for a dive without a date."""
-    return "-" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%d %H:%M}"
 
 
 def _first_stamp_s(file: Path) -> float | None:

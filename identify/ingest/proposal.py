@@ -9,10 +9,11 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.checks.alike import CLEAR, Match
+from identify.checks.acceleration import EAST_FIRST, UP, earth_mends
+from identify.checks.correlation import CLEAR, Match
+from identify.checks.first_mapping import mends
 from identify.checks.mend import FLU, Mend
-from identify.checks.mends import agreeing, mends, turn_match
-from identify.checks.pushes import EAST_FIRST, UP, earth_mends
+from identify.checks.sensor_pairs import agreeing, turn_match
 from identify.dive import Dive
 from identify.ingest.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
 from identify.ingest.column_map import (
@@ -99,8 +100,9 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     if not choices:
         names = [stream.full_name(field) for stream in streams for field in stream.columns]
         raise LogError(
-            f"{path}: no column is known by its name ({', '.join(names[:12])}{', ...' if len(names) > 12 else ''}); "
-            "write the column map by hand, as docs/howto/bring_your_own_log.md shows"
+            f"no column is known by its name ({', '.join(names[:12])}{', ...' if len(names) > 12 else ''}); "
+            "write the column map by hand, as docs/howto/bring_your_own_log.md shows",
+            path,
         )
     if not apart:
         notes = (*notes, *_without_common_time(timed, choices, time))
@@ -305,19 +307,20 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
             if is_time and (field in stream.text or _rises(stream.columns[field])):
                 counts[field] = counts.get(field, 0) + 1
     if not any(len(cells) for stream in streams for cells in stream.columns.values()):
-        raise LogError(f"{path}: holds no rows of numbers; give a log with samples")
+        raise LogError("holds no rows of numbers; give a log with samples", path)
     if not counts:
         names = sorted({field for stream in streams for field in stream.columns})
         back = [name for name in names if time_unit(name)[0]]
         if back and (still := _of_one_moment(streams, back[0])):
-            raise LogError(f"{path}: {still}")
+            raise LogError(still, path)
         if back:
             raise LogError(
-                f"{path}: its times in '{back[0]}' do not rise, as where several runs stand in one table; give each "
-                "run a file of its own, or a column with its number"
+                f"its times in '{back[0]}' do not rise, as where several runs stand in one table; give each "
+                "run a file of its own, or a column with its number",
+                path,
             )
         raise LogError(
-            f"{path}: no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds"
+            f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds", path
         )
 
     def worth(field: str) -> tuple[int, int]:

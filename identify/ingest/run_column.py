@@ -30,21 +30,23 @@ def split_streams(recorded: Streams, column: RunColumn, path: Path) -> list[tupl
     """
     if len(recorded.streams) > 1:
         raise LogError(
-            f"{path}: holds {len(recorded.streams)} topics, and `runs` of a column map is for a single table; leave it "
-            "out, and give each run a file of its own"
+            f"holds {len(recorded.streams)} topics, and `runs` of a column map is for a single table; leave it "
+            "out, and give each run a file of its own",
+            path,
         )
     stream = recorded.streams[0]
     if column.column not in (*stream.columns, *stream.text):
         known = some_of([*stream.columns, *stream.text])
         raise LogError(
-            f"{path}: has no column '{column.column}' for the runs; it has {known}: mend the column map"
+            f"has no column '{column.column}' for the runs; it has {known}: mend the column map", path
         )
     words = labels(stream, column.column)
     names = _in_order(words)
     if not names or len(names) > MOST_RUNS or len(names) * FEWEST_ROWS > len(words):
         raise LogError(
-            f"{path}: '{column.column}' has {len(names)} values in {len(words)} rows, so it names no runs; mend `runs` "
-            "in the column map"
+            f"'{column.column}' has {len(names)} values in {len(words)} rows, so it names no runs; mend `runs` "
+            "in the column map",
+            path,
         )
     lost = int(np.count_nonzero(words == ""))
     notes = (f"{lost} rows without a run in '{column.column}' were left out.",) if lost else ()

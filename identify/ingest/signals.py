@@ -16,16 +16,7 @@ from identify.checks.impossible import LONGEST_DIVE_S, tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.clock import iso_s, of_day_s, within_seconds
-from identify.ingest.column_map import (
-    EARTH,
-    ISO,
-    NOTHING,
-    OF_DAY,
-    TIME_UNITS,
-    ColumnMap,
-    Columns,
-    TimeColumn,
-)
+from identify.ingest.column_map import EARTH, ISO, NOTHING, OF_DAY, TIME_UNITS, ColumnMap, Columns, TimeColumn
 from identify.ingest.commands import spread
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 from identify.ingest.streams import MOST_NAMED, Stream, Streams, some_of
@@ -107,8 +98,9 @@ def _turned(signals: Mapping[str, Signal], frame: str, path: Path, notes: list[s
     """The velocity in body axes, of one in earth axes. Raises LogError without an attitude."""
     if "attitude" not in signals:
         raise LogError(
-            f"{path}: velocity is in earth axes ({frame}), which the attitude turns to the body's: name `euler` or "
-            "`quaternion` in the column map"
+            f"velocity is in earth axes ({frame}), which the attitude turns to the body's: name `euler` or "
+            "`quaternion` in the column map",
+            path,
         )
     velocity = signals["velocity"]
     if frame == "ENU":
@@ -141,12 +133,14 @@ class _Names:
         topics = list(dict.fromkeys(stream.name for stream, _ in places.values()))
         if len(topics) > 1:
             raise LogError(
-                f"{self._path}: {signal} is made of columns of {' and '.join(topics)}, which have times of their own: "
-                "take all of one topic in the column map"
+                f"{signal} is made of columns of {' and '.join(topics)}, which have times of their own: "
+                "take all of one topic in the column map",
+                self._path,
             )
         if not topics and len(self._recorded.streams) > 1:
             raise LogError(
-                f"{self._path}: {signal} names no column, so that no topic gives it times: name one in the column map"
+                f"{signal} names no column, so that no topic gives it times: name one in the column map",
+                self._path,
             )
         stream = next(iter(places.values()))[0] if places else self._recorded.streams[0]
         return stream, tuple(
@@ -155,10 +149,10 @@ class _Names:
 
     def _place(self, name: str) -> tuple[Stream, str]:
         if name not in self._places:
-            raise LogError(f"{self._path}: {_lacks(name, self._places)}: mend the column map")
+            raise LogError(f"{_lacks(name, self._places)}: mend the column map", self._path)
         stream, field = self._places[name]
         if field in stream.text:
-            raise LogError(f"{self._path}: {self._word_in(stream.text[field], name)}")
+            raise LogError(self._word_in(stream.text[field], name), self._path)
         return stream, field
 
     def _word_in(self, words: tuple[str, ...], name: str) -> str:
@@ -226,9 +220,10 @@ def _refuse_anew(time_s: Array, stream: Stream, path: Path) -> None:
         if np.count_nonzero(again[:row]) < 0.5 * np.count_nonzero(again[row:]):
             continue
         raise LogError(
-            f"{path}: its clock{_of(stream)} falls back from {before_s:.2f} to {time_s[row]:.2f} s and goes on from "
+            f"its clock{_of(stream)} falls back from {before_s:.2f} to {time_s[row]:.2f} s and goes on from "
             "there, as where several runs stand one below another; give each run a file of its own, or a column with "
-            "its number, which `runs` of the column map names"
+            "its number, which `runs` of the column map names",
+            path,
         )
 
 
@@ -273,8 +268,9 @@ def _clocks(tables: Mapping[str, _Rows], path: Path) -> list[str]:
     for said, are_two in apart_in_time(spans):
         if are_two:
             raise LogError(
-                f"{path}: {said}: they are on two clocks; name a time column that is on one clock in both topics, as "
-                "`received` is in a bag"
+                f"{said}: they are on two clocks; name a time column that is on one clock in both topics, as "
+                "`received` is in a bag",
+                path,
             )
         notes.append(f"{said}: {NOTHING_IN_COMMON}.")
     return notes
@@ -331,13 +327,14 @@ def _of(stream: Stream) -> str:
 
 def _dates(path: Path, column: str, words: tuple[str, ...] | None) -> Array:
     if words is None:
-        raise LogError(f"{path}: its times in '{column}' are numbers, not dates; mend their unit, {ISO}")
+        raise LogError(f"its times in '{column}' are numbers, not dates; mend their unit, {ISO}", path)
     try:
         return iso_s(words)
     except ValueError as error:
         raise LogError(
-            f"{path}: '{error}' in '{column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z or "
-            "10:15:00.25; mend it"
+            f"'{error}' in '{column}' is no time that ISO 8601 knows, as 2026-07-19T10:15:00.25Z or "
+            "10:15:00.25; mend it",
+            path,
         ) from None
 
 
@@ -346,8 +343,9 @@ def _times_of_day(path: Path, column: str, stamps: Array) -> Array:
         return of_day_s(stamps)
     except ValueError as error:
         raise LogError(
-            f"{path}: {error} in '{column}' is no time of day as a number, 202459 for 20:24:59; mend the time's unit "
-            "in the column map"
+            f"{error} in '{column}' is no time of day as a number, 202459 for 20:24:59; mend the time's unit "
+            "in the column map",
+            path,
         ) from None
 
 
@@ -368,14 +366,15 @@ def clock_of(stream: Stream, time: TimeColumn, path: Path, used: Mapping[str, Ma
     known = (*stream.columns, *stream.text)
     if time.column not in known:
         of = f"topic {stream.name} " if stream.name else ""
-        raise LogError(f"{path}: {of}{_lacks(time.column, known)}: mend the column map")
+        raise LogError(f"{of}{_lacks(time.column, known)}: mend the column map", path)
     words = stream.text.get(time.column)
     if time.unit == ISO:
         time_s = _dates(path, time.column, words)
     elif words is not None:
         raise LogError(
-            f"{path}: its times in '{time.column}' are words, as '{words[0]}'; give the time the unit {ISO} in the "
-            "column map if they are dates"
+            f"its times in '{time.column}' are words, as '{words[0]}'; give the time the unit {ISO} in the "
+            "column map if they are dates",
+            path,
         )
     elif time.unit == OF_DAY:
         time_s = _times_of_day(path, time.column, stream.columns[time.column])

@@ -16,6 +16,8 @@ from bridge.wire.tlog import load_bytes
 from identify.ingest.streams import Stream, Streams
 from identify.words import listed
 
+TABLES: Final = (".csv", ".csv.gz", ".txt", ".tsv")
+"""Endings of their files."""
 COMMENT: Final = ("#", "%")
 SEPARATORS: Final = ("\t", ";", ",", " ")
 """In the order in which they are believed: a comma may stand in a number, and a space in a name."""
@@ -77,7 +79,7 @@ def read_table(path: Path) -> Streams:
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     kept = [i for i, line in enumerate(lines) if line and not line.isspace() and not line.startswith(COMMENT)]
     if not kept:
-        raise LogError(f"{path}: {_no_rows()}")
+        raise LogError(f"{_no_rows()}", path)
     form = _sniffed([lines[i] for i in kept[: SNIFFED + 1]])
     if form.separator == " ":
         lines = [" ".join(line.split()) for line in lines]
@@ -85,7 +87,7 @@ def read_table(path: Path) -> Streams:
     names, above, notes = _names([lines[i] for i in kept[:3]], comments, form)
     kept = kept[above:]
     if not kept:
-        raise LogError(f"{path}: {_no_rows()}")
+        raise LogError(f"{_no_rows()}", path)
     if len(names) < form.count(lines[kept[-1]]) and all(_ends_open(lines[i], names, form) for i in kept):
         names = [*names, ""]
     names = _told_apart(names)
@@ -118,14 +120,14 @@ def _text(path: Path) -> tuple[str, bool]:
     data, complete = load_bytes(path)
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
     if not wide and b"\0" in data[:HEAD_BYTES]:
-        raise LogError(f"{path}: {NO_TEXT}")
+        raise LogError(f"{NO_TEXT}", path)
     # Spreadsheets write cp1252 where they were told nothing, and a degree sign in a name is no UTF-8 then.
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
         try:
             return data.decode(encoding), complete
         except UnicodeDecodeError:
             continue
-    raise LogError(f"{path}: {NO_TEXT}")
+    raise LogError(f"{NO_TEXT}", path)
 
 
 def _no_rows() -> str:
@@ -294,7 +296,7 @@ def _left_out(path: Path, bad: dict[int, str], rows: int) -> tuple[str, ...]:
     first = min(bad)
     if len(bad) * MOST_BAD > rows:
         more = f"and {len(bad) - 1} more rows are bad; " if len(bad) > 1 else ""
-        raise LogError(f"{path}: row {first + 1} {bad[first]}; {more}mend {'them' if more else 'it'}")
+        raise LogError(f"row {first + 1} {bad[first]}; {more}mend {'them' if more else 'it'}", path)
     if len(bad) == 1:
         return (f"Row {first + 1} {bad[first]}: it was left out.",)
     numbers = [str(place + 1) for place in sorted(bad)[:3]]

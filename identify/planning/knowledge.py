@@ -28,7 +28,8 @@ from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds
 from identify.estimators.lateness import LATER_S
-from identify.identification import Identification, disturbance, noise, time_constant
+from identify.identification import Identification
+from identify.nuisance import disturbance, noise, time_constant
 
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7

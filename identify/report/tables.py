@@ -8,18 +8,10 @@ import numpy as np
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
-from identify.identification import NEGLIGIBLE_CORRELATION, WRITTEN, Estimate, Nuisance, Quantity
+from identify.identification import NEGLIGIBLE_CORRELATION, Estimate
+from identify.nuisance import WRITTEN, Nuisance, Quantity
 from identify.report.page import Table
-from identify.words import (
-    MISSING,
-    count,
-    decimals_for,
-    fixed,
-    seconds,
-    significant,
-    unit,
-    with_interval,
-)
+from identify.words import MISSING, count, decimals_for, fixed, seconds, significant, unit, with_interval
 
 SIGNAL_WORDS = {
     "velocity": "velocity over the bottom",

@@ -22,7 +22,7 @@ from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
 from identify.report.traces import MODES, Traces
 from identify.run.validate import Run, Validation, verdict
-from identify.validate import (
+from identify.tracking import (
     AXES,
     CUTOFF_HZ,
     LEAST_SPEED,

@@ -67,8 +67,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _identify(arguments: argparse.Namespace) -> int:
+    from identify.doubt import Outcome
     from identify.estimators.table import estimator
-    from identify.identification import Outcome
     from identify.report.identification import identification_report
     from identify.run.identify import identify
 

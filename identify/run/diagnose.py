@@ -16,7 +16,8 @@ from identify.diagnose.result import Diagnosis, Finding, Value, by_axis, plain
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.effects.library import library
-from identify.ingest.open import of_one_dive, recording_files
+from identify.ingest.open import recording_files
+from identify.ingest.same_dive import of_one_dive
 from identify.progress import Step, Steps, ignore_step
 from identify.run.identify import runs_as_json
 from identify.statistics import Z95

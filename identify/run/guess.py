@@ -14,7 +14,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from identify.checks.gaps import never_armed
 from identify.checks.motors import FOLLOWS, Miswired, following, miswired
-from identify.checks.mounting import PUSHED, mirrored, mounting_hints, swapped
+from identify.checks.thrust_response import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.forces import wrench
@@ -138,9 +138,10 @@ def _guessed_by_motion(
             "motion", firmware, firmware.files[frame], file, name, wired, findings, judged, unjudged, hints
         )
     raise LogError(
-        f"{path}: holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; let "
+        f"holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; let "
         "the ground station read all parameters while it records (QGroundControl does at each connection), give the "
-        "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)"
+        "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)",
+        path,
     )
 
 

@@ -17,10 +17,11 @@ from bridge.vehicle.config import VehicleFile
 from identify.checks.motors import miswired_doubts
 from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
+from identify.doubt import Outcome
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
-from identify.identification import Identification, Outcome, added_mass, estimate
+from identify.identification import Identification, added_mass, estimate
 from identify.progress import NO_VALUES, Step, Steps, Values, ignore_step
-from identify.side_by_side import together
+from identify.threads import together
 from identify.words import capital
 
 ANSWERED = "answered"

@@ -64,7 +64,7 @@ def read_in_force(sidecar: Path, since_utc: str, shape: Configuration, configura
     try:
         data = from_json(read_small(sidecar))
     except (OSError, ValueError) as error:
-        raise LogError(f"{sidecar}: can't be read ({error})") from None
+        raise LogError(f"can't be read ({error})", sidecar) from None
     if not isinstance(data, dict):
         raise ConfigError(f"{sidecar}: no sidecar of a parameter file")
     if data.get("configuration") != configuration or not data.get("effects"):

@@ -118,7 +118,7 @@ def read_each(
                 if place == path:
                     raise
                 unread.append(error)
-                left_out[place.name] = str(error).removeprefix(f"{place}: ")
+                left_out[place.name] = error.reason if str(error.of) == str(place) else str(error)
         if 2 * len(unread) >= len(places):
             raise unread[0]
     return held, left_out

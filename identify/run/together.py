@@ -20,7 +20,7 @@ from bridge.errors import FitError, LogError
 from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Note, Run, Signal
-from identify.estimators.alike_runs import FEWEST_RUNS, split
+from identify.estimators.mass_by_run import FEWEST_RUNS, split
 from identify.estimators.refusals import refuse_unpushed
 from identify.forces import wrench
 from identify.ingest.streams import some_of
@@ -171,13 +171,15 @@ def _refuse_others(readings: Sequence[Reading]) -> str:
     for reading in readings[1:]:
         if reading.file != first.file:
             raise LogError(
-                f"{reading.dive.source}: was dived under other conditions than {first.dive.source}, in water of "
-                "another density or with another ballast, so the two are not one dive; leave one out"
+                f"was dived under other conditions than {first.dive.source}, in water of "
+                "another density or with another ballast, so the two are not one dive; leave one out",
+                reading.dive.source,
             )
         if reading.configuration != first.configuration:
             raise LogError(
-                f"{reading.dive.source}: was dived in configuration '{reading.configuration}', {first.dive.source} in "
-                f"'{first.configuration}', so the two are not one dive; leave one out"
+                f"was dived in configuration '{reading.configuration}', {first.dive.source} in "
+                f"'{first.configuration}', so the two are not one dive; leave one out",
+                reading.dive.source,
             )
     return first.configuration
 
@@ -188,13 +190,15 @@ def _refuse_other_commands(dives: Sequence[Dive]) -> None:
         expected, present = _commands(first), _commands(dive)
         if expected != present:
             raise LogError(
-                f"{dive.source}: has {present}, {first.source} has {expected}, so they are not runs of one vehicle; "
-                "leave one out"
+                f"has {present}, {first.source} has {expected}, so they are not runs of one vehicle; "
+                "leave one out",
+                dive.source,
             )
         if dive.velocity is not None and dive.velocity_is_filtered != first.velocity_is_filtered:
             raise LogError(
-                f"{dive.source}: its velocity and that of {first.source} are not of the same kind, as only one comes "
-                "out of an autopilot's filter; leave one out"
+                f"its velocity and that of {first.source} are not of the same kind, as only one comes "
+                "out of an autopilot's filter; leave one out",
+                dive.source,
             )
 
 

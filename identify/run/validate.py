@@ -12,7 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.foretold import Credit
 from bridge.vehicle.mode import Mode
-from identify import validate as tracking
+from identify import tracking
 from identify.allocated import allocated_gains
 from identify.dive import Dive
 from identify.given_thrust import given_thrust, pushes
@@ -29,7 +29,7 @@ from identify.glance.foretold import (
     verdict_of,
 )
 from identify.glance.raising import Raising, go_no_go, in_one_mode
-from identify.validate import AXES, Row, TrackingErrors, tracking_errors
+from identify.tracking import AXES, Row, TrackingErrors, tracking_errors
 from identify.words import fixed, speed
 
 DAY: Final = re.compile(r"\d{4}-\d\d-\d\dT")

@@ -12,8 +12,8 @@ from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value, doubts_in
 from identify.batch.trend import common_series, fit_trend, holm, ratio
 from identify.checks.fit import drag_doubts, late_doubts
-from identify.estimators.misfit import Multiplier
-from identify.identification import Culprit, Doubt, Outcome
+from identify.doubt import Culprit, Doubt, Outcome
+from identify.estimators.drag_and_timing import Multiplier
 
 DAY_S = 86400.0
 START_S = 1.77e9

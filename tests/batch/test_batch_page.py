@@ -12,7 +12,7 @@ from identify.batch.drift import drift_of
 from identify.batch.jobs import Result
 from identify.batch.page import batch_report
 from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv, to_json
-from identify.identification import Doubt
+from identify.doubt import Doubt
 from identify.report.page import render_report
 from tui.commands.batch import dive_table, parameter_tables
 

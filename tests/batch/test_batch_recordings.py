@@ -9,7 +9,7 @@ from bridge.clock import date_in_name
 from bridge.errors import LogError
 from identify.batch.jobs import Recording
 from identify.batch.recordings import distinct_names, find_recordings, name_of
-from identify.ingest.open import utc
+from identify.words import utc
 
 
 def put(path, data):

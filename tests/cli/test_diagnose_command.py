@@ -28,7 +28,7 @@ from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
 from identify.effects.library import library
 from identify.effects.rigid_body import ADDED_PAYLOAD
 from identify.foretell import Foresight
-from identify.ingest.open import OVERLAPPING, PIECE, SAME, of_one_dive
+from identify.ingest.same_dive import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import Before, effects_without
 from tui import cli
 from tui.accepting import _sends, accept

@@ -19,7 +19,7 @@ from bridge.vehicle.parameters import vehicle_table
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.result import Accepted, Value
 from identify.dive import Dive
-from identify.identification import Doubt, Outcome
+from identify.doubt import Doubt, Outcome
 from tui import cli
 from tui.accepted import accepted_in
 from tui.accepting import accept, accepted_before

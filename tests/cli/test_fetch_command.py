@@ -13,10 +13,11 @@ from bridge.clock import SystemClock
 from bridge.onboard.ring import RingSize
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import Gate, SignedLink, Times
-from bridge.wire.whole import WHOLE, segments_in
+from bridge.wire.segments import segments_in
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import new_folder
+from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import write_holding

@@ -19,7 +19,7 @@ from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 from identify.dive import Dive, Signal
 from identify.glance.foretold import began
-from identify.validate import TrackingErrors, WholeError
+from identify.tracking import TrackingErrors, WholeError
 from tui.commands.validate import foretellings, whole_table
 
 FILE = load_vehicle("ruvifist")

@@ -20,7 +20,8 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder, decode
 from bridge.wire.tlog import TlogWriter, read_tlog
 from identify.dive import Dive
-from identify.identification import Identification, Outcome, estimate
+from identify.doubt import Outcome
+from identify.identification import Identification, estimate
 from tui import cli
 from tui.commands import identify as command
 

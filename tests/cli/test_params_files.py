@@ -10,7 +10,8 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import system_of, write_parameters
 from gcs_plugin.params.identified import write_identified
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path, write_sidecar
-from identify.identification import Doubt, Identification, Outcome, estimate
+from identify.doubt import Doubt, Outcome
+from identify.identification import Identification, estimate
 
 vehicle = params_line.vehicle
 file = params_line.file

@@ -14,7 +14,8 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.config import Prior, Vehicle, load_vehicle
 from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
-from identify.identification import Identification, Outcome, estimate
+from identify.doubt import Outcome
+from identify.identification import Identification, estimate
 from identify.priors import with_priors
 from tui import cli
 from tui.accepted import accepted_in

@@ -11,7 +11,7 @@ from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.errors import LinkError
 from gcs_plugin.dives.folder import new_folder
-from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.recording.state import held, held_second, release, state_file, write_holding
 from tui import cli, links
 from tui.commands import watch

@@ -19,9 +19,10 @@ from gcs_plugin.recording.recorder import DiveCounts
 from identify.checks.fit import too_little
 from identify.comparison import compare
 from identify.dive import Dive
-from identify.identification import Identification, Outcome, Partner, added_mass, estimate
+from identify.doubt import Outcome
+from identify.identification import Identification, Partner, added_mass, estimate
 from identify.progress import Step
-from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
+from identify.tracking import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
 from tui import show
 from tui.commands import demo, identify, validate
 from tui.commands.record import RecordedDive

@@ -27,14 +27,14 @@ from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.simulation import EACH, simulation_of, slope_of
+from identify.doubt import Outcome
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
 from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
 from identify.effects.sensors import DVL_MISALIGNMENT, DVL_SCALE
-from identify.estimators.misfit import Doubts, Multiplier
-from identify.identification import Outcome
+from identify.estimators.drag_and_timing import Doubts, Multiplier
 
 
 def finding_of(effect, *values, width=0.01, also=()):

@@ -1,7 +1,7 @@
 """Contents of recordings."""
 
+from bridge.wire.segments import segments_in
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
-from bridge.wire.whole import segments_in
 
 
 def raws(*files):

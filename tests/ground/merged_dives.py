@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from diving_vehicle import Dive
 
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.whole import made_whole, write_records
+from gcs_plugin.fetch.merging import made_whole, write_records
 from tui.commands.fetch import Fetcher
 
 SOURCE = (1, 191)

@@ -19,7 +19,7 @@ from bridge.wire.redaction import FILE_TRANSFER
 from bridge.wire.whole import WHOLE, lacked
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.locks import LockedTlogWriter, holder_of, is_being_written, merge_lock
 from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording.state import release, write_holding

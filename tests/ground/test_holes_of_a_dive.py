@@ -9,10 +9,11 @@ from merged_dives import SOURCE, all_frames, dive_of, each_once, fetcher_of, of_
 
 from bridge.files import PART
 from bridge.wire.framing import Encoder
+from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog, record_of
-from bridge.wire.whole import WHOLE, Segment, segments_in
+from bridge.wire.whole import WHOLE
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
-from gcs_plugin.fetch.whole import made_whole, write_records
+from gcs_plugin.fetch.merging import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.fetch import MIRROR, Fetched
 from tui.commands.merge import merge_all

@@ -13,9 +13,10 @@ from soak import rows_rest_in_soak
 
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder
+from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE, Segment
-from gcs_plugin.fetch.whole import made_whole, write_records
+from bridge.wire.whole import WHOLE
+from gcs_plugin.fetch.merging import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.merge import merge
 

@@ -10,7 +10,7 @@ from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
 from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
 from bridge.wire.framing import Encoder
-from bridge.wire.whole import segments_in
+from bridge.wire.segments import segments_in
 from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.recording.recorder import Recorder
 

@@ -21,7 +21,7 @@ from bridge.vehicle.controller import load_gains
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.whole import newest_frames
+from gcs_plugin.fetch.merging import newest_frames
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted, unfinished
 from gcs_plugin.params.receipt import next_number

@@ -34,7 +34,7 @@ from bridge.wire.framing import FULL_BYTES, Encoder, Framer, decode
 from bridge.wire.ftp import Op, Packet
 from gcs_plugin.peers import Peers
 from gcs_plugin.recording.hub import Hub
-from gcs_plugin.watch.hearing import TELLING, StatusTexts
+from gcs_plugin.watch.channels import TELLING, StatusTexts
 from gcs_plugin.watch.watcher import Watcher
 
 Feed = Callable[[bytes, float], Sequence[Any]]

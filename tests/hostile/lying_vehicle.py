@@ -14,7 +14,7 @@ from bridge.links.link import Link
 from bridge.onboard.file_server import FileServer, Segments
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, decode, refused
-from bridge.wire.whole import Segment
+from bridge.wire.segments import Segment
 from gcs_plugin.peers import GROUND_STATION
 
 VEHICLE = (1, 191)

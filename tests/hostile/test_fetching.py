@@ -17,13 +17,14 @@ from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
 from bridge.errors import LogError, SeatrialError
 from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, crc32, refused
+from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE, Segment
+from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
+from gcs_plugin.fetch.merging import newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listed
-from gcs_plugin.fetch.whole import newest_frames, write_records
 from tui.commands.fetch import MIRROR, Fetcher
 
 BOOT = 7

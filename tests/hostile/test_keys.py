@@ -22,7 +22,7 @@ from bridge.wire.tlog import TlogWriter, read_tlog, record_of
 from bridge.wire.whole import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.dives.replay import Reel
-from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.recording.recorder import Notice, Recorder
 from tui import cli
 from tui.commands.fetch import Fetcher

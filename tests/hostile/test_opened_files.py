@@ -26,12 +26,12 @@ from bridge.onboard import store
 from bridge.onboard.file_server import Segments
 from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import load_bytes
-from bridge.wire.whole import Segment, segments_in
 from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
 from gcs_plugin.dives.recordings import GLANCE
+from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.mavproxy.work import Work
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.sidecar import read_sidecar
@@ -43,9 +43,9 @@ from identify.challenge.seal import read_key
 from identify.report.page import Report, write_report
 from tui.accepted import accepted_in
 from tui.app import themes
+from tui.app.identification import load_identified
 from tui.app.jobs import Kept, work
 from tui.app.keys import load_keymap
-from tui.app.screens.identify_lines import load_identified
 from tui.commands.challenge import _answer
 from tui.commands.params import targets_of_identification
 from tui.commands.plan import check_plan

@@ -7,7 +7,8 @@ import numpy as np
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
 from bridge.vehicle.config import Configuration, Prior, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.dive import Dive
-from identify.identification import Identification, Information, Outcome, added_mass, estimate
+from identify.doubt import Outcome
+from identify.identification import Identification, Information, added_mass, estimate
 from identify.statistics import Z95
 
 NOT_DIVED = "the thrusters never pushed there"

@@ -9,7 +9,7 @@ import weakref
 
 import pytest
 
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 
 @pytest.fixture(autouse=True)
@@ -118,7 +118,7 @@ def test_a_caller_that_waits_helps_with_the_calls_within_the_last_item():
 
 def test_a_child_process_has_helpers_of_its_own():
     side_by_side(abs, range(4))
-    words = "import os; from identify.side_by_side import side_by_side as s; s(abs, range(4)); child = os.fork(); "
+    words = "import os; from identify.threads import side_by_side as s; s(abs, range(4)); child = os.fork(); "
     words += "s(abs, range(-9, 0)) if not child else None; os._exit(0) if not child else None; "
     words += "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))"
     assert subprocess.run([sys.executable, "-W", "ignore", "-c", words], timeout=60).returncode == 0

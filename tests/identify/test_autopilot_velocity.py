@@ -10,8 +10,16 @@ from bench.field.draw import NONE, draw
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
+from identify.estimators.autopilot_velocity import (
+    SURGE,
+    SWAY,
+    _fitted,
+    _is_past,
+    _rough_lag,
+    dated,
+    dated_back,
+)
 from identify.estimators.lateness import FilteredForce, behind_filter, means_behind_filter, timing_of
-from identify.estimators.timing import SURGE, SWAY, _fitted, _is_past, _rough_lag, dated, dated_back
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body

@@ -15,13 +15,15 @@ from bridge.plain import plain
 from bridge.vehicle.config import load_vehicle
 from identify.comparison import compare, doubted
 from identify.dive import Dive
+from identify.doubt import Doubt, Outcome
 from identify.estimators import information
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import rough_fit
-from identify.identification import Doubt, Outcome, Partner, disturbance, noise, time_constant, trim
+from identify.identification import Partner
+from identify.nuisance import disturbance, noise, time_constant, trim
 from identify.report.identification import comparison_section, further_remarks
 from identify.run.identify import ANSWERED, compiles_first, identify
-from identify.side_by_side import shared
+from identify.threads import shared
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
 

@@ -10,8 +10,8 @@ import pytest
 from bench.missions.mission import draw_one
 from identify.checks.controller import depthless_doubts
 from identify.dive import Dive, Signal
+from identify.doubt import Outcome
 from identify.estimators.answer import answered
-from identify.identification import Outcome
 
 BARE = {"depth": None, "pressure": None, "nu_fb": None, "tau_pid": None, "nu_ref": None}
 

@@ -13,9 +13,9 @@ from bridge.vehicle.config import Water
 from identify.challenge.case import draw_case
 from identify.checks.controller import fed_velocity, feedback_doubts, stamp_doubts
 from identify.dive import Signal
+from identify.doubt import Outcome
 from identify.estimators.likelihood import estimate
 from identify.estimators.table import judged
-from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
 

@@ -17,8 +17,9 @@ from bridge.vehicle.mode import Mode
 from identify.diagnose.result import Accepted, Hull, Value
 from identify.dive import Dive, Signal
 from identify.foretell import Foresight, fed_by, foretell, foretold_lines, mission_in
+from identify.glance.axis_criteria import Criterion
 from identify.glance.foretold import Foretelling, Foretellings
-from identify.glance.raising import Criterion, Raising
+from identify.glance.raising import Raising
 from identify.run.validate import validate
 
 FILE = load_vehicle("ruvifist:hovering")

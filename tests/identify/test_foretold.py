@@ -22,7 +22,7 @@ from identify.glance.foretold import (
     to_make_up,
     verdict_of,
 )
-from identify.validate import WholeError
+from identify.tracking import WholeError
 
 SURGE = Foretold("surge", "m/s", "both", "both", 0.0133, 0.0060, 0.18)
 YAW = Foretold("yaw", "rad/s", "both", "ff", math.radians(1.08), math.radians(0.17), 0.07)

@@ -16,9 +16,9 @@ from bridge.firmware.ardusub import ARDUSUB, wiring
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from identify.checks.motors import miswired, miswired_doubts
-from identify.checks.mounting import mounted_otherwise
+from identify.checks.thrust_response import mounted_otherwise
 from identify.dive import Dive, Signal
-from identify.identification import Outcome
+from identify.doubt import Outcome
 from identify.ingest.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.run.guess import guess

@@ -14,12 +14,12 @@ from identify.checks.controller import unchecked
 from identify.checks.descent import descent, descent_doubts
 from identify.checks.fit import crossed, crossed_doubts, unseen_doubts
 from identify.dive import Signal
+from identify.doubt import Outcome
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
 from identify.identifiability import with_bounds
-from identify.identification import Outcome
 
 SEED = 100_011
 

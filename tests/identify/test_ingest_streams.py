@@ -15,8 +15,9 @@ from bridge.errors import LogError
 from gcs_plugin.dives.recordings import MADE_ELSEWHERE, recordings
 from identify.batch.recordings import find_recordings, name_of
 from identify.ingest.open import FORMS as SAID_FORMS
-from identify.ingest.open import MAPPED, SAME, date_of, of_one_dive, read_dive, read_streams, recording_files
+from identify.ingest.open import MAPPED, date_of, read_dive, read_streams, recording_files
 from identify.ingest.ros.recorded import ZSTD as ZSTD_MODULE
+from identify.ingest.same_dive import SAME, of_one_dive
 from tui import cli
 
 ZSTD = import_module(ZSTD_MODULE)

@@ -14,13 +14,13 @@ from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.checks.fit import late_doubts, silent_share, unseen_doubts
 from identify.dive import Signal
+from identify.doubt import Outcome
 from identify.estimators import likelihood_fit
 from identify.estimators.axes import Axes, build_axes
+from identify.estimators.drag_and_timing import Multiplier
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
-from identify.estimators.misfit import Multiplier
 from identify.estimators.table import estimator
-from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
 FILE = closed_loop.vehicle_file()

@@ -14,8 +14,8 @@ from bench.missions.mission import draw_one
 from identify.checks.heading import turning, turning_doubts
 from identify.checks.levelling import levelling, levelling_doubts
 from identify.dive import Dive, Signal
+from identify.doubt import Outcome
 from identify.estimators.answer import answered
-from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler
 

@@ -13,9 +13,9 @@ from fitted import gaussian
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
+from identify.doubt import Outcome
 from identify.estimators.scoring import climb, score
 from identify.estimators.table import estimator
-from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
 estimate = estimator("likelihood")

@@ -28,7 +28,7 @@ from bench.reproduce.paper import (
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from identify.align import aligned
 from identify.dive import Dive, Signal
-from identify.identification import Outcome
+from identify.doubt import Outcome
 
 TRUE = {"M_u": 96.4, "D_u": 42.13, "M_v": 110.0, "D_v": 53.0, "I_r": 16.0, "D_r": 21.8}
 SHAPE = Configuration(dry_mass_kg=72.0, inertia_kgm2=(3.0, 9.0, 10.5), thrusters=())

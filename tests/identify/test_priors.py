@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bridge.vehicle.config import dive_mark
+from identify.doubt import Outcome
 from identify.estimators.answer import answered
-from identify.identification import Outcome
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
 

@@ -10,7 +10,8 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
-from identify.glance.raising import Criterion, Raising, go_no_go, in_one_mode
+from identify.glance.axis_criteria import Criterion
+from identify.glance.raising import Raising, go_no_go, in_one_mode
 
 RATE_HZ = 20.0
 FILE = load_vehicle("ruvifist")

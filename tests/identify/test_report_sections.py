@@ -9,18 +9,9 @@ from soak import rest_in_soak
 
 from bridge.vehicle.config import Configuration, Thruster, Water
 from identify.dive import Dive, Signal
-from identify.identification import (
-    Doubt,
-    Identification,
-    Outcome,
-    Partner,
-    added_mass,
-    disturbance,
-    estimate,
-    noise,
-    time_constant,
-    trim,
-)
+from identify.doubt import Doubt, Outcome
+from identify.identification import Identification, Partner, added_mass, estimate
+from identify.nuisance import disturbance, noise, time_constant, trim
 from identify.report.figures import autocorrelation, dead_reckon
 from identify.report.identification import dive_section, identification_section, innovations_section
 from identify.report.page import Report, write_report

@@ -12,13 +12,13 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Water
 from identify.dive import Signal
-from identify.estimators.alike_runs import Kinds, unlike_doubts
 from identify.estimators.axes import build_axes
 from identify.estimators.forms import Kind
 from identify.estimators.innovations import VELOCITY, innovations, smoothed_velocity, transitions
-from identify.estimators.lacking import Lack
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_axis import FORCES, likelihood_of, rigid_mass
+from identify.estimators.mass_by_run import Kinds, unlike_doubts
+from identify.estimators.unmodelled import Lack
 from identify.forces import wrench
 from identify.run.recordings import Reading
 from identify.run.together import joined, together

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from identify.dive import Signal
-from identify.estimators import timing as delay
+from identify.doubt import Outcome
+from identify.estimators import thrust_delay as delay
 from identify.estimators.axes import axes_with_delay, axis_with_delay, build_axes
 from identify.estimators.likelihood import estimate
 from identify.forces import wrench
-from identify.identification import Outcome
 
 FILE = closed_loop.vehicle_file()
 

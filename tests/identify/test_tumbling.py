@@ -12,12 +12,13 @@ from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFi
 from bridge.vehicle.dynamics import acceleration, restoring
 from identify.diagnose.diagnose import diagnose
 from identify.dive import Dive, Signal
+from identify.doubt import Outcome
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
 from identify.estimators.readings import tumbles, turned_by
-from identify.identification import Outcome, noise
 from identify.ingest.rotation import quaternions_from_euler
+from identify.nuisance import noise
 
 MASS = (34.0, 40.0, 46.0, 0.9, 1.1, 1.3)
 DAMPING = (20.0, 30.0, 35.0, 0.8, 1.0, 1.2)

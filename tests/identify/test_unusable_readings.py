@@ -20,12 +20,12 @@ from identify.checks.fit import loud, loud_doubts, loud_note
 from identify.checks.frozen import without_frozen
 from identify.checks.impossible import without_impossible, without_repeated
 from identify.dive import Dive, Signal
+from identify.doubt import Outcome
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_fit import fit_axes
 from identify.forces import wrench
-from identify.identification import Outcome
 from identify.ingest.commands import held_commands, with_known_commands
 from identify.ingest.open import read_dive
 

@@ -17,7 +17,7 @@ from identify.dive import Dive, Signal
 from identify.given_thrust import Given
 from identify.glance.foretold import MadeUp, sea_of
 from identify.glance.raising import MOST_UNASKED, go_no_go
-from identify.validate import tracking_errors, whole_errors
+from identify.tracking import tracking_errors, whole_errors
 
 RATE_HZ = 20.0
 STILL: Mapping[int, float] = MappingProxyType({})

@@ -32,8 +32,7 @@ from identify.diagnose import (
     unexplained,
     verdict,
 )
-from identify.estimators import lacking
-from identify.estimators import misfit as admitted
+from identify.estimators import drag_and_timing, unmodelled
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD
 from identify.priors import CONFLICT_SIGMA
@@ -85,7 +84,7 @@ PAGE = re.sub(
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",
-        f"more than {100 * lacking.LEAST_FORCE:.0f} % of what the thrusters do",
+        f"more than {100 * unmodelled.LEAST_FORCE:.0f} % of what the thrusters do",
         f"fitted without it ({held_out.FOLDS} folds)",
     ],
 )
@@ -95,7 +94,7 @@ def test_what_the_page_says_is_what_the_code_does(words):
 
 def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_millisecond():
     assert math.log(1200 * 100) == pytest.approx(unexplained.UNKNOWN_NATS, abs=0.01)
-    assert admitted.STAMPED_S == 0.5e-3
+    assert drag_and_timing.STAMPED_S == 0.5e-3
     assert findings.TAKEN_UP == 0.25
     assert verdict.LEAST_CLOSED == verdict.MOST_DISTURBED == 1 / 3
     assert selection.MOST_CAUSES == 3

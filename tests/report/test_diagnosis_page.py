@@ -20,7 +20,7 @@ from made_diagnoses import (
     with_figure,
 )
 
-from identify.checks.mounting import mounted_otherwise
+from identify.checks.thrust_response import mounted_otherwise
 from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose.candidates import Cause
 from identify.diagnose.result import (

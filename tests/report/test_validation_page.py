@@ -11,13 +11,14 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.foretold import Foretold
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
+from identify.glance.axis_criteria import Criterion
 from identify.glance.foretold import Held
-from identify.glance.raising import Criterion, Raising
+from identify.glance.raising import Raising
 from identify.report.page import render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
-from identify.validate import AxisErrors, SteadyError, TrackingErrors, tracking_errors
+from identify.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe
 
 FILE = load_vehicle("ruvifist:hovering")

@@ -9,7 +9,7 @@ from made_view import UNIX_S
 from bridge.reports import Report
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.files import write_parameters
-from tui.app.screens.identify_lines import words_for
+from tui.app.screens.identify import words_for
 from tui.dive_list import results_beside
 
 VALUES = dict(

@@ -11,20 +11,13 @@ from screen_text import plain
 from bridge import exit_codes
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.params.last_accepted import AcceptedValue
+from tui.app import identification
 from tui.app.drawing import width
+from tui.app.identification import load_identified
 from tui.app.jobs import Done, JobState
-from tui.app.screens import identify_lines
-from tui.app.screens.identify_lines import (
-    Passes,
-    converging,
-    curves,
-    ended,
-    load_identified,
-    passes_of,
-    progress,
-    result,
-    words_for,
-)
+from tui.app.screens.identify import words_for
+from tui.app.screens.identify_lines import result
+from tui.app.screens.identify_progress import Passes, converging, curves, ended, passes_of, progress
 from tui.dive_list import results_beside
 
 WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
@@ -143,7 +136,7 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(beside_di
         BY_NAME[name].parameter_id(0): AcceptedValue(value, None, "")
         for name, value in {"M_u": 110.0, "D_u": 80.0}.items()
     }
-    monkeypatch.setattr(identify_lines, "last_accepted", lambda _: accepted)
+    monkeypatch.setattr(identification, "last_accepted", lambda _: accepted)
     rows = {line[0][0].strip(): line for line in result(beside_dive(), 80) if line}
     assert " ".join(plain((rows["M_u"],))[0].split()) == "M_u 110.0 → 111.7 +1.5 % kg 91.6 … 135"
     assert rows["M_u"][4] == ("   +1.5 %", "plain")
@@ -153,7 +146,7 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(beside_di
 def test_news_is_what_lies_outside_the_interval_given_the_thrust(beside_dive, monkeypatch):
     # 120 lies within the wide interval and outside the narrow one: the thrust is the same in both dives.
     accepted = {BY_NAME["M_u"].parameter_id(0): AcceptedValue(120.0, None, "")}
-    monkeypatch.setattr(identify_lines, "last_accepted", lambda _: accepted)
+    monkeypatch.setattr(identification, "last_accepted", lambda _: accepted)
     value = next(each for each in beside_dive().values if each.name == "M_u")
     assert value.low95 < 120.0 < value.high95
     assert value.is_news

@@ -14,8 +14,7 @@ from bridge import exit_codes
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.config import load_vehicle
 from tui.app.screens.dives import DivesScreen
-from tui.app.screens.identify import IdentifyScreen
-from tui.app.screens.identify_lines import words_for
+from tui.app.screens.identify import IdentifyScreen, words_for
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
 from tui.dive_list import results_beside

@@ -19,7 +19,7 @@ from bridge.onboard import ring as keeper_module
 from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
-from bridge.wire.whole import Segment, segment_named, segments_in
+from bridge.wire.segments import Segment, segment_named, segments_in
 
 SMALL = RingSize(total=4000, segment=1000)
 

@@ -2,7 +2,7 @@
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Final, Literal, get_args
 
@@ -73,6 +73,12 @@ def apart(left: Line, right: Line, cells: int) -> Line:
     """`left` and `right` at the two ends of `cells`; `right` is left out if it does not fit."""
     room = cells - width(left) - width(right)
     return (*left, (" " * room, "plain"), *right) if room >= 1 else left
+
+
+def abreast(parts: Sequence[Line], each: int) -> Line:
+    """Lines beside each other, each but the last as wide as `each` cells."""
+    *before, last = parts
+    return (*(span for part in before for span in (*part, (" " * (each - width(part)), "plain"))), *last)
 
 
 def heading(title: str, note: str, cells: int) -> Line:

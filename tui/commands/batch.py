@@ -21,10 +21,9 @@ from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_i
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
 from identify.estimators.table import METHODS
 from identify.ingest.column_map import map_file
-from identify.ingest.open import utc
 from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
-from identify.words import with_interval
+from identify.words import utc, with_interval
 from tui import show
 from tui.accepting import before_named
 from tui.files import Files, settings

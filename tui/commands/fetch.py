@@ -28,9 +28,9 @@ from gcs_plugin.fetch.into_dive import (
     segments_of_dive,
     segments_of_newest_boot,
 )
+from gcs_plugin.fetch.merging import made_whole, newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
-from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
 from gcs_plugin.locks import merge_lock
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.recording import orders

@@ -23,7 +23,7 @@ from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from gcs_plugin.switched_vehicle import sent_text
-from gcs_plugin.watch.hearing import StatusTexts
+from gcs_plugin.watch.channels import StatusTexts
 from tui import links, show
 
 PATIENCE_S: Final = 15.0

@@ -13,6 +13,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import write_identified
 from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive
+from identify.doubt import Outcome
 from identify.estimators.table import (
     DEFAULT,
     METHODS,
@@ -22,7 +23,7 @@ from identify.estimators.table import (
     judged,
     refuse_damping,
 )
-from identify.identification import Estimate, Identification, Outcome
+from identify.identification import Estimate, Identification
 from identify.progress import Progress
 from identify.run.identify import Identified, identify, usual_methods
 from identify.run.recordings import Reading, read

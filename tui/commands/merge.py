@@ -17,9 +17,9 @@ from bridge.wire.whole import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
-from gcs_plugin.fetch.whole import Whole, made_whole
+from gcs_plugin.fetch.merging import Whole, made_whole
 from gcs_plugin.locks import merge_lock
-from identify.ingest.logs import merged
+from identify.ingest.autopilot_log import merged
 from identify.ingest.messages import clock
 from identify.ingest.tlog import read_tlog as read_fields
 from identify.words import listed

@@ -26,7 +26,7 @@ from gcs_plugin.recording import orders
 from gcs_plugin.recording.hub import Hub
 from gcs_plugin.recording.recorder import Notice, Recorded, Recorder
 from gcs_plugin.recording.state import HeardVehicle, Holding, held, release, write_holding
-from gcs_plugin.watch.hearing import StatusTexts
+from gcs_plugin.watch.channels import StatusTexts
 from tui import show
 from tui.links import refuse_second, words_of
 
@@ -58,10 +58,7 @@ def order(arguments: argparse.Namespace, clock: Clock) -> int:
         finished = orders.end(clock, time.sleep)
     console = show.results(arguments.json)
     show.say(console, orders.became(finished, present))
-    outcome = {
-        "finished": str(finished),
-        "folder": str(present) if present else None,
-    }
+    outcome = {"finished": str(finished), "folder": str(present) if present else None}
     show.write_json(outcome, arguments.json)
     return exit_codes.DONE
 
@@ -218,13 +215,7 @@ class RecordingState:
     """
 
     def __init__(
-        self,
-        clock: Clock,
-        links: tuple[str, ...],
-        folder: Path,
-        hub: str,
-        opener: Opener,
-        sign_key: str = "",
+        self, clock: Clock, links: tuple[str, ...], folder: Path, hub: str, opener: Opener, sign_key: str = ""
     ) -> None:
         self._opener = opener
         self._sign_key = str(Path(sign_key).absolute()) if sign_key else ""
@@ -296,10 +287,7 @@ class RecordingState:
         boot_s, unix_s = self._clock.boot_s(), self._clock.unix_s()
         return tuple(
             HeardVehicle(
-                *vehicle.source,
-                vehicle.holds,
-                round(unix_s - boot_s + vehicle.heard_s, 3),
-                vehicle.behind,
+                *vehicle.source, vehicle.holds, round(unix_s - boot_s + vehicle.heard_s, 3), vehicle.behind
             )
             for vehicle in recorder.vehicles
         )

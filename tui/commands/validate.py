@@ -24,7 +24,7 @@ from identify.glance.foretold import (
 from identify.glance.raising import BASELINE, MARKS, Raising
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
-from identify.validate import METHOD, Row, TrackingErrors, whole_rows
+from identify.tracking import METHOD, Row, TrackingErrors, whole_rows
 from identify.words import speed
 from tui import show
 from tui.files import Files

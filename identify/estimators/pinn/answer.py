@@ -7,18 +7,20 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
-from identify import identification
+from identify import nuisance
 from identify.checks.controller import unrecorded
 from identify.checks.fit import unsettled_doubt
 from identify.dive import Dive
+from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of
+from identify.estimators.autopilot_velocity import shared_axes
+from identify.estimators.drag_and_timing import doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.misfit import doubts_of
 from identify.estimators.pinn.training import MOST_PASSES, Fit, fit_network
 from identify.estimators.refusals import long_enough
-from identify.estimators.timing import shared_axes
-from identify.identification import Doubt, Identification, Information, Nuisance
+from identify.identification import Identification, Information
+from identify.nuisance import Nuisance
 from identify.progress import Progress
 
 
@@ -84,11 +86,11 @@ def _nuisance(fit: Fit) -> dict[Nuisance, float]:
     out: dict[Nuisance, float] = {}
     n = len(fit.layout.dofs)
     for axis, dof in enumerate(fit.layout.dofs):
-        out[identification.disturbance(dof)] = float(fit.disturbance[axis])
-        out[identification.time_constant(dof)] = float(fit.time_constant_s[axis])
-        out[identification.trim(dof)] = float(fit.values[6 + n + axis])
+        out[nuisance.disturbance(dof)] = float(fit.disturbance[axis])
+        out[nuisance.time_constant(dof)] = float(fit.time_constant_s[axis])
+        out[nuisance.trim(dof)] = float(fit.values[6 + n + axis])
     for channel, name in enumerate(fit.layout.channel_name):
         dof = fit.layout.dofs[fit.layout.channel_axis[channel]]
         of_pose = fit.layout.channel_reads[channel] == POSITION
-        out[identification.noise(dof, name, of_pose)] = float(fit.sensor[channel])
+        out[nuisance.noise(dof, name, of_pose)] = float(fit.sensor[channel])
     return out

@@ -1,6 +1,6 @@
 """Identify: one key runs both methods on the chosen dive; shows their progress, then the result."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,18 +11,11 @@ from bridge import exit_codes
 from bridge.reports import Report
 from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
+from tui.app.identification import Identified, load_identified
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn
-from tui.app.screens.identify_lines import (
-    Identified,
-    curves,
-    ended,
-    load_identified,
-    passes_of,
-    progress,
-    result,
-    words_for,
-)
+from tui.app.screens.identify_lines import result
+from tui.app.screens.identify_progress import curves, ended, passes_of, progress
 from tui.app.screens.on_dive import DiveScreen
 from tui.app.view import View
 from tui.dive_list import results_beside
@@ -163,3 +156,9 @@ class IdentifyScreen(DiveScreen):
         elif self.view_only:
             words += "; this view only looks, and identifies nothing"
         return (head, *lines, *hanging(words, "plain", cells))
+
+
+def words_for(dive: str, vehicle: str, at: Mapping[str, object]) -> tuple[str, ...]:
+    """The command line of the verb: both methods, and results where `at` says."""
+    targets = [word for option, path in at.items() for word in (option, str(path))]
+    return ("identify", dive, "--vehicle", vehicle, *targets)

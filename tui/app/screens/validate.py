@@ -13,8 +13,9 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
+from identify.glance.axis_criteria import Criterion
 from identify.glance.following import CURVES, Followed
-from identify.glance.raising import BASELINE, Criterion
+from identify.glance.raising import BASELINE
 from tui.app.curves import Curve, plot, seconds
 from tui.app.desk import VALIDATED
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped

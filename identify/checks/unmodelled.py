@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Damping
+from identify.doubt import Culprit, Doubt, Outcome
 from identify.estimators.forms import Kind
-from identify.estimators.lacking import Lack
-from identify.identification import Culprit, Doubt, Outcome
+from identify.estimators.unmodelled import Lack
 from identify.words import axes_named
 
 LIKE: Mapping[Kind, str] = {

@@ -10,20 +10,20 @@ from scipy.stats import chi2
 from soak import rest_in_soak
 
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.lacking import lacking_doubts
+from identify.checks.unmodelled import lacking_doubts
 from identify.dive import Signal
+from identify.doubt import Culprit, Outcome
 from identify.estimators.axes import build_axes
+from identify.estimators.drag_and_timing import Force, doubts_of, with_forces
 from identify.estimators.forms import Forms, Kind
-from identify.estimators.lacking import Lack, in_standard_errors, lacks_of, screen_of
 from identify.estimators.likelihood import estimate
 from identify.estimators.likelihood_axis import DAMPING
 from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.misfit import Force, doubts_of, with_forces
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import climb
 from identify.estimators.swing import peak_of
-from identify.identification import Culprit, Outcome
+from identify.estimators.unmodelled import Lack, in_standard_errors, lacks_of, screen_of
 
 FILE = closed_loop.vehicle_file()
 SURGE, SWAY, YAW = 0, 1, 5
@@ -119,7 +119,7 @@ def test_thrust_that_differs_by_less_than_a_curve_is_known_to_is_not_doubted(mon
         heading=heading,
     )
     assert lacks(quiet) == ()
-    monkeypatch.setattr("identify.estimators.lacking.LEAST_FORCE", 0.0)
+    monkeypatch.setattr("identify.estimators.unmodelled.LEAST_FORCE", 0.0)
     assert [lack.kind for lack in lacks(quiet)] == [Kind.THRUST]
 
 

@@ -4,8 +4,8 @@ sits elsewhere.
 Each is a Lagrange-multiplier test (Engle 1984, eq. 13) of an axis with a few forces at once. An innovation's response
 to a force is that of the filter with its gains (Gupta and Mehra 1974, eqs 33 to 35). The responses to all that the fit
 is free to choose are projected out (Neyman 1959, C(alpha)), as are those to a drag that the model lacks and to thrust
-at another time, which have tests in `misfit`. A force like the sea's disturbance does not stand out, because the
-filter weighs innovations by that.
+at another time, which have tests in `drag_and_timing`. A force like the sea's disturbance does not stand out, because
+the filter weighs innovations by that.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -19,11 +19,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import PITCH, ROLL
 from identify.dive import Dive
 from identify.estimators.axes import Axes
-from identify.estimators.forms import Forms, Kind
-from identify.estimators.innovations import responses
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.misfit import (
+from identify.estimators.drag_and_timing import (
     DOUBTFUL_SCORE,
     Admitted,
     Doubts,
@@ -32,8 +28,12 @@ from identify.estimators.misfit import (
     lacking_drag,
     with_forces,
 )
+from identify.estimators.forms import Forms, Kind
+from identify.estimators.innovations import responses
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.swing import Peak, peak_of
-from identify.side_by_side import side_by_side
+from identify.threads import side_by_side
 
 STEP = 1e-4
 """Step of a logarithm for a derivative."""

@@ -10,40 +10,18 @@ import math
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.alike import (
-    CLEAR,
-    EDGE_S,
-    NEAR_UNIT,
-    NEARER_UNIT,
-    UNCLEAR,
-    WINDOW_S,
-    Match,
-    clearest,
-    matched,
-    readings,
-    unit_factor,
-    window_edges,
-)
+from identify.checks.acceleration import earth_mends, pushes_of, speed_mends
+from identify.checks.correlation import CLEAR, NEAR_UNIT, NEARER_UNIT, UNCLEAR, Match, readings, unit_factor
 from identify.checks.mend import FLU, Mend, mended, scaled
-from identify.checks.pushes import earth_mends, pushes_of, speed_mends
-from identify.checks.scales import edge_means, integral
-from identify.dive import Dive, Signal
+from identify.checks.sensor_pairs import PASCALS_PER_METRE, pressure_match, rise_match, tilt_match, turn_table
+from identify.checks.wrench_frame import wrench_mends
+from identify.dive import Dive
 from identify.ingest.ranges import STEADY
-from identify.ingest.rotation import attitude_at, euler_angles, to_body_turn, to_earth
 from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
 from identify.words import listed
 
-RISE_S = 2.0
-"""Length of a window in which a vehicle that holds its depth rises by more than a depth sensor's noise."""
-
 LEAST_BETTER = 0.2
 """By which correlation one frame is better than another."""
-
-LEAST_TURN_RAD, LEAST_RISE_M, LEAST_TILT_M_S2 = 2e-3, 5e-3, 0.05
-"""Spread over windows below which noise may move a signal: of an angle, a depth, a tilt's share of gravity."""
-
-PASCALS_PER_METRE = 9900.0
-"""Between fresh water and the sea."""
 
 DEGREES = 180.0 / math.pi
 LENGTHS = {
@@ -89,28 +67,6 @@ def mends(dive: Dive) -> tuple[Mend, ...]:
     return tuple(made)
 
 
-def agreeing(dive: Dive) -> set[tuple[str, str]]:
-    """The pairs of signals that bear each other out, in sign and unit: both may still be in a wrong one."""
-    pushes = pushes_of(dive)
-    matches = {
-        ("attitude", "gyro"): turn_match(dive),
-        ("attitude", "specific_force"): _tilt_match(dive),
-        ("velocity", "depth"): _rise_match(dive),
-        ("velocity", "specific_force"): clearest(pushes.by_size() if pushes else ()),
-        ("depth", "pressure"): _pressure_match(dive),
-    }
-    return {
-        pair
-        for pair, match in matches.items()
-        if match is not None and match.correlation > CLEAR and 1 / NEAR_UNIT < match.ratio < NEAR_UNIT
-    }
-
-
-def turn_match(dive: Dive) -> Match | None:
-    """How alike attitude and gyro turn: the clearest correlation and its ratio over axes; None without both."""
-    return clearest([match for row in _turn_table(dive) or () for match in row])
-
-
 def _gravity(dive: Dive) -> tuple[Mend, ...]:
     """Specific force whose size is gravity in another unit."""
     force = readings(dive.specific_force)
@@ -143,7 +99,7 @@ def _depth_below(dive: Dive) -> tuple[Mend, ...]:
 
 def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
     """Depth that changes as pressure does, by another unit."""
-    match = _pressure_match(dive)
+    match = pressure_match(dive)
     if match is None or abs(match.correlation) < CLEAR:
         return ()
     factor = unit_factor(match.ratio, tuple(LENGTHS))
@@ -159,7 +115,7 @@ def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
 
 def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
     """Pressure in another unit, or from the surface, as depth tells by its changes and in the absolute."""
-    match, depth, pressure = _pressure_match(dive), readings(dive.depth), readings(dive.pressure)
+    match, depth, pressure = pressure_match(dive), readings(dive.depth), readings(dive.pressure)
     if match is None or match.correlation < CLEAR or depth is None or pressure is None:
         return ()
     deep_m, over_pa = float(np.median(depth.value)), float(np.median(pressure.at(depth.time_s)))
@@ -196,12 +152,12 @@ def _frames(dive: Dive) -> tuple[Mend, ...]:
     """
     frames: dict[str, bool] = {}
     proof: dict[str, str] = {}
-    force, table = readings(dive.specific_force), _turn_table(dive)
+    force, table = readings(dive.specific_force), turn_table(dive)
     if force is not None and _is_gravity(abs(float(np.median(force.value[:, 2])))):
         up = float(np.median(force.value[:, 2]))
         frames["specific_force"] = up > 0
         proof["specific_force"] = f"the accelerometer's z shows {up:+.2f} m/s2, and {-abs(up):+.2f} is right"
-    tilt = _tilt_match(dive)
+    tilt = tilt_match(dive)
     if "specific_force" in frames and tilt is not None and abs(tilt.correlation) > CLEAR:
         frames["attitude"] = tilt.correlation < 0
         proof["attitude"] = f"pitch against the accelerometer's x has {tilt.words}"
@@ -237,7 +193,7 @@ def _turned_force(dive: Dive) -> tuple[Mend, ...]:
     if force is None or float(np.median(force.value[:, 2])) < 0:
         return ()
     turned = mended(dive, Mend("specific_force", (-1.0,) * 3))
-    pushes, tilt = pushes_of(turned), _tilt_match(turned)
+    pushes, tilt = pushes_of(turned), tilt_match(turned)
     known = [match for match in (tilt, *(pushes.by_sign() if pushes else ())) if match is not None]
     if len(known) < 3 or min(match.correlation for match in known) < CLEAR:
         return ()
@@ -252,7 +208,7 @@ def _turned_force(dive: Dive) -> tuple[Mend, ...]:
 
 def _fallen(dive: Dive) -> tuple[bool, str] | None:
     """Whether depth follows the velocity as one in FLU, and the evidence; None if that is unclear."""
-    matches = _rise_match(dive), _rise_match(_half_turned(dive, "velocity"))
+    matches = rise_match(dive), rise_match(_half_turned(dive, "velocity"))
     if matches[0] is None or matches[1] is None:
         return None
     as_it_is, as_flu = matches[0].correlation, matches[1].correlation
@@ -279,7 +235,7 @@ def _turned(name: str, proof: dict[str, str]) -> Mend:
 
 def _angles(dive: Dive) -> tuple[Mend, ...]:
     """Roll and pitch in radians beside a heading in degrees, as the gyro tells."""
-    table = _turn_table(dive)
+    table = turn_table(dive)
     matches = [table[axis][axis] for axis in range(3)] if table else []
     clear = [match for match in matches if match is not None and abs(match.correlation) > CLEAR]
     units = [unit_factor(match.ratio, (1 / DEGREES, 1.0)) for match in clear]
@@ -294,7 +250,7 @@ def _angles(dive: Dive) -> tuple[Mend, ...]:
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:
     """Gyro against the attitude's turning: swapped axes, signs, degrees."""
-    table = _turn_table(dive)
+    table = turn_table(dive)
     if table is None:
         return ()
     order = _order(table)
@@ -305,7 +261,7 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
         factors[axis] = math.copysign(1.0, match.ratio)
     ratios = [abs(match.ratio) for match in clear.values()]
     unit = unit_factor(float(np.median(ratios)), (DEGREES, 1 / DEGREES)) if ratios else None
-    # _unit_factor gives what mends the seen side; here the other side, the gyro, is mended.
+    # unit_factor mends the attitude; here the gyro is mended.
     factors = [factor / (unit or 1.0) for factor in factors]
     if order == (0, 1, 2) and factors == [1.0, 1.0, 1.0]:
         return ()
@@ -329,7 +285,7 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
 
 def _heave(dive: Dive) -> tuple[Mend, ...]:
     """Depth against the downward velocity: the unit of either."""
-    match = _rise_match(dive)
+    match = rise_match(dive)
     if match is None or abs(match.correlation) < CLEAR:
         return ()
     unit = unit_factor(abs(match.ratio), tuple(LENGTHS))
@@ -337,7 +293,7 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
         return ()
     velocity = readings(dive.velocity)
     fast = velocity is not None and np.quantile(np.abs(velocity.value), 0.95) > FASTEST_M_S
-    by_pressure = _pressure_match(dive)
+    by_pressure = pressure_match(dive)
     is_borne_out = dive.depth is None or (
         by_pressure is not None and 1 / NEAR_UNIT < by_pressure.ratio < NEAR_UNIT
     )
@@ -374,20 +330,6 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
     return (scaled("velocity", factors, problem),)
 
 
-def _turn_table(dive: Dive) -> tuple[tuple[Match | None, ...], ...] | None:
-    """By axis of the attitude's turning and by axis of the gyro, how alike they move over windows."""
-    attitude, gyro = readings(dive.attitude), readings(dive.gyro)
-    edges_s = window_edges((attitude, gyro)) if attitude is not None and gyro is not None else None
-    if attitude is None or gyro is None or edges_s is None:
-        return None
-    at_edges = attitude_at(attitude, edges_s)
-    seen = to_body_turn(at_edges[:-1], at_edges[1:])
-    said = np.diff(
-        np.column_stack([integral(gyro.time_s, gyro.value[:, k], edges_s) for k in range(3)]), axis=0
-    )
-    return tuple(tuple(matched(seen[:, a], said[:, b], LEAST_TURN_RAD) for b in range(3)) for a in range(3))
-
-
 def _mirror(table: tuple[tuple[Match | None, ...], ...] | None) -> tuple[bool, str] | None:
     """Whether pitch and yaw of the gyro have the other sign than the attitude's, and the evidence; None if unclear."""
     if table is None:
@@ -420,84 +362,3 @@ def _order(table: tuple[tuple[Match | None, ...], ...]) -> tuple[int, int, int]:
             swapped[a], swapped[b] = b, a
             return swapped[0], swapped[1], swapped[2]
     return 0, 1, 2
-
-
-def _tilt_match(dive: Dive) -> Match | None:
-    """Gravity along x, by the accelerometer, against pitch; both as means over windows."""
-    force, attitude = readings(dive.specific_force), readings(dive.attitude)
-    edges_s = window_edges((force, attitude)) if force is not None and attitude is not None else None
-    if force is None or attitude is None or edges_s is None:
-        return None
-    said = np.diff(integral(force.time_s, force.value[:, 0], edges_s)) / WINDOW_S
-    pitch = np.interp(0.5 * (edges_s[1:] + edges_s[:-1]), attitude.time_s, euler_angles(attitude.value)[1])
-    return matched(said, GRAVITY_M_S2 * np.sin(pitch), LEAST_TILT_M_S2)
-
-
-def _pressure_match(dive: Dive) -> Match | None:
-    depth, pressure = readings(dive.depth), readings(dive.pressure)
-    if depth is None or pressure is None:
-        return None
-    by_pressure = pressure.at(depth.time_s)[:, 0] / PASCALS_PER_METRE
-    return matched(depth.value[:, 0], by_pressure, LEAST_RISE_M)
-
-
-def _rise_match(dive: Dive) -> Match | None:
-    """Change of depth over windows against the downward velocity, turned by the attitude if there is one."""
-    depth, velocity, attitude = readings(dive.depth), readings(dive.velocity), readings(dive.attitude)
-    if depth is None and dive.pressure is not None:
-        depth = readings(Signal(dive.pressure.time_s, dive.pressure.value / PASCALS_PER_METRE))
-    if depth is None or velocity is None:
-        return None
-    edges_s = window_edges((depth, velocity), RISE_S)
-    if edges_s is None:
-        return None
-    down = velocity.value[:, 2]
-    if attitude is not None:
-        down = to_earth(attitude_at(attitude, velocity.time_s), velocity.value)[:, 2]
-    fallen = np.diff(edge_means(depth.time_s, depth.value, edges_s, EDGE_S)[:, 0])
-    return matched(fallen, np.diff(integral(velocity.time_s, down, edges_s)), LEAST_RISE_M)
-
-
-MIRRORED, KEPT = (1, 2, 4, 5), (0, 3)
-"""Sway, heave, pitch and yaw, which turn round between forward, left, up and forward, right, down; and the others."""
-
-NAMES = "X", "Y", "Z", "K", "M", "N"
-
-
-def wrench_mends(dive: Dive) -> tuple[Mend, ...]:
-    """A wrench in axes forward, left, up: against the motion where that turns round, and nowhere else."""
-    wrench = readings(dive.tau_cmd)
-    if wrench is None:
-        return ()
-    follows: dict[int, float] = {}
-    for first, moved in ((0, readings(dive.velocity)), (3, readings(dive.gyro))):
-        if moved is not None:
-            follows |= {first + k: _follows(wrench, moved, first + k, k) for k in range(3)}
-    against = {dof: by for dof, by in follows.items() if by < -CLEAR}
-    if not against or set(against) & {*KEPT} or any(follows.get(dof, 0.0) > CLEAR for dof in MIRRORED):
-        return ()
-    evidence = ", ".join(f"{NAMES[dof]} {by:.2f}" for dof, by in against.items())
-    problem = (
-        "The wrench is in axes forward, left, up (FLU, as in ROS), not FRD: the motion goes against it (correlation of "
-        f"{evidence})"
-    )
-    return (scaled("tau_cmd", FLU * 2, problem),)
-
-
-def _follows(wrench: Signal, moved: Signal, dof: int, axis: int) -> float:
-    """Correlation of a force, means over windows, with its least-squares fit by inertia, drag and a steady part;
-    negative where both go against it, 0 where that is unclear."""
-    edges_s = window_edges((wrench, moved))
-    if edges_s is None:
-        return 0.0
-    force = np.diff(integral(wrench.time_s, wrench.value[:, dof], edges_s)) / WINDOW_S
-    speed = edge_means(moved.time_s, moved.value, edges_s, EDGE_S)[:, axis]
-    parts = np.column_stack([np.diff(speed), 0.5 * (speed[1:] + speed[:-1]), np.ones(len(force))])
-    known = np.isfinite(parts).all(axis=1) & np.isfinite(force)
-    parts, force = parts[known], force[known]
-    if len(force) < parts.shape[1] or not (force.std() and parts[:, 0].std()):
-        return 0.0
-    size = np.linalg.lstsq(parts, force, rcond=None)[0]
-    if size[0] * size[1] < 0:
-        return 0.0
-    return float(np.sign(size[0]) * np.corrcoef(parts @ size, force)[0, 1])

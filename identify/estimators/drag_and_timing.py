@@ -175,9 +175,7 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     tested = [_of_all(test, rows, theta_indices) for test in with_forces(joint, theta, forces).tested()]
     return {
         problem.axis.dof: Doubts(
-            _undragged(tested[2 * i], problem),
-            _untimed(tested[2 * i + 1], problem),
-            problem.axis.stamped_s,
+            _undragged(tested[2 * i], problem), _untimed(tested[2 * i + 1], problem), problem.axis.stamped_s
         )
         for i, problem in enumerate(joint.problems)
     }

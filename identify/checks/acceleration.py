@@ -7,7 +7,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.alike import (
+from identify.checks.correlation import (
     CLEAR,
     EDGE_S,
     NEARER_UNIT,

@@ -8,10 +8,10 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.dive import Run
+from identify.doubt import Doubt, Outcome
 from identify.estimators.forms import Kind
-from identify.estimators.lacking import Lack
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.identification import Doubt, Outcome
+from identify.estimators.unmodelled import Lack
 from identify.words import axes_named, listed
 
 FEWEST_RUNS, FEWEST_OF_A_KIND = 5, 2

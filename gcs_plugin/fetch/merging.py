@@ -22,8 +22,8 @@ from bridge.errors import LogError, NothingRecorded
 from bridge.files import PART, replacing, size_to_read
 from bridge.wire.clock_line import ClockLine
 from bridge.wire.framing import Frame, message_id_at
+from bridge.wire.segments import segment_named
 from bridge.wire.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
-from bridge.wire.whole import segment_named
 from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
 from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, put_on

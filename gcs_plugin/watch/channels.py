@@ -110,10 +110,7 @@ _BESIDE: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
             lambda wire: (Heard("depth", 0, (-1e-3 * _RELATIVE(wire)[0],)),),
         ),
         (dialect.MAVLink_vfr_hud_message, lambda wire: (Heard("depth", 1, (-_HUD(wire)[0],)),)),
-        (
-            dialect.MAVLink_local_position_ned_message,
-            lambda wire: (Heard("velocity_ned", 0, _NED(wire)),),
-        ),
+        (dialect.MAVLink_local_position_ned_message, lambda wire: (Heard("velocity_ned", 0, _NED(wire)),)),
         (dialect.MAVLink_vision_position_delta_message, _position_delta),
     )
 }

@@ -18,7 +18,7 @@ from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS
 from identify.forces import wrench
 from identify.ingest.open import read_dive
-from identify.ingest.reckoned import PULSE, STEP_S, law_of, with_reckoned_pulses
+from identify.ingest.slow_pulses import PULSE, STEP_S, law_of, with_reckoned_pulses
 from identify.run.together import joined
 
 FILE = load_vehicle("bluerov2")
