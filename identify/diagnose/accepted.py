@@ -26,9 +26,9 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.parameters import bounds
 from identify.checks.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts
+from identify.diagnose.accepted_before import all_accepted
 from identify.diagnose.candidates import Cause
 from identify.diagnose.cause_words import effect_words, name_of, percent_bounded, words
-from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal, hull_indices
 from identify.diagnose.regression import mean_indices, regression_of

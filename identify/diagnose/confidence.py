@@ -1,4 +1,4 @@
-"""Confidence in the causes found: parameter covariance, confidence in their presence, ambiguity groups.
+"""Confidence in the causes found: the covariance of their parameters, and whether each is present.
 
 White innovations alone give intervals that are too narrow, because no form of a library is exact. Parts of a dive
 then disagree on a parameter. The variance between parts beyond their noise is a random effect (DerSimonian and Laird
@@ -22,12 +22,10 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, Blocks, inverse
 from identify.diagnose.gap import disturbance_of, drowned
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.regression import mean_indices
-from identify.diagnose.requirement import LEAST_SHARE, nats_apart, remainder_nats
+from identify.diagnose.requirement import LEAST_SHARE
 from identify.diagnose.search import Explanation, explained_by
-from identify.diagnose.selection import LOOKED_AT
-from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
+from identify.diagnose.weighing import Fitted, Weighing
 from identify.effects.course import Course
 from identify.effects.effect import ALONG, Act, Effect
 from identify.estimators.likelihood_axis import DAMPING
@@ -63,12 +61,6 @@ FALL = 0.5 * Z95**2
 
 LEAST_APART = 6.25
 """Nats by which a rival must be excluded: with fewer, the cause would be less than 50 % probable, without a reason."""
-
-RIVALS = 2
-"""Best rivals of a doubtful cause with which the filters are fitted."""
-
-LEAST_LIKENESS = 0.5
-"""Causes less alike than this are no ambiguity group even if either fits: both may be present."""
 
 
 def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
@@ -351,78 +343,3 @@ def chi_squared(freedom: int, at: float) -> float:
     powers = [0.5 * freedom - k for k in range(1, freedom // 2 + 1)]
     beyond = math.erfc(math.sqrt(half)) if freedom % 2 else 0.0
     return 1.0 - beyond - sum(math.exp(p * math.log(half) - half - math.lgamma(p + 1.0)) for p in powers)
-
-
-@dataclass(frozen=True)
-class AmbiguityGroup:
-    """Causes that can't be separated from a cause.
-
-    names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model and other
-    causes projected out; margin_nats: gain over the best explanation without any of them, and over what the forms of
-    the other causes may leave.
-    """
-
-    names: tuple[str, ...]
-    likeness: dict[str, float]
-    margin_nats: float
-
-
-def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
-    """The causes that this dive can't separate from the k-th, each fitted in its place."""
-    fit, weighing = explanation.fit, explanation.weighing
-    cause_k = fit.causes[k]
-    others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
-    names: list[str] = []
-    likeness: dict[str, float] = {}
-    # The remainder of the other forms speaks against the presence of the cause, not against its name.
-    best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
-    nearly = max(nats_apart(fit, others), LEAST_APART)
-    for _, _, cause in ranked_candidates(weighing.candidates_with_fit(others), others)[:LOOKED_AT]:
-        if cause.effect.name == cause_k.effect.name:
-            continue
-        tried = weighing.fitted((*others.causes, cause))
-        if len(tried.causes) <= len(others.causes):
-            continue
-        if tried.gain > fit.gain - nearly:
-            alike = cosine(weighing, others, cause_k, tried.causes[-1])
-            if cause.effect.name not in names and alike >= LEAST_LIKENESS:
-                names.append(cause.effect.name)
-                likeness[cause.effect.name] = alike
-        else:
-            best_apart = max(best_apart, tried.gain)
-    return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart)
-
-
-def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:
-    """Nats by which the filters, fitted with all causes, are likelier than with the best rival of the k-th in its place
-    or with none, beyond the remainder of the others' forms.
-
-    Masses and dampings that are fitted without a cause make up for some of it. The regression, at the masses found with
-    it, holds that to be all that can be told.
-    """
-    cause = explanation.causes[k]
-    without = explained_by(
-        (*explanation.causes[:k], *explanation.causes[k + 1 :]), nominal, library, explanation.now
-    )
-    weighing, fit = without.weighing, without.fit
-    best = without.now.log_posterior + remainder_nats(FormRemainder(weighing, fit), cause)
-    rivals = [
-        rival
-        for _, _, rival in ranked_candidates(weighing.candidates_with_fit(fit), fit)
-        if rival.effect.name != cause.effect.name
-    ]
-    for rival in rivals[:RIVALS]:
-        best = max(best, explained_by((*fit.causes, rival), nominal, library, without.now).now.log_posterior)
-    return explanation.now.log_posterior - best
-
-
-def cosine(weighing: Weighing, others: Fitted, cause: Cause, other: Cause) -> float:
-    """|cosine| of two causes' columns, with the nominal model and the slopes of `others` projected out."""
-    course = weighing.now.course
-    columns, nominal = (
-        weighing.rows.columns([cause.act(course), other.act(course)], course),
-        weighing.rows.nuisance,
-    )
-    known = nominal.with_columns(nominal.blocks_of(others.slopes))
-    a, b = (columns - known.times(inverse(known.square()) @ known.crossed(columns))).T
-    return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))

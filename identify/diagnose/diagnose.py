@@ -11,13 +11,8 @@ from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from identify.checks.motors import miswired_doubts
 from identify.checks.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
-from identify.diagnose.changed import (
-    Simulator,
-    accepted_causes,
-    changes_of,
-    library_with_changes,
-    shift_of,
-)
+from identify.diagnose.accepted_before import accepted_causes, library_with_changes
+from identify.diagnose.changed import changes_of, shift_of
 from identify.diagnose.check_dive import checked, predict
 from identify.diagnose.contradiction import contradiction_note
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
@@ -76,6 +71,7 @@ from identify.diagnose.simulation import (
     specific_force_of,
     velocity_error_of,
 )
+from identify.diagnose.simulator import Simulator
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
     above_noise,

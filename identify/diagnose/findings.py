@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from bridge.arrays import Array
+from identify.diagnose.ambiguity import ambiguity_of, margin_by_filters
 from identify.diagnose.candidates import Cause, natural_scale
-from identify.diagnose.confidence import ambiguity_of, margin_by_filters
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain
+from identify.diagnose.form_remainder import FormRemainder
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.ranking import ranked_candidates
@@ -25,7 +26,7 @@ from identify.diagnose.search import Explanation
 from identify.diagnose.seas import period_interval
 from identify.diagnose.selection import MOST_CAUSES
 from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.weighing import Fitted, FormRemainder
+from identify.diagnose.weighing import Fitted
 from identify.effects.effect import Effect
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.statistics import Z95

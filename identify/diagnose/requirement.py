@@ -1,7 +1,8 @@
 """The nats that a further cause must save: chance, and the remainder of the forms of earlier causes."""
 
 from identify.diagnose.candidates import Cause
-from identify.diagnose.weighing import Fitted, FormRemainder
+from identify.diagnose.form_remainder import FormRemainder
+from identify.diagnose.weighing import Fitted
 
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""

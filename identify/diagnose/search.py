@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.diagnose.candidates import Cause
+from identify.diagnose.form_remainder import FormRemainder
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.requirement import AMBIGUOUS_NATS, LEAST_GAIN, least_gain, required_gain
 from identify.diagnose.seas import seas_of
 from identify.diagnose.selection import MOST_CAUSES, beyond_all, improved, without
-from identify.diagnose.weighing import Fitted, FormRemainder, Weighing, rows_of
+from identify.diagnose.weighing import Fitted, Weighing, rows_of
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT

@@ -3,9 +3,10 @@
 from collections.abc import Collection, Sequence
 
 from identify.diagnose.candidates import Cause, companions
+from identify.diagnose.form_remainder import FormRemainder
 from identify.diagnose.ranking import ranked_candidates
 from identify.diagnose.requirement import AMBIGUOUS_NATS, LEAST_SIGMA, least_gain, required_gain, shadow_nats
-from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing
+from identify.diagnose.weighing import CandidateEquations, Fitted, Weighing
 from identify.effects.effect import Act
 from identify.threads import side_by_side
 

@@ -7,13 +7,8 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import cause_words, drift_words, gap_words, wording
-from identify.diagnose.against import (
-    Against,
-    Difference,
-    lines,
-    thrust_sentences,
-    verdict_sentence,
-)
+from identify.diagnose.against import Against, Difference
+from identify.diagnose.against_words import lines, thrust_sentences, verdict_sentence
 from identify.diagnose.requirement import LEAST_GAIN
 from identify.diagnose.result import Diagnosis, Finding, Gap, Value
 from identify.diagnose.shrink import CHANCE

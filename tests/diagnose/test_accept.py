@@ -11,17 +11,15 @@ from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
 from identify.diagnose.accepted import known_with_causes
-from identify.diagnose.candidates import Cause
-from identify.diagnose.cause_words import effect_words
-from identify.diagnose.changed import (
-    Shift,
+from identify.diagnose.accepted_before import (
     accepted_causes,
     all_accepted,
-    changes_of,
     library_with_changes,
-    shift_of,
     with_accepted,
 )
+from identify.diagnose.candidates import Cause
+from identify.diagnose.cause_words import effect_words
+from identify.diagnose.changed import Shift, changes_of, shift_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of, refitted

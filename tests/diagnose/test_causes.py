@@ -14,8 +14,9 @@ from identify.challenge.nearest import course_of
 from identify.diagnose import confidence as module
 from identify.diagnose import search, selection
 from identify.diagnose.accepted import known_with_causes, likely_accepted
+from identify.diagnose.ambiguity import ambiguity_of
 from identify.diagnose.candidates import Cause, other_forms, other_variants
-from identify.diagnose.confidence import ambiguity_of, chi_squared, covariance_of, without_doubtful
+from identify.diagnose.confidence import chi_squared, covariance_of, without_doubtful
 from identify.diagnose.findings import parameters_of, strongest_first, trials_of
 from identify.diagnose.requirement import remainder_nats
 from identify.diagnose.result import Disturbance, Finding
@@ -255,7 +256,7 @@ def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(hea
     assert all(likeness > 0.99 for likeness in alike.likeness.values())
     assert alike.margin_nats > 20
     # What does as well but is not alike is no other name for it.
-    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
+    monkeypatch.setattr("identify.diagnose.ambiguity.LEAST_LIKENESS", 1.1)
     apart = ambiguity_of(heavy, 0)
     assert (apart.names, apart.likeness, apart.margin_nats > 20) == ((), {}, True)
 

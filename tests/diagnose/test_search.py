@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 from fakes.planted import explained
 
-from identify.diagnose import confidence, findings, ranking, search, selection
+from identify.diagnose import ambiguity, confidence, findings, ranking, search, selection
 from identify.diagnose.candidates import Cause
 from identify.diagnose.findings import probability
+from identify.diagnose.form_remainder import FormRemainder
 from identify.diagnose.nominal import refitted
 from identify.diagnose.requirement import required_gain
 from identify.diagnose.search import explained_by
 from identify.diagnose.selection import pruned, with_one_more
-from identify.diagnose.weighing import Fitted, FormRemainder, weighing_of
+from identify.diagnose.weighing import Fitted, weighing_of
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves
@@ -278,10 +279,10 @@ def test_a_doubtful_cause_is_as_probable_as_the_filters_need_it(nominal, monkeyp
     explanation = explained(spoilt, *LIBRARY)
     without = explained_by([], spoilt, LIBRARY, explanation.now)
     rises = explanation.now.log_posterior - without.now.log_posterior
-    by_filters = confidence.margin_by_filters(explanation, 0, spoilt, LIBRARY)
+    by_filters = ambiguity.margin_by_filters(explanation, 0, spoilt, LIBRARY)
     assert 7.0 < by_filters <= rises
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
-    nothing = confidence.AmbiguityGroup((), {}, 0.0)
+    nothing = ambiguity.AmbiguityGroup((), {}, 0.0)
     monkeypatch.setattr(findings, "ambiguity_of", lambda *_: nothing)
     (cause,) = findings.findings_of(explanation, explanation.fit.covariance, None, 0.0, spoilt, LIBRARY)
     assert cause.probability == pytest.approx(probability(by_filters))
@@ -299,7 +300,7 @@ def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable
     monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
     explanation = explained(with_drag(nominal)[0], *LIBRARY)
     (certain,) = findings_beside(explanation, 0.0)
-    monkeypatch.setattr(confidence, "remainder_nats", lambda *_: certain.gain_nats - 6.0)
+    monkeypatch.setattr(ambiguity, "remainder_nats", lambda *_: certain.gain_nats - 6.0)
     (doubtful,) = findings_beside(explanation, 0.0)
     assert doubtful.probability < 0.6 < certain.probability
 

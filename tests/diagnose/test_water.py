@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
+from identify.diagnose.accepted_before import with_accepted
 from identify.diagnose.candidates import Cause
-from identify.diagnose.changed import with_accepted
 from identify.diagnose.innovations import reading_error
 from identify.diagnose.nominal import _alike, nominal_of, refitted
 from identify.diagnose.simulation import beyond_motion_of, velocity_error_of

@@ -18,6 +18,7 @@ from docs.make import reliability
 from docs.make.__main__ import REFERENCE, pages
 from gcs_plugin.watch.alarms import Settings
 from identify.diagnose import (
+    ambiguity,
     confidence,
     drift,
     evidence,
@@ -81,7 +82,7 @@ PAGE = re.sub(
         rf"P = {findings.MOST_PROBABLE}\,\frac{{m}}{{m + {findings.HALF_NATS:.0f}}}",
         f"Under {100 * shrunk.LIKELY:.0f} % a cause",
         f"within {confidence.LEAST_APART:g} nats of each other "
-        f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
+        f"whose columns have a cosine of {ambiguity.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",
         f"more than {100 * unmodelled.LEAST_FORCE:.0f} % of what the thrusters do",

@@ -13,7 +13,7 @@ from bridge import exit_codes
 from bridge.errors import FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.diagnose import against, gap_words, wording
+from identify.diagnose import against, against_words, gap_words, wording
 from identify.diagnose.against import Against
 from identify.diagnose.result import Diagnosis
 from identify.diagnose.shrink import csv_of
@@ -208,10 +208,10 @@ def configuration_of_both(real: Dive, sim: Dive, file: VehicleFile) -> str:
 
 def tell_against(console: Console, comparison: Against) -> None:
     """Print the thrust and the verdict on a simulator, then all other sentences, indented."""
-    show.say(console, *against.thrust_sentences(comparison), against.verdict_sentence(comparison))
+    show.say(console, *against_words.thrust_sentences(comparison), against_words.verdict_sentence(comparison))
     for line in (
-        *against.difference_lines(comparison),
-        *against.further_lines(comparison),
+        *against_words.difference_lines(comparison),
+        *against_words.further_lines(comparison),
         *_where(comparison.vehicle),
         *wording.shrink_lines(comparison.vehicle),
         *wording.next_lines(comparison.vehicle),
