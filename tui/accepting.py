@@ -19,7 +19,7 @@ from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
 from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
-from identify.diagnose.wording import sorted_by_likelihood
+from identify.diagnose.words.diagnosis import sorted_by_likelihood
 from identify.dive import Dive
 from identify.doubt import Outcome, worst
 from identify.glance.foretold import began, began_for_receipts

@@ -8,7 +8,7 @@ from bridge.vehicle.config import VehicleFile
 from gcs_plugin.params.files import SUFFIXES
 from gcs_plugin.params.last_accepted import ever_accepted, in_force
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path
-from identify.diagnose.cause_words import effects_words
+from identify.diagnose.words.causes import effects_words
 from identify.dive import Dive
 from identify.glance.foretold import began, began_for_receipts
 from tui.app.desk import ACCEPTABLE

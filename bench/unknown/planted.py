@@ -2,7 +2,7 @@
 
 Its size is the drift over 5 s that the force causes beyond the part that a refit of the nominal model takes up,
 over the drift by noise alone of the same dive without it. Drift and floor are measured as by the diagnosis itself
-(`identify/diagnose/drift.py`), in the degree of freedom with the largest ratio.
+(`identify/diagnose/gap/drift.py`), in the degree of freedom with the largest ratio.
 """
 
 from dataclasses import dataclass, replace
@@ -17,12 +17,12 @@ from identify.challenge.case import Case, draw_case
 from identify.challenge.nearest import EACH_S, course_of, missing_wrench, nominal_columns
 from identify.challenge.simulate import Simulated
 from identify.challenge.site import DEPTH, Planted, Site, signal_of
-from identify.diagnose.candidates import settings_of
+from identify.diagnose.causes.candidates import settings_of
 from identify.diagnose.diagnose import FIVE_S
-from identify.diagnose.drift import EVERY_S, HORIZONS_S, floors_of
+from identify.diagnose.filters.regression import LEVELLED
+from identify.diagnose.gap.drift import EVERY_S, HORIZONS_S, floors_of
+from identify.diagnose.gap.simulation import Simulation, simulation_of
 from identify.diagnose.recording import fitted_nominal
-from identify.diagnose.regression import LEVELLED
-from identify.diagnose.simulation import Simulation, simulation_of
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.environment import varying_current, waves

@@ -7,10 +7,10 @@ from bridge.errors import FitError
 from identify.batch.causes import Causes, EffectSize, Size
 from identify.batch.jobs import Job
 from identify.batch.work import read_job
-from identify.diagnose.cause_words import candidate_words, shown_parameters
 from identify.diagnose.result import Value
-from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.wording import verdict_sentence
+from identify.diagnose.shrink.shrunk import LIKELY
+from identify.diagnose.words.causes import candidate_words, shown_parameters
+from identify.diagnose.words.diagnosis import verdict_sentence
 from identify.ingest.open import date_of
 from identify.run import diagnose as run
 from identify.words import listed

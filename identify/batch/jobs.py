@@ -58,7 +58,7 @@ ANSWERING = (
     "identify/batch/jobs.py",
     "identify/batch/work.py",
     "identify/checks/*.py",
-    "identify/diagnose/*.py",
+    "identify/diagnose/**/*.py",
     "identify/effects/*.py",
     "identify/estimators/**/*.py",
     "identify/ingest/**/*.py",

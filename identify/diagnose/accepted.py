@@ -27,14 +27,14 @@ from bridge.vehicle.parameters import bounds
 from identify.checks.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.accepted_before import all_accepted
-from identify.diagnose.candidates import Cause
-from identify.diagnose.cause_words import effect_words, name_of, percent_bounded, words
-from identify.diagnose.evidence import inverse
-from identify.diagnose.nominal import Nominal, hull_indices
-from identify.diagnose.regression import mean_indices, regression_of
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.evidence import inverse
+from identify.diagnose.causes.search import Explanation, explained_by
+from identify.diagnose.filters.nominal import Nominal, hull_indices
+from identify.diagnose.filters.regression import mean_indices, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
-from identify.diagnose.search import Explanation, explained_by
-from identify.diagnose.shrunk import LIKELY
+from identify.diagnose.shrink.shrunk import LIKELY
+from identify.diagnose.words.causes import effect_words, name_of, percent_bounded, words
 from identify.doubt import Culprit, Doubt
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect

@@ -7,11 +7,11 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import AcceptedEffect
-from identify.diagnose.candidates import Cause
-from identify.diagnose.cause_words import SINCE, effect_words, value_words
-from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.requirement import LEAST_GAIN
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.requirement import LEAST_GAIN
+from identify.diagnose.filters.nominal import Nominal, refitted
 from identify.diagnose.result import Finding, Value
+from identify.diagnose.words.causes import SINCE, effect_words, value_words
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Told
 from identify.words import listed

@@ -14,19 +14,19 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Prior
-from identify.diagnose.ambiguity import LEAST_LIKENESS
-from identify.diagnose.candidates import Cause
-from identify.diagnose.evidence import inverse
+from identify.diagnose.causes.ambiguity import LEAST_LIKENESS
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.evidence import inverse
+from identify.diagnose.causes.requirement import LEAST_GAIN
+from identify.diagnose.causes.search import Explanation
+from identify.diagnose.causes.weighing import Fitted, Weighing
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
+from identify.diagnose.filters.nominal import Nominal, hull_indices
+from identify.diagnose.filters.regression import mean_indices
 from identify.diagnose.findings import probability
-from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import Nominal, hull_indices
-from identify.diagnose.regression import mean_indices
-from identify.diagnose.requirement import LEAST_GAIN
+from identify.diagnose.gap.missing import Missing
+from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.result import Finding, Tried, Value
-from identify.diagnose.search import Explanation
-from identify.diagnose.simulation import EACH
-from identify.diagnose.weighing import Fitted, Weighing
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.statistics import Z95

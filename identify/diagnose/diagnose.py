@@ -12,12 +12,13 @@ from identify.checks.motors import miswired_doubts
 from identify.checks.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import accepted_causes, library_with_changes
+from identify.diagnose.causes.search import Explanation
+from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.changed import changes_of, shift_of
-from identify.diagnose.check_dive import checked, predict
-from identify.diagnose.contradiction import contradiction_note
-from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
+from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.findings import FEEDBACK_DOFS, findings_of, strongest_first, trials_of
-from identify.diagnose.gap import (
+from identify.diagnose.gap.drift import Drift, drifts, floors_of, ran_away
+from identify.diagnose.gap.missing import (
     PUSHED,
     Missing,
     beyond_refit,
@@ -34,9 +35,17 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
-from identify.diagnose.held_out import held_out_shrink
+from identify.diagnose.gap.simulation import (
+    EACH,
+    Simulation,
+    beyond_motion_of,
+    missing_wrench_of,
+    simulation_of,
+    slope_of,
+    specific_force_of,
+    velocity_error_of,
+)
 from identify.diagnose.lateness import lateness_of, slow_loop, with_holding_unknown, with_known_holding
-from identify.diagnose.nominal import Nominal
 from identify.diagnose.recording import (
     LEAST_CHECK_S,
     LEAST_S,
@@ -56,23 +65,14 @@ from identify.diagnose.recording import (
     without_spikes,
     without_still_velocity,
 )
+from identify.diagnose.remainder.unexplained import Unexplained, unexplained_of
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Value
-from identify.diagnose.search import Explanation
-from identify.diagnose.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
-from identify.diagnose.shrink import overstated_note
-from identify.diagnose.shrunk import LIKELY, Shrink
-from identify.diagnose.simulation import (
-    EACH,
-    Simulation,
-    beyond_motion_of,
-    missing_wrench_of,
-    simulation_of,
-    slope_of,
-    specific_force_of,
-    velocity_error_of,
-)
-from identify.diagnose.simulator import Simulator
-from identify.diagnose.unexplained import Unexplained, unexplained_of
+from identify.diagnose.shrink.check_dive import checked, predict
+from identify.diagnose.shrink.contradiction import contradiction_note
+from identify.diagnose.shrink.held_out import held_out_shrink
+from identify.diagnose.shrink.shrink import overstated_note
+from identify.diagnose.shrink.shrunk import LIKELY, Shrink
+from identify.diagnose.simulators.simulator import Simulator
 from identify.diagnose.verdict import (
     above_noise,
     beside_accepted,
@@ -85,7 +85,7 @@ from identify.diagnose.verdict import (
     unexplained_nats,
     verdict_of,
 )
-from identify.diagnose.wording import shown_note
+from identify.diagnose.words.diagnosis import shown_note
 from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from bridge.arrays import Array
-from identify.diagnose.candidates import Cause
-from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import Nominal
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.gap.missing import Missing
+from identify.diagnose.gap.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.result import Gain
-from identify.diagnose.simulation import EACH, missing_wrench_of, slope_of
 from identify.effects.course import Course
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of

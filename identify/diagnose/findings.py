@@ -13,20 +13,20 @@ from dataclasses import replace
 import numpy as np
 
 from bridge.arrays import Array
-from identify.diagnose.ambiguity import ambiguity_of, margin_by_filters
-from identify.diagnose.candidates import Cause, natural_scale
+from identify.diagnose.causes.ambiguity import ambiguity_of, margin_by_filters
+from identify.diagnose.causes.candidates import Cause, natural_scale
+from identify.diagnose.causes.form_remainder import FormRemainder
+from identify.diagnose.causes.ranking import ranked_candidates
+from identify.diagnose.causes.requirement import LEAST_GAIN, LEAST_SIGMA, required_gain
+from identify.diagnose.causes.search import Explanation
+from identify.diagnose.causes.seas import period_interval
+from identify.diagnose.causes.selection import MOST_CAUSES
+from identify.diagnose.causes.weighing import Fitted
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain
-from identify.diagnose.form_remainder import FormRemainder
-from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import Nominal
-from identify.diagnose.ranking import ranked_candidates
-from identify.diagnose.requirement import LEAST_GAIN, LEAST_SIGMA, required_gain
+from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.gap.missing import Missing
 from identify.diagnose.result import Finding, Tried, Value
-from identify.diagnose.search import Explanation
-from identify.diagnose.seas import period_interval
-from identify.diagnose.selection import MOST_CAUSES
-from identify.diagnose.shrunk import LIKELY
-from identify.diagnose.weighing import Fitted
+from identify.diagnose.shrink.shrunk import LIKELY
 from identify.effects.effect import Effect
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.statistics import Z95

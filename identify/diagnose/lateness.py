@@ -12,11 +12,11 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
-from identify.diagnose.candidates import Cause
-from identify.diagnose.nominal import Nominal
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
-from identify.diagnose.slow_samples import MOST_LATE
 from identify.dive import Dive, Signal
 from identify.estimators.drag_and_timing import doubts_of
 from identify.estimators.thrust_delay import likeliest_delay

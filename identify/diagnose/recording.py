@@ -24,10 +24,10 @@ from bridge.vehicle.coefficients import (
 )
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.checks.fit import loud, loud_note
-from identify.diagnose.evidence import FOLDS
-from identify.diagnose.gap import PUSHED, disturbance_of, drowned
-from identify.diagnose.nominal import Nominal, nominal_of
-from identify.diagnose.regression import PIECE_S
+from identify.diagnose.causes.evidence import FOLDS
+from identify.diagnose.filters.nominal import Nominal, nominal_of
+from identify.diagnose.filters.regression import PIECE_S
+from identify.diagnose.gap.missing import PUSHED, disturbance_of, drowned
 from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS

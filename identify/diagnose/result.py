@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import AcceptedEffect, gain_name
-from identify.diagnose.candidates import Cause
-from identify.diagnose.drift import Drift
-from identify.diagnose.generic_forces import Parity, Variable
-from identify.diagnose.shrunk import AxisShrink, Shrink
-from identify.diagnose.unexplained import Timing
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.gap.drift import Drift
+from identify.diagnose.remainder.generic_forces import Parity, Variable
+from identify.diagnose.remainder.unexplained import Timing
+from identify.diagnose.shrink.shrunk import AxisShrink, Shrink
 from identify.doubt import Doubt
 from identify.effects.effect import Effect
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.generic_forces import Variable
-from identify.diagnose.regression import LEVELLED
+from identify.diagnose.filters.regression import LEVELLED
+from identify.diagnose.remainder.generic_forces import Variable
+from identify.diagnose.remainder.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, beyond_chance
 from identify.diagnose.result import Disturbance, Finding, Next, Verdict
-from identify.diagnose.shrunk import LIKELY, Shrink
-from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, beyond_chance
+from identify.diagnose.shrink.shrunk import LIKELY, Shrink
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 

@@ -16,11 +16,11 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
-from identify.diagnose.check_dive import with_coefficients
-from identify.diagnose.held_out import differences
-from identify.diagnose.nominal import nominal_of
-from identify.diagnose.shrink import HORIZON_S
-from identify.diagnose.simulation import simulation_of
+from identify.diagnose.filters.nominal import nominal_of
+from identify.diagnose.gap.simulation import simulation_of
+from identify.diagnose.shrink.check_dive import with_coefficients
+from identify.diagnose.shrink.held_out import differences
+from identify.diagnose.shrink.shrink import HORIZON_S
 from identify.dive import Dive, Signal
 from identify.ingest.extras import library
 from identify.ingest.ros.recorded import EXTRA

@@ -4,8 +4,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from identify.diagnose.cause_words import cause_sentence, effect_words, shown_parameters, value_words, words
 from identify.diagnose.result import Phase, plain_effect
+from identify.diagnose.words.causes import cause_sentence, effect_words, shown_parameters, value_words, words
 from identify.repeats.judge import Judged
 from identify.repeats.marks import DEPTH, MARKS, UNITS
 from identify.words import capital, listed, significant

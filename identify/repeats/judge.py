@@ -14,7 +14,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import Configuration, Water
-from identify.diagnose import candidates
+from identify.diagnose.causes import candidates
 from identify.diagnose.result import Finding, Value, Verdict
 from identify.effects.actuators import weak
 from identify.effects.course import Course

@@ -6,14 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import cause_words, drift_words, gap_words, wording
-from identify.diagnose.against import Against, Difference
-from identify.diagnose.against_words import lines, thrust_sentences, verdict_sentence
-from identify.diagnose.requirement import LEAST_GAIN
+from identify.diagnose.causes.requirement import LEAST_GAIN
 from identify.diagnose.result import Diagnosis, Finding, Gap, Value
-from identify.diagnose.shrink import CHANCE
-from identify.diagnose.shrunk import Shrink
-from identify.diagnose.thrust_ratio import ThrustRatio
+from identify.diagnose.shrink.shrink import CHANCE
+from identify.diagnose.shrink.shrunk import Shrink
+from identify.diagnose.simulators.comparison import Against, Difference
+from identify.diagnose.simulators.thrust_ratio import ThrustRatio
+from identify.diagnose.words import causes as cause_words
+from identify.diagnose.words import diagnosis as wording
+from identify.diagnose.words import drift as drift_words
+from identify.diagnose.words import gap as gap_words
+from identify.diagnose.words.against import lines, thrust_sentences, verdict_sentence
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table

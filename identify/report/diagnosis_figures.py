@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import cause_words, drift_words, gap_words, wording
-from identify.diagnose.drift import Drift
+from identify.diagnose.gap.drift import Drift
 from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Slice, Tried
+from identify.diagnose.words import causes as cause_words
+from identify.diagnose.words import diagnosis as wording
+from identify.diagnose.words import drift as drift_words
+from identify.diagnose.words import gap as gap_words
 from identify.report.figures import error_unit
 from identify.report.page import Figure, Table
 from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack

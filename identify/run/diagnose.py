@@ -10,9 +10,12 @@ from typing import Any, Final
 from bridge.errors import ConfigError, FitError, LogError
 from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Configuration, Damping, Prior, VehicleFile
-from identify.diagnose import cause_words, drift_words, gap_words, wording
 from identify.diagnose import diagnose as search
 from identify.diagnose.result import Diagnosis, Finding, Value, by_axis, plain
+from identify.diagnose.words import causes as cause_words
+from identify.diagnose.words import diagnosis as wording
+from identify.diagnose.words import drift as drift_words
+from identify.diagnose.words import gap as gap_words
 from identify.dive import Dive
 from identify.effects.effect import Effect
 from identify.effects.library import library

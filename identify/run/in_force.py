@@ -10,7 +10,7 @@ from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.coefficients import BY_NAME, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior
-from identify.diagnose.cause_words import effects_words
+from identify.diagnose.words.causes import effects_words
 from identify.priors import values_sent
 from identify.run.diagnose import Before
 from identify.words import listed

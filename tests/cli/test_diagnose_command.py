@@ -19,10 +19,10 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
-from identify.diagnose import against as compared_by
-from identify.diagnose.candidates import Cause
+from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
+from identify.diagnose.simulators import comparison as compared_by
 from identify.dive import Dive
 from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
 from identify.effects.library import library

@@ -16,10 +16,10 @@ from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.mavproxy import work
 from gcs_plugin.params.sidecar import Interval, Sidecar, sidecar_path
-from identify.diagnose.candidates import Cause
-from identify.diagnose.cause_words import SINCE
+from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import Accepted
-from identify.diagnose.wording import next_lines
+from identify.diagnose.words.causes import SINCE
+from identify.diagnose.words.diagnosis import next_lines
 from identify.dive import Dive, Signal
 from identify.run.diagnose import Before
 from identify.run.in_force import read_in_force

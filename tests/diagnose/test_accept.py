@@ -17,14 +17,14 @@ from identify.diagnose.accepted_before import (
     library_with_changes,
     with_accepted,
 )
-from identify.diagnose.candidates import Cause
-from identify.diagnose.cause_words import effect_words
+from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.changed import Shift, changes_of, shift_of
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.gap import Missing
-from identify.diagnose.nominal import nominal_of, refitted
+from identify.diagnose.filters.nominal import nominal_of, refitted
+from identify.diagnose.gap.missing import Missing
+from identify.diagnose.gap.simulation import EACH, simulation_of, slope_of
 from identify.diagnose.result import Finding, Value
-from identify.diagnose.simulation import EACH, simulation_of, slope_of
+from identify.diagnose.words.causes import effect_words
 from identify.doubt import Outcome
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
 from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak

@@ -10,8 +10,13 @@ import pytest
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.diagnose.against import Against, against, compared, differ, plain
-from identify.diagnose.against_words import (
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.filters.nominal import nominal_of
+from identify.diagnose.gap.drift import Drift
+from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
+from identify.diagnose.simulators.comparison import Against, against, compared, differ, plain
+from identify.diagnose.simulators.simulator import Simulator, simulator_of
+from identify.diagnose.words.against import (
     cause_lines,
     difference_lines,
     difference_sentence,
@@ -19,11 +24,6 @@ from identify.diagnose.against_words import (
     thrust_sentences,
     verdict_sentence,
 )
-from identify.diagnose.candidates import Cause
-from identify.diagnose.drift import Drift
-from identify.diagnose.nominal import nominal_of
-from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
-from identify.diagnose.simulator import Simulator, simulator_of
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect
 from identify.effects.library import library

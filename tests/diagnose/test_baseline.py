@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.diagnose.drift import LINEAR, QUADRATIC, THRUST, TRIM, baseline_of
-from identify.diagnose.gap import disturbance_of
-from identify.diagnose.simulation import EACH
+from identify.diagnose.gap.drift import LINEAR, QUADRATIC, THRUST, TRIM, baseline_of
+from identify.diagnose.gap.missing import disturbance_of
+from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.verdict import swallowing
 
 MASS, LINEAR_DRAG, SQUARE_DRAG, PUSH, LATE_S = 40.0, 12.0, 60.0, 2.5, 0.3

@@ -11,17 +11,17 @@ from fakes.planted import drawn_nominal, explained, planted_nominal
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import draw_case
 from identify.challenge.nearest import course_of
-from identify.diagnose import confidence as module
-from identify.diagnose import search, selection
 from identify.diagnose.accepted import known_with_causes, likely_accepted
-from identify.diagnose.ambiguity import ambiguity_of
-from identify.diagnose.candidates import Cause, other_forms, other_variants
-from identify.diagnose.confidence import chi_squared, covariance_of, without_doubtful
+from identify.diagnose.causes import confidence as module
+from identify.diagnose.causes import search, selection
+from identify.diagnose.causes.ambiguity import ambiguity_of
+from identify.diagnose.causes.candidates import Cause, other_forms, other_variants
+from identify.diagnose.causes.confidence import chi_squared, covariance_of, without_doubtful
+from identify.diagnose.causes.requirement import remainder_nats
+from identify.diagnose.causes.search import explained_by
+from identify.diagnose.causes.weighing import Fitted
 from identify.diagnose.findings import parameters_of, strongest_first, trials_of
-from identify.diagnose.requirement import remainder_nats
 from identify.diagnose.result import Disturbance, Finding
-from identify.diagnose.search import explained_by
-from identify.diagnose.weighing import Fitted
 from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT, waves
@@ -256,7 +256,7 @@ def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(hea
     assert all(likeness > 0.99 for likeness in alike.likeness.values())
     assert alike.margin_nats > 20
     # What does as well but is not alike is no other name for it.
-    monkeypatch.setattr("identify.diagnose.ambiguity.LEAST_LIKENESS", 1.1)
+    monkeypatch.setattr("identify.diagnose.causes.ambiguity.LEAST_LIKENESS", 1.1)
     apart = ambiguity_of(heavy, 0)
     assert (apart.names, apart.likeness, apart.margin_nats > 20) == ((), {}, True)
 

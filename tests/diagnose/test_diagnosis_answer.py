@@ -11,8 +11,9 @@ from fakes.shared import shared
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.score import answer_of
-from identify.diagnose.candidates import Cause
-from identify.diagnose.drift import Drift
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.gap.drift import Drift
+from identify.diagnose.remainder.unexplained import GenericForce, Unexplained
 from identify.diagnose.result import (
     AxisShrink,
     Character,
@@ -28,7 +29,6 @@ from identify.diagnose.result import (
     Value,
     plain,
 )
-from identify.diagnose.unexplained import GenericForce, Unexplained
 from identify.diagnose.verdict import (
     above_noise,
     beside_accepted,
@@ -38,7 +38,7 @@ from identify.diagnose.verdict import (
     unexplained_nats,
     verdict_of,
 )
-from identify.diagnose.wording import shown_note
+from identify.diagnose.words.diagnosis import shown_note
 from identify.effects.library import library
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"

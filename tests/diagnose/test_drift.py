@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.dynamics import coriolis
-from identify.diagnose import drift
-from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
-from identify.diagnose.simulation import Simulation, between, off_by, simulation_of
+from identify.diagnose.gap import drift
+from identify.diagnose.gap.drift import drawn, drifts, floors_of, ran_away
+from identify.diagnose.gap.simulation import Simulation, between, off_by, simulation_of
 from identify.estimators.innovations import VELOCITY, transitions
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 

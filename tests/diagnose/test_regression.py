@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.diagnose.candidates import Cause
-from identify.diagnose.evidence import (
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.evidence import (
     Block,
     Blocks,
     equations_of,
@@ -15,11 +15,11 @@ from identify.diagnose.evidence import (
     pieces_of,
     products_of,
 )
-from identify.diagnose.innovations import autoregression_of, mean_before, value_before
-from identify.diagnose.judged_axes import thinned
-from identify.diagnose.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
-from identify.diagnose.regression import piece_s, regression_of
-from identify.diagnose.weighing import weighing_of
+from identify.diagnose.causes.weighing import weighing_of
+from identify.diagnose.filters.innovations import autoregression_of, mean_before, value_before
+from identify.diagnose.filters.judged_axes import thinned
+from identify.diagnose.filters.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
+from identify.diagnose.filters.regression import piece_s, regression_of
 from identify.dive import Dive, Signal
 from identify.effects.actuators import DEAD_ZONE
 from identify.effects.effect import Act

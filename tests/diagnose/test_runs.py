@@ -13,13 +13,13 @@ from bridge.vehicle.config import Water
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.descent import descent
 from identify.checks.scales import within_runs
-from identify.diagnose.bursts import bursts
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.held_out import held_windows, stitched_windows
-from identify.diagnose.innovations import autoregressions_of
+from identify.diagnose.filters.innovations import autoregressions_of
+from identify.diagnose.filters.regression import pieces_of, regression_of
+from identify.diagnose.gap.simulation import EACH, simulation_of, smoothed_angle
 from identify.diagnose.recording import refuse_short_runs
-from identify.diagnose.regression import pieces_of, regression_of
-from identify.diagnose.simulation import EACH, simulation_of, smoothed_angle
+from identify.diagnose.remainder.bursts import bursts
+from identify.diagnose.shrink.held_out import held_windows, stitched_windows
 from identify.dive import Dive, Signal
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 from fakes.planted import explained
 
-from identify.diagnose import ambiguity, confidence, findings, ranking, search, selection
-from identify.diagnose.candidates import Cause
+from identify.diagnose import findings
+from identify.diagnose.causes import ambiguity, confidence, ranking, search, selection
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.form_remainder import FormRemainder
+from identify.diagnose.causes.requirement import required_gain
+from identify.diagnose.causes.search import explained_by
+from identify.diagnose.causes.selection import pruned, with_one_more
+from identify.diagnose.causes.weighing import Fitted, weighing_of
+from identify.diagnose.filters.nominal import refitted
 from identify.diagnose.findings import probability
-from identify.diagnose.form_remainder import FormRemainder
-from identify.diagnose.nominal import refitted
-from identify.diagnose.requirement import required_gain
-from identify.diagnose.search import explained_by
-from identify.diagnose.selection import pruned, with_one_more
-from identify.diagnose.weighing import Fitted, weighing_of
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves

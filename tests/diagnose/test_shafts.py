@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from fakes.planted import quiet
 
-from identify.diagnose.nominal import refitted
-from identify.diagnose.shafts import of_likelier_lag
+from identify.diagnose.causes.shafts import of_likelier_lag
+from identify.diagnose.filters.nominal import refitted
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_CURVE, thruster_lag
 from identify.effects.course import lagged, shaft_lagged
 from identify.effects.effect import before_the_shaft

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identify.diagnose.candidates import Cause
-from identify.diagnose.check_dive import checked, windows_of
-from identify.diagnose.contradiction import contradicted, contradiction_clause, contradiction_note
-from identify.diagnose.evidence import Block, Blocks
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.evidence import Block, Blocks
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
-from identify.diagnose.gap import Missing
-from identify.diagnose.held_out import HeldOutFit, without_seas
+from identify.diagnose.gap.missing import Missing
+from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.result import Prediction, Shrink
-from identify.diagnose.shrink import Windows, csv_of, overstated_note
-from identify.diagnose.simulation import EACH
+from identify.diagnose.shrink.check_dive import checked, windows_of
+from identify.diagnose.shrink.contradiction import contradicted, contradiction_clause, contradiction_note
+from identify.diagnose.shrink.held_out import HeldOutFit, without_seas
+from identify.diagnose.shrink.shrink import Windows, csv_of, overstated_note
 from identify.effects.environment import varying_current, waves
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 

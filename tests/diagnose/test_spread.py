@@ -8,16 +8,16 @@ from fakes.planted import planted_nominal
 from numpy.typing import NDArray
 
 from identify.challenge.case import draw_case
-from identify.diagnose.candidates import Cause
-from identify.diagnose.confidence import (
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.confidence import (
     between_parts,
     coupled_nominal,
     covariance_of,
     in_other_forms,
     is_certain,
 )
-from identify.diagnose.search import Explanation
-from identify.diagnose.weighing import Weighing, weighing_of
+from identify.diagnose.causes.search import Explanation
+from identify.diagnose.causes.weighing import Weighing, weighing_of
 from identify.effects.course import delayed
 from identify.effects.effect import Act
 from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG

@@ -115,7 +115,7 @@ def test_an_axis_that_settles_too_quickly_for_the_recorded_commands_is_left_out_
     settles_s = nominal.course.mass / nominal.course.damping
     fitted = sorted((problem.axis.dof for problem in nominal.joint.problems), key=lambda dof: settles_s[dof])
     between_s = float(np.sqrt(settles_s[fitted[0]] * settles_s[fitted[1]]))
-    monkeypatch.setattr("identify.diagnose.judged_axes.QUICKEST_S", between_s)
+    monkeypatch.setattr("identify.diagnose.filters.judged_axes.QUICKEST_S", between_s)
     without = planted_nominal(case)
     assert {problem.axis.dof for problem in without.joint.problems} == {*fitted[1:]}
     assert "too quickly to be told from recorded commands" in without.built.missing[fitted[0]]

@@ -9,12 +9,12 @@ import pytest
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
-from identify.diagnose.against import Against, against, plain
-from identify.diagnose.against_words import difference_lines, thrust_sentences
-from identify.diagnose.candidates import Cause
+from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.lateness import lateness_of
 from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Value
-from identify.diagnose.thrust_ratio import thrust_ratio
+from identify.diagnose.simulators.comparison import Against, against, plain
+from identify.diagnose.simulators.thrust_ratio import thrust_ratio
+from identify.diagnose.words.against import difference_lines, thrust_sentences
 from identify.effects.library import library
 from identify.statistics import birge_mean
 

@@ -10,18 +10,18 @@ from soak import rows_rest_in_soak
 from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.site import Planted, Site
-from identify.diagnose import lines, slow, unexplained
-from identify.diagnose.bursts import bursts, mixture_gain
-from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
-from identify.diagnose.lines import scores
-from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.causes.candidates import Cause, companions, other_forms, possible_forms
+from identify.diagnose.causes.seas import period_interval, seas_of
+from identify.diagnose.causes.weighing import weighing_of
+from identify.diagnose.filters.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.remainder import lines, slow, unexplained
+from identify.diagnose.remainder.bursts import bursts, mixture_gain
+from identify.diagnose.remainder.lines import scores
+from identify.diagnose.remainder.slow import slow_axes, slow_forces
+from identify.diagnose.remainder.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
 from identify.diagnose.result import Next
-from identify.diagnose.seas import period_interval, seas_of
-from identify.diagnose.slow import slow_axes, slow_forces
-from identify.diagnose.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
-from identify.diagnose.weighing import weighing_of
 from identify.effects.actuators import thruster_lag
 from identify.effects.course import lagged
 from identify.effects.effect import Act

@@ -7,10 +7,10 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.diagnose.accepted_before import with_accepted
-from identify.diagnose.candidates import Cause
-from identify.diagnose.innovations import reading_error
-from identify.diagnose.nominal import _alike, nominal_of, refitted
-from identify.diagnose.simulation import beyond_motion_of, velocity_error_of
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.filters.innovations import reading_error
+from identify.diagnose.filters.nominal import _alike, nominal_of, refitted
+from identify.diagnose.gap.simulation import beyond_motion_of, velocity_error_of
 from identify.dive import Signal
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG

@@ -10,9 +10,10 @@ from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.controller import unrecorded
 from identify.diagnose import diagnose as module
-from identify.diagnose.candidates import Cause
-from identify.diagnose.drift import Drift
-from identify.diagnose.gap import (
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.weighing import weighing_of
+from identify.diagnose.gap.drift import Drift
+from identify.diagnose.gap.missing import (
     PHASES,
     Missing,
     beyond_refit,
@@ -27,10 +28,9 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
+from identify.diagnose.gap.simulation import EACH, missing_wrench_of, simulation_of, slope_of
 from identify.diagnose.recording import unjudged_notes
-from identify.diagnose.simulation import EACH, missing_wrench_of, simulation_of, slope_of
-from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
-from identify.diagnose.weighing import weighing_of
+from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
 

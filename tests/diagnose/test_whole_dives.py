@@ -16,10 +16,10 @@ from bridge.vehicle.thrusters import shaft_speed, thrust_by_shaft
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.candidates import Cause
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.findings import parameters_of
-from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.effects.actuators import SATURATION, thruster_lag
 from identify.ingest.open import read_dive

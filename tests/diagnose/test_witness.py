@@ -8,7 +8,7 @@ from fakes.planted import planted_nominal
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.witnesses import weighed_witness, witnesses
+from identify.diagnose.filters.witnesses import weighed_witness, witnesses
 from identify.dive import Signal
 from identify.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
 from identify.effects.rigid_body import THRUST_BIAS

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.diagnose.innovations import reading_error
+from identify.diagnose.filters.innovations import reading_error
 from identify.effects import sensors
 from identify.effects.course import Course
 from identify.effects.effect import ARRAYS, Effect

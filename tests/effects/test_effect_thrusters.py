@@ -9,7 +9,7 @@ import pytest
 
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster
 from bridge.vehicle.thrusters import shaft_speed, thrust_by_shaft
-from identify.diagnose.candidates import settings_of
+from identify.diagnose.causes.candidates import settings_of
 from identify.effects import actuators, supply, wake
 from identify.effects.actuators import SATURATION
 from identify.effects.course import Course, lagged

@@ -4,10 +4,10 @@ from functools import cache
 
 from bench.missions.mission import draw_one
 from identify.challenge.case import Case, dive_of
+from identify.diagnose.causes.search import Explanation, explain
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.nominal import Nominal, nominal_of
+from identify.diagnose.filters.nominal import Nominal, nominal_of
 from identify.diagnose.result import Diagnosis
-from identify.diagnose.search import Explanation, explain
 from identify.dive import Dive
 
 

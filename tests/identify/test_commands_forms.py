@@ -8,7 +8,7 @@ import pytest
 
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
-from identify.diagnose.slow_samples import with_later_commands
+from identify.diagnose.filters.slow_samples import with_later_commands
 from identify.dive import Dive, Signal
 from identify.forces import asked_thrusts, tells_thrusters, wrench
 from identify.ingest.open import read_dive

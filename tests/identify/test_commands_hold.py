@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_judged import FILE, SECONDS, YAW, commanded, moved
 
-from identify.diagnose.candidates import Cause
+from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.lateness import slow_loop, with_holding_unknown, with_known_holding
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value

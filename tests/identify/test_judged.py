@@ -10,10 +10,10 @@ import pytest
 from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import QuadraticCurve
-from identify.diagnose.nominal import nominal_of
+from identify.diagnose.filters.nominal import nominal_of
+from identify.diagnose.filters.slow_samples import late_samples_s, with_later_commands
+from identify.diagnose.gap.simulation import simulation_of
 from identify.diagnose.recording import fitted_nominal
-from identify.diagnose.simulation import simulation_of
-from identify.diagnose.slow_samples import late_samples_s, with_later_commands
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes import build_axes

@@ -12,7 +12,7 @@ from bench.field.export import COMPANION, STATION
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.nominal import nominal_of
+from identify.diagnose.filters.nominal import nominal_of
 from identify.diagnose.recording import lacking
 from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS

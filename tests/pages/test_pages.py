@@ -17,22 +17,12 @@ from bridge.vehicle.config import Vehicle
 from docs.make import reliability
 from docs.make.__main__ import REFERENCE, pages
 from gcs_plugin.watch.alarms import Settings
-from identify.diagnose import (
-    ambiguity,
-    confidence,
-    drift,
-    evidence,
-    findings,
-    held_out,
-    ranking,
-    regression,
-    requirement,
-    selection,
-    shrink,
-    shrunk,
-    unexplained,
-    verdict,
-)
+from identify.diagnose import findings, verdict
+from identify.diagnose.causes import ambiguity, confidence, evidence, ranking, requirement, selection
+from identify.diagnose.filters import regression
+from identify.diagnose.gap import drift
+from identify.diagnose.remainder import unexplained
+from identify.diagnose.shrink import held_out, shrink, shrunk
 from identify.estimators import drag_and_timing, unmodelled
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD

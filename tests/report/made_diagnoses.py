@@ -8,8 +8,8 @@ from html.parser import HTMLParser
 import numpy as np
 
 from bridge.vehicle.config import load_vehicle
-from identify.diagnose.candidates import Cause
-from identify.diagnose.drift import Drift
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.gap.drift import Drift
 from identify.diagnose.result import (
     AxisShrink,
     Character,

@@ -21,8 +21,7 @@ from made_diagnoses import (
 )
 
 from identify.checks.thrust_response import mounted_otherwise
-from identify.diagnose import cause_words, drift_words, gap_words, wording
-from identify.diagnose.candidates import Cause
+from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import (
     AxisShrink,
     Disturbance,
@@ -35,6 +34,10 @@ from identify.diagnose.result import (
     Tried,
     Value,
 )
+from identify.diagnose.words import causes as cause_words
+from identify.diagnose.words import diagnosis as wording
+from identify.diagnose.words import drift as drift_words
+from identify.diagnose.words import gap as gap_words
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.report.diagnosis import diagnosis_report
 

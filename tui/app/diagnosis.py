@@ -12,7 +12,7 @@ from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.foretold import Foretold
-from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
+from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.glance.foretold import rows_words
 from tui.app.jobs import real, written_ns
 

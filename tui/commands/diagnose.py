@@ -13,10 +13,13 @@ from bridge import exit_codes
 from bridge.errors import FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.diagnose import against, against_words, gap_words, wording
-from identify.diagnose.against import Against
 from identify.diagnose.result import Diagnosis
-from identify.diagnose.shrink import csv_of
+from identify.diagnose.shrink.shrink import csv_of
+from identify.diagnose.simulators import comparison as against
+from identify.diagnose.simulators.comparison import Against
+from identify.diagnose.words import against as against_words
+from identify.diagnose.words import diagnosis as wording
+from identify.diagnose.words import gap as gap_words
 from identify.dive import Dive
 from identify.repeats.answer import plain, sentences
 from identify.repeats.marks import Usual, usual_from

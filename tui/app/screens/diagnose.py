@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 
 from bridge.vehicle.coefficients import DOFS
 from gcs_plugin.params.sidecar import sidecar_path
-from identify.diagnose.shrunk import LIKELY, AxisShrink, Shrink
+from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
 from tui.app.diagnosis import Answer, Cause, Tried, answer, foretold

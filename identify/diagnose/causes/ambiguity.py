@@ -1,0 +1,99 @@
+"""Causes that a dive can't tell apart: ambiguity groups, and the margin of a cause over its rivals."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.confidence import LEAST_APART
+from identify.diagnose.causes.evidence import inverse
+from identify.diagnose.causes.form_remainder import FormRemainder
+from identify.diagnose.causes.ranking import ranked_candidates
+from identify.diagnose.causes.requirement import nats_apart, remainder_nats
+from identify.diagnose.causes.search import Explanation, explained_by
+from identify.diagnose.causes.selection import LOOKED_AT
+from identify.diagnose.causes.weighing import Fitted, Weighing
+from identify.diagnose.filters.nominal import Nominal
+from identify.effects.effect import Effect
+
+RIVALS = 2
+"""Best rivals of a doubtful cause with which the filters are fitted."""
+
+LEAST_LIKENESS = 0.5
+"""Causes less alike than this are no ambiguity group even if either fits: both may be present."""
+
+
+@dataclass(frozen=True)
+class AmbiguityGroup:
+    """Causes that can't be separated from a cause.
+
+    names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model and other
+    causes projected out; margin_nats: gain over the best explanation without any of them, and over what the forms of
+    the other causes may leave.
+    """
+
+    names: tuple[str, ...]
+    likeness: dict[str, float]
+    margin_nats: float
+
+
+def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
+    """The causes that this dive can't separate from the k-th, each fitted in its place."""
+    fit, weighing = explanation.fit, explanation.weighing
+    cause_k = fit.causes[k]
+    others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
+    names: list[str] = []
+    likeness: dict[str, float] = {}
+    # The remainder of the other forms speaks against the presence of the cause, not against its name.
+    best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
+    nearly = max(nats_apart(fit, others), LEAST_APART)
+    for _, _, cause in ranked_candidates(weighing.candidates_with_fit(others), others)[:LOOKED_AT]:
+        if cause.effect.name == cause_k.effect.name:
+            continue
+        tried = weighing.fitted((*others.causes, cause))
+        if len(tried.causes) <= len(others.causes):
+            continue
+        if tried.gain > fit.gain - nearly:
+            alike = cosine(weighing, others, cause_k, tried.causes[-1])
+            if cause.effect.name not in names and alike >= LEAST_LIKENESS:
+                names.append(cause.effect.name)
+                likeness[cause.effect.name] = alike
+        else:
+            best_apart = max(best_apart, tried.gain)
+    return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart)
+
+
+def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:
+    """Nats by which the filters, fitted with all causes, are likelier than with the best rival of the k-th in its place
+    or with none, beyond the remainder of the others' forms.
+
+    Masses and dampings that are fitted without a cause make up for some of it. The regression, at the masses found with
+    it, holds that to be all that can be told.
+    """
+    cause = explanation.causes[k]
+    without = explained_by(
+        (*explanation.causes[:k], *explanation.causes[k + 1 :]), nominal, library, explanation.now
+    )
+    weighing, fit = without.weighing, without.fit
+    best = without.now.log_posterior + remainder_nats(FormRemainder(weighing, fit), cause)
+    rivals = [
+        rival
+        for _, _, rival in ranked_candidates(weighing.candidates_with_fit(fit), fit)
+        if rival.effect.name != cause.effect.name
+    ]
+    for rival in rivals[:RIVALS]:
+        best = max(best, explained_by((*fit.causes, rival), nominal, library, without.now).now.log_posterior)
+    return explanation.now.log_posterior - best
+
+
+def cosine(weighing: Weighing, others: Fitted, cause: Cause, other: Cause) -> float:
+    """|cosine| of two causes' columns, with the nominal model and the slopes of `others` projected out."""
+    course = weighing.now.course
+    columns, nominal = (
+        weighing.rows.columns([cause.act(course), other.act(course)], course),
+        weighing.rows.nuisance,
+    )
+    known = nominal.with_columns(nominal.blocks_of(others.slopes))
+    a, b = (columns - known.times(inverse(known.square()) @ known.crossed(columns))).T
+    return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))

@@ -1,0 +1,72 @@
+"""The nats that a further cause must save: chance, and the remainder of the forms of earlier causes."""
+
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.form_remainder import FormRemainder
+from identify.diagnose.causes.weighing import Fitted
+
+LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
+"""Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""
+
+LEAST_SEA_GAIN = 20.0
+"""Nats that a sea must save: its periods were read off the whole dive, held-out pieces included."""
+
+LEAST_SHARE = 0.01
+"""Share of the nats saved by earlier causes, in the axes and pieces they share, that a further cause must exceed.
+
+If the savings of the earlier causes' other forms are smaller, these are the limit. No form of a library is exact, and
+a form's remainder grows with its evidence. A cause whose other forms save little is nearly exact.
+"""
+
+SHADOW, SHADOW_BEHIND_FILTER = 1e-3, 7e-3
+"""Share of the nats saved by earlier causes that a further cause must exceed wherever it acts.
+
+Forms right to a thirtieth of their force leave that much, and their other forms do not absorb it. Behind an
+autopilot's filter, whose lateness and smoothing are fitted, they are right to a twelfth.
+"""
+
+NEXT_TO_NONE = 0.5
+"""Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
+
+AMBIGUOUS_NATS = 3.0
+"""Held-out nats within which two causes are ambiguous: odds of twenty to one."""
+
+SAME_FORM = 1e-3
+"""Share of a cause's nats that may come from its form alone. At tens of thousands of nats no form is exact enough for a
+smaller margin to exclude a nearly equal cause."""
+
+
+def required_gain(remainder: FormRemainder, cause: Cause) -> float:
+    """Nats that a further cause must save: chance, plus the form remainder of earlier causes."""
+    return least_gain(cause) + remainder_nats(remainder, cause)
+
+
+def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
+    """Nats that a further cause may save by the form remainder of earlier causes alone."""
+    if cause.effect.witnessed or not remainder.fit.causes:
+        return 0.0
+    shadow = shadow_nats(remainder, cause)
+    share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
+    return max(shadow, min(share, remainder.saved_overlap(cause)) if share > NEXT_TO_NONE else share)
+
+
+def shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
+    """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them.
+
+    Those of steady pushes count where it acts in the same degrees of freedom: the filters are fitted with trims, and a
+    push without them saves far more than the dive tells of it.
+    """
+    fit = remainder.fit
+    if cause.effect.witnessed or not fit.causes:
+        return 0.0
+    left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
+    steady = fit.motion_nats - fit.unsteady_nats
+    return left * max(fit.unsteady_nats + min(steady, remainder.overlap(cause)), 0.0)
+
+
+def least_gain(cause: Cause) -> float:
+    return LEAST_SEA_GAIN if cause.effect.sea else LEAST_GAIN
+
+
+def nats_apart(fit: Fitted, others: Fitted) -> float:
+    """Nats within which another cause is as good as the last cause of `fit`."""
+    return max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))

@@ -1,0 +1,306 @@
+"""Forward selection of causes: add one, swap, prune, as long as held-out evidence grows."""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.form_remainder import FormRemainder
+from identify.diagnose.causes.ranking import ranked_candidates
+from identify.diagnose.causes.requirement import AMBIGUOUS_NATS, LEAST_GAIN, least_gain, required_gain
+from identify.diagnose.causes.seas import seas_of
+from identify.diagnose.causes.selection import MOST_CAUSES, beyond_all, improved, without
+from identify.diagnose.causes.weighing import Fitted, Weighing, rows_of
+from identify.diagnose.filters.nominal import Nominal, refitted
+from identify.effects.course import Course
+from identify.effects.effect import Effect
+from identify.effects.environment import STEADY_CURRENT
+from identify.threads import both
+
+NEAR_SIGMA, FAR_LIKELIER = 5.0, 3.0
+"""Standard errors of a gain that is not by chance, and times the required nats by which the filters must rise to make
+up for a gain that is too small."""
+
+CLIMB_SHARE = 0.1
+"""Share of the nats saved at fixed noise levels that a climb of the filters may end short by."""
+
+LATE_S = 0.02
+"""Delay or lag of the thrust from which the search begins with it."""
+
+MOST_TURNS, MOST_REFITS = 7, 5
+
+SETTLED = 1.0
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Result of the search: fitted causes, their weighing, and the filters without them."""
+
+    fit: Fitted
+    weighing: Weighing
+    now: Nominal
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        return self.fit.causes
+
+
+def explain(
+    nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
+) -> Explanation:
+    """Find the causes of a dive's gap among a library's effects, leaving out those that a refit of the model would
+    absorb."""
+    at = _weighing_maker(library)
+    weighing, fit = _begun(nominal, at)
+    been: list[tuple[str, ...]] = []
+    refused: frozenset[str] = frozenset()
+    held: frozenset[str] = frozenset()
+    for turn in range(MOST_TURNS):
+        progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
+        better = improved(weighing, fit, refused)
+        if not held <= {*_labels(better)}:
+            # A cause that the filters need, and that saves too little at fixed noise levels.
+            break
+        if better.at == fit.at and _labels(better) == _labels(fit):
+            likelier = _likelier_with_one_more(nominal, weighing, fit, refused, at)
+            if likelier is None:
+                break
+            been.append(_labels(fit))
+            held |= {*_labels(likelier[1])} - {*_labels(fit)}
+            weighing, fit = likelier
+            continue
+        again = _labels(better) in been
+        # A form remainder can make the search cycle: of two sets that lead to each other, the smaller.
+        if again and len(better.causes) > len(fit.causes):
+            break
+        been.append(_labels(fit))
+        progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
+        settled, settled_fit = _settled(nominal, weighing, better, at)
+        new = {*_labels(better)} - {*_labels(fit)}
+        if settled.now.log_posterior < weighing.now.log_posterior - _nats_uncertain(better, fit):
+            # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
+            if new:
+                refused |= new
+                continue
+            if len(better.causes) == len(fit.causes):
+                break
+        weighing, fit, refused = settled, settled_fit, frozenset()
+        if again:
+            break
+    judged = without_shadows_of_companions(weighing, fit)
+    if len(judged.causes) < len(fit.causes):
+        weighing, fit = _settled(nominal, weighing, judged, at)
+    weighing, fit = _with_likeliest_timing(nominal, weighing, fit, at)
+    weighing, fit = _with_usual_values(nominal, weighing, fit, at)
+    return Explanation(fit, weighing, weighing.now)
+
+
+def _likelier_with_one_more(
+    nominal: Nominal,
+    weighing: Weighing,
+    fit: Fitted,
+    refused: Collection[str],
+    at: Callable[[Nominal, Sequence[Cause]], Weighing],
+) -> tuple[Weighing, Fitted] | None:
+    """The fit with the best further cause that saves too little at fixed noise levels, if the filters, fitted with it,
+    are far likelier.
+
+    Masses that were fitted without a Munk moment make up for most of it, and leave hardly any of it to be seen.
+    """
+    if not fit.causes or len(fit.causes) >= MOST_CAUSES:
+        return None
+    near = (
+        cause
+        for gain, sigma, cause in ranked_candidates(beyond_all(weighing, fit), fit)
+        if sigma > NEAR_SIGMA and gain > least_gain(cause) and cause.effect.label not in refused
+    )
+    cause = next(near, None)
+    if cause is None:
+        return None
+    count = len(fit.causes) + 1
+    trial = weighing.fitted((*fit.causes, cause))
+    if len(trial.causes) < count or trial.causes[-1].at_bound:
+        return None
+    settled, settled_fit = _settled(nominal, weighing, trial, at)
+    rise = settled.now.log_posterior - weighing.now.log_posterior
+    least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
+    return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
+
+
+def _nats_uncertain(better: Fitted, fit: Fitted) -> float:
+    """Nats by which the filters may be less likely with better causes, for no other reason than where a climb ends.
+
+    A steady push makes them no likelier: the filters are fitted with trims, so that the disturbance takes none of it.
+    """
+    return max(AMBIGUOUS_NATS, CLIMB_SHARE * (better.gain - fit.gain))
+
+
+def _with_likeliest_timing(
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
+    """The fit with a late thrust of the form, a delay or a lag, with which the filters are likeliest.
+
+    The rows are weighed by what the form that was found first leaves, and favour it: the shafts' rows most. The
+    filters, fitted with each form, do not.
+    """
+    best = weighing, fit
+    for k, cause in enumerate(fit.causes):
+        if not cause.effect.timing:
+            continue
+        late_s = cause.values - cause.effect.none()
+        taken = {each.key for each in without(fit.causes, k)}
+        for effect in weighing.library:
+            other = Cause(effect, effect.none() + late_s)
+            if not effect.timing or effect == cause.effect or other.key in taken:
+                continue
+            instead = (*fit.causes[:k], other, *fit.causes[k + 1 :])
+            now = refitted(nominal, [each.act(weighing.now.course) for each in instead], weighing.now)
+            near = at(now, instead)
+            settled, settled_fit = _settled(nominal, near, near.fitted(instead), at)
+            likelier = settled.now.log_posterior > best[0].now.log_posterior + AMBIGUOUS_NATS
+            if likelier and len(settled_fit.causes) == len(fit.causes):
+                best = settled, settled_fit
+    return best
+
+
+def _with_usual_values(
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
+    """The fit with a cause of unusual values replaced by the same effect elsewhere, if that does as well.
+
+    Of two thrusters that push alike, one that is weak does as well as the other stronger with the whole hull heavier.
+    Only fits with their own masses show that they are alike.
+    """
+    for k, cause in enumerate(fit.causes):
+        if cause.usual:
+            continue
+        others = weighing.fitted(without(fit.causes, k))
+        for _, _, other in ranked_candidates(weighing.candidates_with_fit(others), others):
+            if other.effect.name == cause.effect.name and other.key != cause.key and other.usual:
+                instead = weighing.fitted((*others.causes, other))
+                settled, settled_fit = _settled(nominal, weighing, instead, at)
+                alike = settled.now.log_posterior > weighing.now.log_posterior - AMBIGUOUS_NATS
+                if alike and len(settled_fit.causes) == len(fit.causes) and settled_fit.causes[-1].usual:
+                    return settled, settled_fit
+    return weighing, fit
+
+
+def _begun(nominal: Nominal, at: Callable[[Nominal, Sequence[Cause]], Weighing]) -> tuple[Weighing, Fitted]:
+    """Start the search with no cause, or with one that is out of its reach and makes the filters likelier."""
+    weighing = at(nominal, ())
+    best = weighing, weighing.fitted(())
+    for cause in (*_late_thrust(nominal, weighing.library), *_drift(nominal.course, weighing.library)):
+        now = refitted(nominal, [cause.act(nominal.course)])
+        if now.log_posterior > best[0].now.log_posterior:
+            near = at(now, (cause,))
+            settled, fit = _settled(nominal, near, near.fitted((cause,)), at)
+            if fit.causes and settled.now.log_posterior > best[0].now.log_posterior + LEAST_GAIN:
+                best = settled, fit
+    return best
+
+
+def _late_thrust(nominal: Nominal, effects: Sequence[Effect]) -> Iterator[Cause]:
+    """The late thrust that the dating of an autopilot's velocity found: columns of small delays don't reach it."""
+    delay_s, lag_s = nominal.late_thrust_s
+    timing, later_s = ("lag", lag_s) if lag_s > 0 else ("delay", delay_s)
+    effect = next((candidate for candidate in effects if candidate.timing == timing), None)
+    if effect is not None and later_s > LATE_S:
+        yield Cause(effect, effect.none() + later_s)
+
+
+def _drift(course: Course, effects: Sequence[Effect]) -> Iterator[Cause]:
+    """A current as fast as the vehicle is on average.
+
+    A vehicle that drifts along needs hardly any thrust: fitted over ground, its drag is next to none, and with no drag
+    no current makes a difference.
+    """
+    effect = next(
+        (candidate for candidate in effects if candidate.model_part == STEADY_CURRENT.model_part), None
+    )
+    speed = course.nu[:, :3]
+    mean = np.array([(way * speed).sum(axis=1)[course.recorded].mean() for way in course.world[:2]])
+    if effect is not None and float(np.linalg.norm(mean)) > effect.parameters[0].start:
+        yield Cause(effect, mean)
+
+
+def without_shadows_of_companions(weighing: Weighing, fit: Fitted) -> Fitted:
+    """The fit without causes that the companions of others replace, including causes found before these."""
+    for k in range(len(fit.causes) - 1, -1, -1):
+        others = weighing.fitted(without(fit.causes, k))
+        accompanied = any(cause.effect.sea or cause.effect.companions for cause in others.causes)
+        if not accompanied or fit.causes[k].effect.sea or fit.causes[k].effect.witnessed:
+            continue
+        tried = ranked_candidates(beyond_all(weighing, others), others)
+        gains = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
+        if max(gains, default=0.0) < required_gain(FormRemainder(weighing, others), fit.causes[k]):
+            fit = others
+    return fit
+
+
+def _settled(
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
+    """Refit causes and noise levels in turns until both agree; far faster than weighing all candidates each time.
+
+    Turns that lead away from the filters' maximum are abandoned.
+    """
+    course = weighing.now.course
+    # A current's course is among what is fitted, that of the water in waves is not.
+    in_waves = any(cause.effect.sea and cause.act(course).water is None for cause in fit.causes)
+    nominal = replace(nominal, joint=replace(nominal.joint, in_waves=in_waves))
+    best: tuple[Weighing, Fitted] | None = None
+    for _ in range(MOST_REFITS):
+        now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
+        if best is not None and now.log_posterior < best[0].now.log_posterior - AMBIGUOUS_NATS:
+            return best
+        weighing, before = at(now, fit.causes), fit
+        fit = weighing.fitted(before.causes)
+        if best is None or now.log_posterior > best[0].now.log_posterior:
+            best = weighing, fit
+        if _same(fit, before):
+            break
+    return weighing, fit
+
+
+def explained_by(
+    causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect], near: Nominal | None = None
+) -> Explanation:
+    """An explanation by the given causes alone, refitted with their noise levels.
+
+    nominal: the filters without any cause; near: those from which the fit starts, of causes much like these. From the
+    nominal ones, whose masses made up for the causes, it may end at a far lower maximum.
+    """
+    at = _weighing_maker(library)
+    start = at(near or nominal, causes)
+    weighing, fit = _settled(nominal, start, start.fitted(tuple(causes)), at)
+    return Explanation(fit, weighing, weighing.now)
+
+
+def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Weighing]:
+    """Weighing of a library's candidates, given filters and causes; seas take their periods from the dive."""
+    able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
+    seas = {effect.name for effect in able if effect.sea}
+    able = tuple(effect for effect in able if not effect.sea)
+
+    def at(now: Nominal, causes: Sequence[Cause]) -> Weighing:
+        of_causes = [cause.effect for cause in causes if cause.effect.sea]
+        rows, of_seas = both(lambda: rows_of(now), lambda: seas_of(now))
+        return Weighing(
+            now, rows, (*able, *of_causes, *(effect for effect in of_seas if effect.name in seas))
+        )
+
+    return at
+
+
+def _labels(fit: Fitted) -> tuple[str, ...]:
+    return tuple(sorted(cause.effect.label for cause in fit.causes))
+
+
+def _same(fit: Fitted, other: Fitted) -> bool:
+    """Same causes, with values within a small part of their standard errors."""
+    if _labels(fit) != _labels(other) or fit.at != other.at:
+        return False
+    std = np.sqrt(np.diag(fit.covariance))
+    moved = np.array([fit.causes[k].values[p] - other.causes[k].values[p] for k, p in fit.at])
+    return bool(np.all(np.abs(moved) < SETTLED * std))

@@ -1,0 +1,1 @@
+"""The gap: `simulation` of the model along the dive, its `drift` with floor and plain baseline, the `missing` force."""
