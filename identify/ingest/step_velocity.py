@@ -38,10 +38,10 @@ def dated(
     step_s = steps.value[good, 0]
     at_end = Signal(steps.time_s[good], steps.value[good, 1:] / step_s[:, None])
     middle = Signal(at_end.time_s - step_s / 2, at_end.value)
-    beside = [signal.finite() for signal in (gyro, specific_force, attitude) if signal is not None]
-    if len(beside) < 3 or min(map(len, beside)) < FEWEST:
+    inertial = [signal.finite() for signal in (gyro, specific_force, attitude) if signal is not None]
+    if len(inertial) < 3 or min(map(len, inertial)) < FEWEST:
         return middle
-    gained = _gained(at_end, *beside)
+    gained = _gained(at_end, *inertial)
     inside = (middle.time_s >= gained.time_s[0]) & (at_end.time_s <= gained.time_s[-1])
     between_s = np.diff(at_end.time_s)
     pairs = inside[1:] & inside[:-1] & (between_s <= LONGEST_S) & np.isclose(between_s, step_s[1:], rtol=0.5)

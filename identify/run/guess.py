@@ -12,7 +12,7 @@ from bridge.errors import LogError, SeatrialError
 from bridge.firmware.description import Firmware, Wiring
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
-from identify.checks.gaps import never_armed
+from identify.checks.missing_signals import never_armed
 from identify.checks.motors import FOLLOWS, Miswired, following, miswired
 from identify.checks.thrust_response import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
