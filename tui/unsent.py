@@ -37,7 +37,7 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
 
 
 def how_to_send(path: Path, model: Sidecar) -> str:
-    """What to do where an accepted diagnosis was never sent."""
+    """The remedy for an accepted diagnosis that was never sent."""
     return (
         f"{path} makes up for {effects_words(model.effects)} and by the receipts was never sent: upload it (seatrial "
         f"params upload {path}), or diagnose this dive"

@@ -155,7 +155,7 @@ def is_alike(speed: float, other: float) -> bool:
 
 
 def held_against(errors: Sequence["WholeError"], rows: Sequence[Foretold], mode: Mode) -> tuple[Held, ...]:
-    """The errors of a dive flown in one mode beside those foretold for that mode."""
+    """The errors of a dive flown in a mode, compared with those foretold for it."""
     by_axis, sea = {error.axis: error for error in errors}, sea_of(errors)
     return tuple(
         _held(row, by_axis[row.axis], sea.get(row.axis, 0.0))

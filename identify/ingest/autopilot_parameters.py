@@ -16,7 +16,7 @@ from identify.ingest.open import recording_files
 
 def autopilot_parameters(path: Path) -> tuple[Firmware, dict[str, float]]:
     """An autopilot's firmware, and its parameters by name, as a recording or a dive folder last states them; none if it
-    holds none. Where no heartbeat tells the firmware it is taken for the first of the table.
+    holds none. Without a heartbeat the firmware is taken for the first of the table.
 
     Raises LogError for another form of file, and for an autopilot that is not supported.
     """

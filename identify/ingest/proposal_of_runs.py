@@ -1,4 +1,4 @@
-"""Proposes one column map for several runs of one form: the files of a folder, or runs that stand in one table."""
+"""Proposes a common column map for several runs of the same form: files of a folder, or runs in a table."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

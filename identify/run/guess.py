@@ -83,8 +83,8 @@ class Guess:
 def guess(path: Path) -> Guess:
     """Propose a vehicle file for a recording, and compare it with the recorded motion.
 
-    Where the autopilot's parameters name no frame the motion alone proposes one: the bundled file and the signs of its
-    thrusters that it follows best.
+    If the autopilot's parameters name no frame, the motion alone decides: the bundled file, and the signs of its
+    thrusters, that fit it best.
 
     Raises LogError for a recording that has neither, ConfigError for parameters that fit no file.
     """

@@ -564,7 +564,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._record_for_off()
 
     def _tell_recording(self) -> None:
-        """Say what became of the recording on screen."""
+        """Show the notices on the recording."""
         ours = self._starts_recording() or self._clock() <= self._declinable_until_s
         for notice in self._news.take(self._views.view(), ours=ours, flies=self.desk.jobs.runs(FLY)):
             if notice.is_lost:
