@@ -31,9 +31,7 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     proposal = propose_runs({name: (rows,) for name, rows in split_table(streams[0], column)}, path)
     note = f"'{column}' changes where the clock starts anew, so it is taken for the number of the run."
     return replace(
-        proposal,
-        columns=replace(proposal.columns, runs=RunColumn(column)),
-        notes=(note, *proposal.notes),
+        proposal, columns=replace(proposal.columns, runs=RunColumn(column)), notes=(note, *proposal.notes)
     )
 
 

@@ -162,11 +162,7 @@ def usual_from(plain: dict[str, Any]) -> Usual:
         mean, scatter, thrust_n = (np.array(plain[name], float) for name in ("mean", "scatter", "thrust_n"))
         voltage = plain["voltage_v"]
         usual = Usual(
-            mean,
-            scatter,
-            int(plain["count"]),
-            np.nan if voltage is None else float(voltage),
-            thrust_n,
+            mean, scatter, int(plain["count"]), np.nan if voltage is None else float(voltage), thrust_n
         )
     except (KeyError, TypeError, ValueError):
         usual = None

@@ -148,11 +148,7 @@ CALIBRATE = Next(
     ("screen.fly", "fly.plan"),
     "let it fly by itself what calibrates it; or dive surge, sway and yaw by hand, then begin the next dive",
 )
-DIVE = Next(
-    Task.DIVE,
-    ("recording.next",),
-    "once surge, sway and yaw are dived: begin the next dive",
-)
+DIVE = Next(Task.DIVE, ("recording.next",), "once surge, sway and yaw are dived: begin the next dive")
 END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
 UPLOAD = Next(
