@@ -67,11 +67,7 @@ def angles_of(rotation: Array) -> Vector3:
     pitch = math.atan2(-rotation[2, 0], level)
     if level < LOCKED:
         return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
-    return (
-        math.atan2(rotation[2, 1], rotation[2, 2]),
-        pitch,
-        math.atan2(rotation[1, 0], rotation[0, 0]),
-    )
+    return (math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0]))
 
 
 def quaternion_of(rotation: Array) -> Quaternion:

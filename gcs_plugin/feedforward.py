@@ -1,13 +1,12 @@
 """Switching the feed-forward: send FF_MODE until two independent reports of the vehicle confirm the mode. Pure.
 
-An answer may be the echo of a write that the vehicle then did not keep. So the mode is confirmed by a read-back,
-requested after a quiet period, together with the telemetry, which the vehicle derives from the mode that it flies. If
-either reports another mode, the switch starts again. The state machine never gives up; its caller may.
+An answer may echo a write that the vehicle did not keep. So the mode is confirmed by a read-back after a quiet period,
+together with the telemetry, which shows the mode that it flies. If either reports another mode, the switch
+starts again. The state machine never gives up; its caller may.
 
-OFF waits for nothing. It is sent from the first tick to every vehicle known from before, heard now or not, and to the
-named system, known or not, since a link may carry one way only. Only the vehicle's own reports end it. One thing it
-waits for: a companion behind ArduPilot must be heard on the link once, since until then the autopilot itself executes
-the companion's orders.
+OFF is sent from the first tick, to every vehicle known from before and to the named system, heard or not, since a link
+may carry only one way. Only the vehicle's own reports end it. A companion behind ArduPilot must be heard on the link
+once before: until then the autopilot itself executes the companion's orders.
 
 Any other mode yields to OFF: it is sent until the vehicle has confirmed it once, and after that only requested. If the
 vehicle then reports another mode, or reports off although it was raised before, or another program on this computer

@@ -1,8 +1,8 @@
-"""The gain of each thruster by which the vehicle's own allocation went during a dive, from its commands.
+"""The gain of each thruster in the vehicle's own allocation during a dive, from its commands.
 
-The allocation asks the thrusters for the wrench TAU_CMD, and the pulses show the thrust asked of each. Of a vehicle
-that goes by the file's gains both agree. One that makes up for a weak thruster asks more of it than the file's gain
-would: its own gain for it is lower, and is found by least squares over the dive.
+The allocation distributes the wrench TAU_CMD over the thrusters, and the pulses show the thrust asked of each. With the
+file's gains both agree. A vehicle that compensates a weak thruster asks more of it than the file's gain would, so its
+allocation has a lower gain for it, found here by least squares over the dive.
 """
 
 import numpy as np
@@ -17,19 +17,19 @@ from identify.dive import Dive
 
 POINTS = 4001
 LEAST_N = 0.5
-"""Least rms of a thruster's thrust for its gain to be told."""
+"""Least rms of a thruster's thrust to determine its gain."""
 MOST_LEFT = 0.1
 """Share of the wrench, rms, that may remain unexplained: beyond it the pulses are of another allocation."""
 ALIKE, MOST_ALIKE = 1e-3, 0.01
-"""Eigenvalue of the columns' correlations below which a combination of gains is not told, and the largest share of such
-combinations that a gain may have in it and be told all the same."""
+"""Eigenvalue of the columns' correlations below which a combination of gains is undetermined, and the largest share in
+such combinations of a gain that still counts as determined."""
 
 
 def allocated_gains(dive: Dive, file: VehicleFile, configuration: str) -> Array | None:
-    """Total gain of each thruster over its curve (n,), NaN for one that the dive does not tell.
+    """Total gain of each thruster over its curve (n,), NaN if undetermined.
 
-    Accepted effects are part of it while the feed-forward is applied. None without TAU_CMD and pulses, and of a vehicle
-    whose pulses don't follow from them.
+    Accepted effects are part of it while the feed-forward is applied. None without TAU_CMD and pulses, or if the pulses
+    don't follow from the wrench.
     """
     if dive.tau_cmd is None or dive.pwm is None or len(dive.tau_cmd) < 2 or len(dive.pwm) < 2:
         return None

@@ -143,8 +143,8 @@ per cent, this is most of the uncertainty."""
 
 @dataclass(frozen=True)
 class Dive:
-    """One recording, or several runs of one vehicle on one clock. Body frame FRD, radians, boot time; None for a signal
-    that the recording lacks.
+    """A recording, or several runs of a vehicle on a common clock. Body frame FRD, radians, boot time; None if
+    missing.
 
     velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity.
     velocity_is_filtered: whether velocity comes from an autopilot's own filter, turned from north-east-down into body

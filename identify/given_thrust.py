@@ -81,22 +81,22 @@ def given_thrust(
     axes = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH and np.ptp(motion.nu[known, dof]) > 0]
     regressors, instruments, wrenches = [], [], []
     for place, dof in enumerate(axes):
-        own = slice(3 * place, 3 * place + 3)
+        columns = slice(3 * place, 3 * place + 3)
         moved, wanted = (np.zeros((np.count_nonzero(known), 3 * len(axes))) for _ in range(2))
         ones = np.ones(len(motion.time_s))
-        moved[:, own] = np.column_stack([motion.nu_dot[:, dof], motion.nu[:, dof], ones])[known]
-        wanted[:, own] = np.column_stack([reference[:, 6 + dof], reference[:, dof], ones])[known]
+        moved[:, columns] = np.column_stack([motion.nu_dot[:, dof], motion.nu[:, dof], ones])[known]
+        wanted[:, columns] = np.column_stack([reference[:, 6 + dof], reference[:, dof], ones])[known]
         regressors.append(np.hstack([moved, of_each[known, dof]]) / reach[dof])
         instruments.append(np.hstack([wanted, fed[known, dof]]) / reach[dof])
         wrenches.append(motion.tau[known, dof] / reach[dof])
     lacking, error = _solved(np.array(regressors), np.array(instruments), np.array(wrenches))
-    told = {}
+    clear = {}
     for i, less, std in zip(asked, lacking[-len(asked) :], error[-len(asked) :], strict=True):
         by_file = shape.thrusters[i - 1].gain
         given = Given(by_file * float(1.0 - less), by_file * Z95 * float(std))
         if 0.0 < given.half95 <= MOST_UNSURE * given.gain:
-            told[i] = given
-    return told
+            clear[i] = given
+    return clear
 
 
 def _of_each(
@@ -135,17 +135,17 @@ def _solved(regressors: Array, instruments: Array, wrenches: Array) -> tuple[Arr
         instruments.reshape(-1, instruments.shape[2]),
         wrenches.ravel(),
     )
-    told = (np.abs(x).max(axis=0) > 0) & (np.abs(z).max(axis=0) > NO_REACH)
-    inverse = np.linalg.pinv(z[:, told].T @ x[:, told])
-    factors = inverse @ (z[:, told].T @ y)
-    left = wrenches - regressors[:, :, told] @ factors
-    pull = np.einsum("anp,an->np", instruments[:, :, told], left)
+    shown = (np.abs(x).max(axis=0) > 0) & (np.abs(z).max(axis=0) > NO_REACH)
+    inverse = np.linalg.pinv(z[:, shown].T @ x[:, shown])
+    factors = inverse @ (z[:, shown].T @ y)
+    left = wrenches - regressors[:, :, shown] @ factors
+    pull = np.einsum("anp,an->np", instruments[:, :, shown], left)
     spread = pull.T @ pull
     steps = min(round(MEMORY_S * RATE_HZ), len(pull))
     for k in range(1, steps):
         apart = (1 - k / steps) * pull[k:].T @ pull[:-k]
         spread += apart + apart.T
-    value, error = np.zeros(len(told)), np.full(len(told), np.inf)
-    value[told] = factors
-    error[told] = np.sqrt(np.maximum(np.diag(inverse @ spread @ inverse.T), 0.0))
+    value, error = np.zeros(len(shown)), np.full(len(shown), np.inf)
+    value[shown] = factors
+    error[shown] = np.sqrt(np.maximum(np.diag(inverse @ spread @ inverse.T), 0.0))
     return value, error

@@ -10,7 +10,7 @@ WRITTEN = {"n": "N", "nm": "N m", "s": "s", "m_s": "m/s", "rad_s": "rad/s", "m":
 
 
 class Quantity(Enum):
-    """What was fitted; the value is its part of the name."""
+    """The kind of a fitted quantity; the value is its part of the name."""
 
     DISTURBANCE = "disturbance_std"
     TIME_CONSTANT = "disturbance_time_constant"
@@ -20,7 +20,7 @@ class Quantity(Enum):
 
 @dataclass(frozen=True)
 class Nuisance:
-    """One quantity of one axis (`surge` to `yaw`). unit: a key of `WRITTEN`; channel: the sensor that a NOISE is of."""
+    """A fitted quantity of an axis, `surge` to `yaw`. unit: a key of `WRITTEN`; channel: the sensor of a NOISE."""
 
     axis: str
     quantity: Quantity

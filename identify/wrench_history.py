@@ -156,8 +156,8 @@ def evenly_between(samples: Signal) -> Signal:
 def is_jump(samples: Array) -> NDArray[np.bool_]:
     """Whether each change (n - 1,) between slow samples (n, k) is a step: far larger than the changes beside it."""
     size = np.sum(np.diff(samples, axis=0) ** 2, axis=1)
-    beside = np.maximum(np.concatenate([[0.0], size[:-1]]), np.concatenate([size[1:], [0.0]]))
-    return np.asarray(size > JUMP**2 * beside)
+    neighbour = np.maximum(np.concatenate([[0.0], size[:-1]]), np.concatenate([size[1:], [0.0]]))
+    return np.asarray(size > JUMP**2 * neighbour)
 
 
 def halfway_between(samples: Signal) -> Signal:

@@ -25,7 +25,7 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
         return None
     sent = {model.dive_sha256 for model in ever_accepted(receipts) if model.effects}
     begun = began(dive)
-    found = [
+    unsent_models = [
         (path, model)
         for path, model in _models(dive)
         if (model.vehicle, model.configuration) == (file.vehicle.name, configuration)
@@ -33,11 +33,11 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
         and model.dive_sha256 not in {*sent, dive.sha256}
         and (not (begun and model.dived) or model.dived < begun)
     ]
-    return max(found, key=lambda each: each[0].stat().st_mtime_ns, default=None)
+    return max(unsent_models, key=lambda each: each[0].stat().st_mtime_ns, default=None)
 
 
 def how_to_send(path: Path, model: Sidecar) -> str:
-    """What to do where an accepted diagnosis was never sent."""
+    """The remedy for an accepted diagnosis that was never sent."""
     return (
         f"{path} makes up for {effects_words(model.effects)} and by the receipts was never sent: upload it (seatrial "
         f"params upload {path}), or diagnose this dive"
@@ -47,8 +47,8 @@ def how_to_send(path: Path, model: Sidecar) -> str:
 def _models(dive: Dive) -> Iterator[tuple[Path, Sidecar]]:
     here = [path for path in Path().iterdir() if path.suffix in SUFFIXES]
     folder = dive.source if dive.source.is_dir() else dive.source.parent
-    beside = folder.resolve().parent.glob(f"*/{ACCEPTABLE}")
-    for path in (*here, *beside):
+    in_dives = folder.resolve().parent.glob(f"*/{ACCEPTABLE}")
+    for path in (*here, *in_dives):
         if not sidecar_path(path).is_file():
             continue
         try:

@@ -247,12 +247,7 @@ def _stale(rows: Iterable[Trace | SensorRow | ThrusterRow]) -> list[bool]:
 
 
 def tables(picture: Picture) -> Sequence[show.Table]:
-    candidates = (
-        quantity_table(picture),
-        gap_table(picture),
-        sensor_table(picture),
-        thruster_table(picture),
-    )
+    candidates = (quantity_table(picture), gap_table(picture), sensor_table(picture), thruster_table(picture))
     return [table for table in candidates if table.rows]
 
 

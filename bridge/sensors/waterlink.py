@@ -40,12 +40,7 @@ def encode_sentence(body: str) -> bytes:
 
 
 def encode_waterlink_json(
-    velocity: Vector3,
-    altitude_m: float,
-    sigma: float,
-    ranges: Sequence[float],
-    valid_us: int,
-    sent_us: int,
+    velocity: Vector3, altitude_m: float, sigma: float, ranges: Sequence[float], valid_us: int, sent_us: int
 ) -> bytes:
     """Encode a velocity report as the device writes it; NaN in `velocity` means lost lock, NaN in `ranges` a lost
     beam."""
@@ -79,12 +74,7 @@ def encode_waterlink_json(
 
 
 def encode_waterlink_serial(
-    velocity: Vector3,
-    altitude_m: float,
-    sigma: float,
-    ranges: Sequence[float],
-    valid_us: int,
-    sent_us: int,
+    velocity: Vector3, altitude_m: float, sigma: float, ranges: Sequence[float], valid_us: int, sent_us: int
 ) -> bytes:
     """Encode the sentences of a report, a `wru` for each transducer and then `wrz`; NaN as in the JSON report."""
     locked = not any(map(math.isnan, velocity))

@@ -18,7 +18,7 @@ WHOLE: Final = "telemetry.whole.tlog"
 
 
 def standing_for(recordings: Sequence[Path]) -> list[Path]:
-    """Return the recordings of a dive to read: the complete recording if there is one, otherwise all recordings."""
+    """Return the recordings of a dive to read: the complete recording if present, otherwise all recordings."""
     whole = [path for path in recordings if path.name == WHOLE]
     return whole or list(recordings)
 

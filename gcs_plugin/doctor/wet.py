@@ -216,11 +216,7 @@ def _claim(index: int) -> float:
 
 
 def _search(
-    pulses: tuple[Pulse, ...],
-    dvl: list[Array],
-    imu: list[Array],
-    fog: list[Array],
-    felt: dict[str, Array],
+    pulses: tuple[Pulse, ...], dvl: list[Array], imu: list[Array], fog: list[Array], felt: dict[str, Array]
 ) -> Diagnosis:
     penalty = _penalty(len(pulses))
     score = _scores(

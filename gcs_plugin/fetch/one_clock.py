@@ -120,9 +120,7 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneCl
     # first.
     rising = np.maximum.accumulate(np.maximum(dated, 0.0))
     return OneClock(
-        [round(item) for item in rising.tolist()],
-        max(known, key=lambda offset: offset.count).line,
-        guessed,
+        [round(item) for item in rising.tolist()], max(known, key=lambda offset: offset.count).line, guessed
     )
 
 

@@ -1,17 +1,16 @@
-"""Departure of a vehicle from its model, beside its noise floor, and the alarm.
+"""Departure of a vehicle from its model over its noise floor, and the alarm.
 
 Each second gives the drift of an axis over 5 s (`predictor`), in units of its noise floor. Its mean square over half a
-minute is 1 where the model is right; drift is correlated over some 4 s, so that it has about seven independent values,
-and it exceeds ALARM by chance once in some hundred thousand half minutes. The alarm is raised when it has for
-HOLDS_S, which is half a minute after a large departure began. A second counts for no more than MOST: a kick of a few
-seconds is no departure that stays.
+minute is 1 for a right model; drift is correlated over some 4 s, so it has about seven independent values and exceeds
+ALARM by chance once in some hundred thousand half minutes. The alarm is raised once it has for HOLDS_S, half a minute
+after a large departure began. A second counts at most MOST, so that a kick of a few seconds raises no alarm.
 
-A thruster's loss that stays below the floor raises the alarm as well (`losses`): soon by how roll and pitch answer,
-else later. Where the model has neither, that names the thruster and not how much it lacks.
+A thruster's loss below the floor raises the alarm as well (`losses`), sooner if the model has roll or pitch; without
+them its size is not known.
 
-The floor is that of the dive itself: drift of its first minute and of all later seconds on which no doubt falls, with
-the upper bound of its uncertainty, and a share of the drift that thrust makes: twice the 3 % to which an
-identification usually tells a damping. A departure from the first minute on is thus part of the floor.
+The floor comes from the dive itself: drift of its first minute and of all later undoubted seconds, with the upper bound
+of its uncertainty, and a share of the drift by thrust: twice the 3 % to which an identification usually knows a
+damping. A departure from the first minute on is thus part of the floor.
 """
 
 import math

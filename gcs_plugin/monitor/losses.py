@@ -91,12 +91,12 @@ class LossWatch:
         )
         share, variance = score / known - before, alike_s * (1.0 / known + 1.0 / known_before)
         share = np.where((share > LEAST) & (share < self._most), share, 0.0)
-        sure = share / np.sqrt(variance + KNOWN**2)
-        best = int(sure.argmax())
+        score = share / np.sqrt(variance + KNOWN**2)
+        best = int(score.argmax())
         evidence = 0.5 * share**2 / variance
-        if sure[best] <= 0:
+        if score[best] <= 0:
             return None
-        return Loss(best, window, float(sure[best]), earlier[-6:] / seconds, share, evidence)
+        return Loss(best, window, float(score[best]), earlier[-6:] / seconds, share, evidence)
 
     def _parts(self, total: Array) -> Array:
         """The sums (5, k) of score, information, score², score times information, and information²."""

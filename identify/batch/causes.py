@@ -1,7 +1,7 @@
 """The diagnosis of a dive for a batch, as plain data and back.
 
-A dive in which an effect was not named still has a size of it, fitted beside its causes: without these, a trend would
-begin where the effect becomes large enough to be named.
+It also holds the sizes of effects that are not named, fitted together with the causes: without these, a trend would
+begin only when the effect is large enough to be named.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from identify.words import MISSING, unit_after, with_interval
 
 @dataclass(frozen=True)
 class Size:
-    """A parameter of an effect in one dive, SI, with its 95 % interval; None without one."""
+    """A parameter of an effect in a dive, SI, with its 95 % interval, None if unknown."""
 
     value: float
     unit: str
@@ -39,10 +39,10 @@ class Size:
 
 @dataclass(frozen=True)
 class EffectSize:
-    """An effect in one dive: `label` tells it from all others, `words` names it, `sizes` holds its parameters.
+    """An effect in a dive: its unique `label`, its name in `words`, its parameters in `sizes`.
 
-    `probability`: that it, or one of `also`, is there; 0 for one that is no cause. `named`: whether it is likelier
-    there than not.
+    `probability`: that it, or an effect in `also`, is present; 0 for no cause. `named`: whether it is more likely
+    present than absent.
     """
 
     label: str
@@ -60,7 +60,7 @@ class EffectSize:
 
 @dataclass(frozen=True)
 class Causes:
-    """The diagnosis of a dive in short, or the `error` for which there is none.
+    """The diagnosis of a dive in short, or the `error` that prevented it.
 
     `found`: its causes, strongest first, likely or possible; `absent`: sizes of effects that it does not name.
     """
@@ -74,7 +74,7 @@ class Causes:
     error: str = ""
 
     def of(self, label: str) -> EffectSize | None:
-        """The effect of this label, named or not; None if this dive tells no size of it."""
+        """The effect of this label, named or not; None without a size."""
         return next((item for item in (*self.found, *self.absent) if item.label == label), None)
 
     def to_json(self) -> dict[str, Any]:

@@ -110,9 +110,7 @@ def run_parcel(parcel: Parcel) -> Result:
 
 
 def run_on_cluster(
-    jobs: Iterable[Job],
-    address: str,
-    workers_within_s: float = WORKERS_WITHIN_S,
+    jobs: Iterable[Job], address: str, workers_within_s: float = WORKERS_WITHIN_S
 ) -> Generator[Result, None, None]:
     """Yield the result of each job as it arrives, in no order.
 

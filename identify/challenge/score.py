@@ -188,8 +188,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         ),
         "false alarms where nothing hides": _rate(none, lambda c: c.verdict != "no_gap"),
         "false alarms where the disturbance has one pole, as the nominal model takes it": _rate(
-            [case for case in none if case.truth["poles"] == 1],
-            lambda c: c.verdict != "no_gap",
+            [case for case in none if case.truth["poles"] == 1], lambda c: c.verdict != "no_gap"
         ),
         "unknown called unknown": _rate(by["novel"], lambda c: c.verdict == "unknown"),
         f"unknown, {CLEAR:g} or more over the floor: called unknown": _rate(

@@ -218,7 +218,7 @@ class Unrecorded:
     """Evidence that the controller of a degree of freedom used a reading that the recording lacks."""
 
     dof: int
-    found: str
+    evidence: str
 
     def doubt(self, done: str) -> Doubt:
         """Return the doubt about this axis's mass, with `done` saying how the method handled it."""
@@ -227,7 +227,7 @@ class Unrecorded:
             f"a fit of {axis} takes that for mass, so {mass} {done}, and the true {damping} may lie below its value; "
             f"record the very {READINGS[self.dof]} that the controller uses, to know both from {axis} itself."
         )
-        return Doubt((mass,), capital(self.found), remedy, also=(damping,))
+        return Doubt((mass,), capital(self.evidence), remedy, also=(damping,))
 
 
 def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:

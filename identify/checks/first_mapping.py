@@ -21,7 +21,7 @@ from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
 from identify.words import listed
 
 LEAST_BETTER = 0.2
-"""By which correlation one frame is better than another."""
+"""Least advantage in correlation of the better of two frames."""
 
 DEGREES = 180.0 / math.pi
 LENGTHS = {
@@ -234,7 +234,7 @@ def _turned(name: str, proof: dict[str, str]) -> Mend:
 
 
 def _angles(dive: Dive) -> tuple[Mend, ...]:
-    """Roll and pitch in radians beside a heading in degrees, as the gyro tells."""
+    """Roll and pitch in radians with a heading in degrees, by the gyro."""
     table = turn_table(dive)
     matches = [table[axis][axis] for axis in range(3)] if table else []
     clear = [match for match in matches if match is not None and abs(match.correlation) > CLEAR]

@@ -1,4 +1,4 @@
-"""Doubts about a fit whose model lacks a force: what it is like, and which coefficients it bears on."""
+"""Doubts about a fit whose model lacks a force: its kind, and the coefficients that it affects."""
 
 from collections.abc import Mapping, Sequence
 

@@ -190,7 +190,7 @@ def _estimate(
     if widest > LARGEST_RELATIVE_STD:
         text = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
         why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
-        reason = spoilt[row].found if row in spoilt else f"{text}{why}"
+        reason = spoilt[row].evidence if row in spoilt else f"{text}{why}"
     if np.isinf(below):
         reason = f"the dive can't tell {name} from none: it is below {value * np.exp(above):.3g} {of.unit}"
     low, high = value * np.exp(-below), value * np.exp(above)

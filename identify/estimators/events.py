@@ -17,9 +17,9 @@ LONGEST_STEP_S = 0.05
 """Longer steps between readings are divided, so that a force held over a step is not held for long."""
 
 TICK_S, COARSE_TICK_S = 1e-5, 2.5e-4
-"""Times are rounded to the first, in which no vehicle moves: then few steps differ, and each is computed once. Where
-MOST_STEPS differ all the same, as where readings of two clocks lie among each other, they are rounded to the second,
-half of the error of such stamps. A quiet gyro tells even a tenth of that of a vehicle that turns."""
+"""Times are rounded to the first, in which no vehicle moves: then few steps differ, and each is computed once. If
+MOST_STEPS still differ, as with readings on two clocks, they are rounded to the second, half of the error of such
+stamps. A quiet gyro resolves even a tenth of that in a turn."""
 
 MOST_STEPS = 500
 

@@ -274,13 +274,7 @@ def log_likelihood(
 
 @njit(cache=True, nogil=True)
 def filtered_means(
-    table: Array,
-    step: Indices,
-    force: Array,
-    error: Array,
-    gain: Array,
-    state_read: Indices,
-    initial: Array,
+    table: Array, step: Indices, force: Array, error: Array, gain: Array, state_read: Indices, initial: Array
 ) -> Array:
     """Means of nu, x and d after each event (n, 3), from the gains and innovations (n,) of an earlier filter run; an
     innovation is 0 without a reading."""

@@ -34,10 +34,10 @@ adds little to the reading 20 ms earlier."""
 
 @dataclass(frozen=True)
 class Channel:
-    """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
+    """Readings of a state by a sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
     A NaN reading only marks the start of a new increment. `noise` is the start value of the fitted noise,
-    `noise_spread` the prior standard deviation of its logarithm, `noise_least` what it is at least. coloured: start
+    `noise_spread` the prior standard deviation of its logarithm, `noise_least` its lower bound. coloured: start
     value of the velocity's slow error, 0 if it has none.
     """
 

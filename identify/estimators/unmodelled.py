@@ -32,7 +32,7 @@ from identify.estimators.forms import Forms, Kind
 from identify.estimators.innovations import responses
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.swing import Peak, peak_of
+from identify.estimators.spectral_peak import Peak, peak_of
 from identify.threads import side_by_side
 
 STEP = 1e-4

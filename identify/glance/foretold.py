@@ -155,7 +155,7 @@ def is_alike(speed: float, other: float) -> bool:
 
 
 def held_against(errors: Sequence["WholeError"], rows: Sequence[Foretold], mode: Mode) -> tuple[Held, ...]:
-    """The errors of a dive flown in one mode beside those foretold for that mode."""
+    """The errors of a dive flown in a mode, compared with those foretold for it."""
     by_axis, sea = {error.axis: error for error in errors}, sea_of(errors)
     return tuple(
         _held(row, by_axis[row.axis], sea.get(row.axis, 0.0))
@@ -200,12 +200,12 @@ class MadeUp:
     def passed(self) -> bool | None:
         """Whether it was, or will be, made up for once; None if it is not known and no axis of the feed-forward needs
         it."""
-        if self.acts or self.told is not None:
+        if self.acts or self.shown is not None:
             return self.once
         return False if self.pushes else None
 
     @property
-    def told(self) -> Given | None:
+    def shown(self) -> Given | None:
         """Its gain, if the dive tells clearly whether the allocation went by that."""
         if self.gave is None or TWICE + self._unsure < self._off <= TWICE + 2 * self._unsure:
             return None
@@ -213,12 +213,12 @@ class MadeUp:
 
     @property
     def once(self) -> bool:
-        return self.as_diagnosed if self.told is None else self._off <= TWICE + self._unsure
+        return self.as_diagnosed if self.shown is None else self._off <= TWICE + self._unsure
 
     @property
     def awaits(self) -> bool:
         """Whether it is weak, or strong, and the feed-forward will make up for it as soon as it acts."""
-        return not self.acts and self.told is not None and self.once and abs(self.credit.found - 1) > TWICE
+        return not self.acts and self.shown is not None and self.once and abs(self.credit.found - 1) > TWICE
 
     @property
     def _unsure(self) -> float:
@@ -256,7 +256,7 @@ class MadeUp:
 
     @property
     def name(self) -> str:
-        if self.told is None and not self.acts:
+        if self.shown is None and not self.acts:
             return f"thruster {self.credit.thruster} not known in shadow"
         if self.changed:
             return f"thruster {self.credit.thruster} changed since it was diagnosed"
@@ -266,7 +266,7 @@ class MadeUp:
     @property
     def words(self) -> str:
         asked = f"{'' if self.acts else 'will be '}asked as if it gave {fixed(100 * self.went_by, 0)} % of its curve"
-        if self.gave is not None and (self.told is not None or not self.acts):
+        if self.gave is not None and (self.shown is not None or not self.acts):
             half = fixed(100 * self.gave.half95, 0)
             return f"{asked}; in this dive it gave {fixed(100 * self.gave.gain, 0)} ± {half} %"
         if not self.acts:
@@ -275,7 +275,7 @@ class MadeUp:
 
     @property
     def mend(self) -> str:
-        if self.told is None and not self.acts:
+        if self.shown is None and not self.acts:
             return "dive surge, sway and yaw in shadow, in calm water, so that it shows what it gives"
         if self.changed:
             return (
@@ -312,9 +312,11 @@ def to_make_up(
     will act; `idle`: those that push no axis of the feed-forward."""
     made = []
     for credit in credits:
-        own = _gain_of(credit.thruster, gains) or credit.assumed
+        before = _gain_of(credit.thruster, gains) or credit.assumed
         pushes = credit.thruster not in idle
-        made.append(MadeUp(credit, own * credit.found, gave.get(credit.thruster), acts=False, pushes=pushes))
+        made.append(
+            MadeUp(credit, before * credit.found, gave.get(credit.thruster), acts=False, pushes=pushes)
+        )
     return tuple(made)
 
 

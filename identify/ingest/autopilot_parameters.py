@@ -16,7 +16,7 @@ from identify.ingest.open import recording_files
 
 def autopilot_parameters(path: Path) -> tuple[Firmware, dict[str, float]]:
     """An autopilot's firmware, and its parameters by name, as a recording or a dive folder last states them; none if it
-    holds none. Where no heartbeat tells the firmware it is taken for the first of the table.
+    holds none. Without a heartbeat the firmware is taken for the first of the table.
 
     Raises LogError for another form of file, and for an autopilot that is not supported.
     """
@@ -41,10 +41,10 @@ def _heard(files: list[Path]) -> tuple[Firmware, dict[str, float]]:
     beats = frames.rows("HEARTBEAT")
     beating = Fields(frames, "HEARTBEAT", beats[frames.component[beats] == AUTOPILOT])
     kinds = np.unique(beating["autopilot"])
-    firmware = next((one for one in table.FIRMWARES if one.autopilot in kinds or not len(kinds)), None)
+    firmware = next((each for each in table.FIRMWARES if each.autopilot in kinds or not len(kinds)), None)
     if firmware is None:
-        families = " or ".join(one.family for one in table.FIRMWARES)
-        names = " and ".join(f"{one.name}'s" for one in table.FIRMWARES)
+        families = " or ".join(each.family for each in table.FIRMWARES)
+        names = " and ".join(f"{each.name}'s" for each in table.FIRMWARES)
         raise LogError(
             f"its autopilot is no {families}, and only {names} parameters can be read; write a vehicle "
             "file (docs/howto/write_a_vehicle_file.md)",

@@ -127,8 +127,8 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
 def _join_verticals(
     sets: dict[tuple[str, str], dict[int, str]], frames: Mapping[tuple[str, str], str]
 ) -> None:
-    """Put a lone velocity down, or up, to the body's velocity that shares its name but for the axis, where z points so:
-    `speed_down` is of the body beside `speed_ahead`, and of the earth beside `speed_north`."""
+    """Join a lone velocity down, or up, to the body's velocity of the same name but for the axis, if z points so:
+    with `speed_ahead`, `speed_down` is of the body, and with `speed_north` of the earth."""
     for key in [key for key, fields in sets.items() if frames.get(key) in EARTH and set(fields) == {2}]:
         for other, fields in sets.items():
             shares = other[0] == key[0] and other[1].partition(":")[2] == key[1].partition(":")[2]

@@ -80,13 +80,7 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and _steps(log) is None
     motors = ARDUSUB.motors_of(parameters.get(ARDUSUB.frame, math.nan))
-    fields = {
-        **signals,
-        "velocity_is_filtered": filtered,
-        "motors": motors,
-        "counts": counts,
-        "notes": notes,
-    }
+    fields = {**signals, "velocity_is_filtered": filtered, "motors": motors, "counts": counts, "notes": notes}
     return fields, parameters
 
 

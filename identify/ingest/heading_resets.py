@@ -1,8 +1,7 @@
-"""Headings that an autopilot sets anew: steps that no turning made, as ArduPilot's estimator takes them where it aligns
-its yaw, on arming above all.
+"""Removes resets of the heading: steps without a turn, as when ArduPilot's estimator aligns its yaw, mostly on arming.
 
-A step would pass for a push in yaw, and for a turn of the water. The last heading is taken for the true one, and the
-headings before a step are turned by it.
+A step would pass for a push in yaw, and for a turn of the current. The last heading counts as true, and the headings
+before a step are turned by it.
 """
 
 from dataclasses import replace
@@ -15,23 +14,23 @@ from identify.ingest.rotation import attitude_at, euler_angles
 from identify.words import listed
 
 LEAST_RAD = 0.007
-"""0.4 deg: smaller ones are no matter."""
+"""0.4 deg: smaller resets do not matter."""
 
 FAR = 12.0
 """Standard deviations of the difference between heading and gyro, over one step between attitudes."""
 
 MOST = 0.01
-"""Share of the steps that may be resets: if more are, attitude and gyro tell of different motions."""
+"""Largest share of the steps that may be resets: beyond it, attitude and gyro are of different motions."""
 
 LONGEST_S, SLOWEST_HZ = 0.5, 8.0
-"""A gyro at this rate tells how far the vehicle turned between two attitudes, if they are no further apart."""
+"""Least rate of the gyro, and longest time between two attitudes, to know the turn between them."""
 
 STEEP_RAD = 1.2
-"""Pitch beyond which a heading says little."""
+"""Pitch beyond which the heading is ill-defined."""
 
 
 def without_heading_resets(dive: Dive) -> Dive:
-    """The dive with one heading throughout, and with a note where it was set anew."""
+    """The dive with a continuous heading, and a note on its resets."""
     if dive.attitude is None or dive.gyro is None or dive.gyro.rate_hz < SLOWEST_HZ or len(dive.attitude) < 3:
         return dive
     attitude = dive.attitude
@@ -55,13 +54,13 @@ def without_heading_resets(dive: Dive) -> Dive:
 
 
 def _unturned(attitude: Signal, gyro: Signal) -> Array:
-    """Change (n - 1,) of the heading from each attitude to the next that the gyro does not tell of, rad, between -pi
-    and pi; NaN where it was not read."""
+    """Change (n - 1,) of the heading from each attitude to the next less that by the gyro, rad, between -pi and pi;
+    NaN where unknown."""
     before, after = attitude.value[:-1], attitude.value[1:]
     middle_s, step_s = 0.5 * (attitude.time_s[1:] + attitude.time_s[:-1]), np.diff(attitude.time_s)
     rates = gyro.at(middle_s)
     roll, pitch, _ = euler_angles(attitude_at(attitude, middle_s))
-    # Rate of the heading (Fossen 2011, eq. 2.27), which has none where the nose points straight up or down.
+    # Rate of the heading (Fossen 2011, eq. 2.27), singular at a pitch of 90 deg.
     turned = (np.sin(roll) * rates[:, 1] + np.cos(roll) * rates[:, 2]) / np.cos(pitch) * step_s
     turned[np.abs(pitch) > STEEP_RAD] = np.nan
     change = euler_angles(after)[2] - euler_angles(before)[2] - turned

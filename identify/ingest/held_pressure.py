@@ -1,8 +1,8 @@
-"""Dates the pressure that an ArduPilot holds: by the vertical velocity of a DVL beside it, as far as that tells.
+"""Dates the pressure that an ArduPilot holds, by the vertical velocity of a DVL.
 
-Its main loop reads its barometer ten times a second, and sends its last reading (ArduSub.cpp, update_altitude;
-GCS_Common.cpp). How old that is goes by the phase of its tasks, which each start sets anew: 25 to 90 ms behind a
-simulated ArduSub, and a heave dated by one number for all had its mass off by 0.2 %, beyond its interval.
+The autopilot reads its barometer ten times a second and sends the last reading (ArduSub.cpp, update_altitude;
+GCS_Common.cpp). Its age depends on the phase of the autopilot's tasks, which differs from start to start: 25 to 90 ms
+in a simulated ArduSub. A single age for all dives put the mass in heave off by 0.2 %, beyond its interval.
 """
 
 from typing import Final
@@ -14,18 +14,18 @@ from identify.dive import Signal
 from identify.ingest.rotation import attitude_at
 
 LATE_S: Final = 0.085
-"""Age of a pressure where no DVL tells it."""
+"""Age of a pressure without a DVL."""
 SPREAD_S: Final = 0.03
-"""How far that may be off, as a standard deviation."""
+"""Its standard deviation."""
 OLDEST_S: Final = 0.15
 GAP_S: Final = 1.0
-"""Between readings of a DVL this far apart the depth is not followed."""
+"""Longest time between readings of the DVL over which its velocity is integrated."""
 FEWEST: Final = 50
 PASSES: Final = 3
 SPIKE: Final = 6.0
-"""A step of the pressure is a spike so many times the usual one off."""
+"""A step of the pressure with so many times the usual error is a spike."""
 ALIKE: Final = 1e8
-"""Condition number of the squares from which on the columns can't be told apart."""
+"""Condition number of the squares beyond which the columns are inseparable."""
 
 
 def dated(pressure: Signal, velocity: Signal | None, attitude: Signal | None) -> Signal:
@@ -40,11 +40,11 @@ def dated(pressure: Signal, velocity: Signal | None, attitude: Signal | None) ->
 
 
 def age_s(pressure: Signal, velocity: Signal, attitude: Signal) -> float:
-    """Age of the readings when they are sent, 0 to OLDEST_S: that at which their steps are those of the depth by the
-    DVL, weighed against LATE_S by how well both are known.
+    """Age of the readings when sent, 0 to OLDEST_S, by their fit to the depth by the DVL and by LATE_S, each weighed by
+    its variance.
 
-    The steps go with those of the depth, of the speed downwards and of time (the DVL's zero error), whose factors
-    are fitted: so neither the water's density nor the sensor's unit matters.
+    The pressure's steps are fitted by those of the depth, of the speed downwards and of time (the DVL's zero error), so
+    neither the water's density nor the sensor's unit matters.
     """
     inside = (velocity.time_s >= attitude.time_s[0]) & (velocity.time_s <= attitude.time_s[-1])
     time_s, nu = velocity.time_s[inside], velocity.value[inside]
@@ -75,7 +75,7 @@ def age_s(pressure: Signal, velocity: Signal, attitude: Signal) -> float:
 
 
 def _lateness(steps: Array, columns: Array) -> tuple[float, float] | None:
-    """Lateness of steps (n,) behind columns (n, 3) and its standard error, s; None where the columns do not tell it."""
+    """Lateness of steps (n,) behind columns (n, 3) and its standard error, s; None if undetermined."""
     if len(steps) < FEWEST:
         return None
     scale = np.sqrt(np.mean(columns**2, axis=0))

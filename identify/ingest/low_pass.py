@@ -1,12 +1,12 @@
 """Undoes an autopilot's low-pass filters of rates of turn and accelerations.
 
-Both filters are Butterworth's of second order, whose delay of all that is slow beside their corner f is
-sqrt(2) / (2 pi f): 11 ms at the 20 Hz that ArduSub has by default. Angles and velocities don't come through them. A
-recording without the parameter is taken as it is: it need not be the autopilot's own.
+Both are Butterworth filters of second order. They delay motion far slower than their corner f by sqrt(2) / (2 pi f):
+11 ms at ArduSub's default of 20 Hz. Angles and velocities are not filtered. A recording without the parameter stays
+unchanged, since it may not be the autopilot's own.
 
-What is quicker is delayed more and weakened too, by 0.05 rad and 3 % at half of the corner. A quiet gyro tells even
-that of a turn: beside a simulated ArduSub yaw's drag came out 4 % too large. Where the rates come fast enough, each is
-made of itself and its neighbours so that both effects are gone up to there.
+Motion at half of the corner is delayed by 0.05 rad more and weakened by 3 %. A quiet gyro shows even that: from a
+simulated ArduSub, yaw's drag came out 4 % too large. If the rates are sampled fast enough, a filter over each rate and
+its neighbours undoes both effects up to UP_TO.
 """
 
 import math
@@ -19,7 +19,7 @@ from bridge.arrays import Array
 from identify.dive import Signal
 
 REACH: Final = 2
-"""Neighbours on each side that a rate of turn is made of too."""
+"""Neighbours on each side in the filter over the rates of turn."""
 
 UP_TO: Final = 0.6
 """Share of the corner up to which the filter is undone: less would leave turns, more would raise noise."""
@@ -28,11 +28,11 @@ FASTEST: Final = 0.3
 """Share of the sampling rate that UP_TO may reach."""
 
 UNEVEN: Final = 0.1
-"""Share of a step by which neighbours may lie off: beside a lost message a rate stays as it is."""
+"""Largest error of the steps to the neighbours, as a share: a rate next to a lost message stays unchanged."""
 
 
 def delay_s(corner_hz: float) -> float:
-    """Delay of a filter with this corner; 0 without one."""
+    """Delay of a filter with this corner; 0 for no filter."""
     return math.sqrt(0.5) / (math.pi * corner_hz) if corner_hz > 0.0 else 0.0
 
 

@@ -39,7 +39,7 @@ _AXES = (
 
 
 def uncertain(choice: Choice) -> tuple[str, ...]:
-    """What the user should check of a choice: its reasons where it is a guess, and its mends; in sentences."""
+    """Points of a choice for the user to check, in sentences: the reasons of a guess, and its mends."""
     return (
         *(filter(None, choice.reasons) if choice.confidence is Confidence.GUESSED else ()),
         *(f"{mend.problem}; mended here." for mend in choice.mends),

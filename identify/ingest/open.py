@@ -18,8 +18,8 @@ from bridge.wire import tlog
 from bridge.wire.tlog import SUFFIXES
 from bridge.wire.whole import lacked, lacked_words, standing_for
 from identify.checks.frozen import without_frozen
-from identify.checks.gaps import gaps
 from identify.checks.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
+from identify.checks.missing_signals import missing_signals
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.arrays import read_npz
 from identify.ingest.autopilot_log import logs_beside, with_logs
@@ -111,7 +111,9 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     possible = with_reckoned_pulses(possible, vehicle)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
     dive = without_heading_resets(without_frozen(without_repeated(possible), rest_us))
-    return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
+    return replace(
+        dive, notes=(*_unread(path), *dive.notes, *missing_signals(dive), *_misfits(dive, vehicle))
+    )
 
 
 def recording_files(path: Path) -> list[Path]:

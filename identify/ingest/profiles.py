@@ -1,4 +1,4 @@
-"""What each column of a file looks like: range, rate, share unknown, and its course."""
+"""Profile of each column of a file: range, rate, share unknown, and its course."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -40,15 +40,14 @@ MOST_OFF = 3.0
 """Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
 TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
 OLD_S = 0.2
-"""Headers of one topic that are older than those of another by this much are asked about."""
+"""Headers of a topic that are older than those of another by this much raise a question."""
 
 
 @dataclass(frozen=True)
 class Proposal:
     """A column map, the choices in it, and a profile of each column of the file.
 
-    notes: what the user should check, in sentences. time_reason: why a time was taken for what it is; empty if its
-    name says so.
+    notes: sentences for the user to check. time_reason: the reason for the time column; empty if its name says so.
     """
 
     columns: ColumnMap
@@ -58,7 +57,7 @@ class Proposal:
     time_reason: str = ""
 
     def taken_for(self, column: str) -> tuple[str, str]:
-        """The signal and the unit that a column is taken for; `("", "")` if it is not used."""
+        """Signal and unit of a column in the map; `("", "")` if it is not used."""
         if column == self.columns.time.column or column.endswith(f".{self.columns.time.column}"):
             return "time", self.columns.time.unit
         if self.columns.runs is not None and column == self.columns.runs.column:
@@ -72,7 +71,7 @@ class Proposal:
 
 
 def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
-    """The column map that the streams of a single run suggest, mended where physics contradicts it.
+    """The column map that the streams of a single run suggest, with physical contradictions mended.
 
     Raises LogError if no column is a time, or no column is known by its name.
     """
@@ -146,10 +145,7 @@ def _listed(choice: Choice) -> str:
 def _turned(
     choice: Choice, others: Sequence[Choice], streams: Sequence[Stream], time: TimeColumn, path: Path
 ) -> Choice:
-    """A velocity in earth axes, in those by which it changes as the accelerometer says, turned by the attitude.
-
-    Where that is unclear, the axes are those of its name, or of the attitude if that is one of ROS.
-    """
+    """A velocity in the earth axes that fit the accelerometer; if unclear, those of its name, or of ROS's attitude."""
     raw = replace(choice, columns=replace(choice.columns, frame=BODY))
     dive = _dive(streams, map_of(time, (raw, *others)), path)
     attitude = next(each for each in others if _meant(each) == "attitude")
@@ -169,7 +165,7 @@ def _turned(
 
 
 def _unreadable(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> str:
-    """Why a map makes no dive of a file, as the error says it; "" where it does."""
+    """The error by which a map makes no dive of a file; "" if it does."""
     try:
         dive_fields(Streams(tuple(streams)), columns, path)
     except LogError as error:
@@ -178,8 +174,7 @@ def _unreadable(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> st
 
 
 def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:
-    """The dive of a map, for the checks of physics; without signals if its topics are on two clocks, or its time is
-    none."""
+    """The dive of a map, for the checks of physics; without signals if its topics are on two clocks or have no time."""
     try:
         fields = dive_fields(Streams(tuple(streams)), columns, path)
     except LogError:
@@ -212,7 +207,7 @@ def mended_columns(signal: str, columns: Columns, mend: Mend) -> Columns:
 
 
 def _in_named_unit(signal: str, unit: str, scale: tuple[float, ...]) -> tuple[str, tuple[float, ...]]:
-    """The unit and the scale of columns, where the scale's size is that of another unit in this one."""
+    """Unit and scale of columns; a scale that equals another unit is replaced by that unit."""
     sizes = {abs(factor) for factor in scale}
     for name, si in UNITS[signal].items():
         size = si / UNITS[signal][unit]
@@ -237,8 +232,7 @@ def _mended(choice: Choice, mend: Mend) -> Choice:
 
 
 def _borne_out(choices: Sequence[Choice], pairs: Collection[tuple[str, str]]) -> tuple[Choice, ...]:
-    """The choices, of which those are guesses no more that agree with one that is none; two guesses may share an
-    error."""
+    """The choices; a guess that agrees with a choice that is none is confirmed. Two guesses may share an error."""
     firm = {_meant(choice) for choice in choices if choice.confidence is not Confidence.GUESSED}
     while more := {name for pair in pairs if firm & {*pair} for name in pair} - firm:
         firm |= more
@@ -246,7 +240,7 @@ def _borne_out(choices: Sequence[Choice], pairs: Collection[tuple[str, str]]) ->
 
 
 def _as_known(choice: Choice) -> Choice:
-    """A choice whose unit another signal bears out."""
+    """A choice with its unit confirmed by another signal."""
     is_whole = not {NOTHING, None} & {*choice.columns.named}
     # Of earth axes, depth bears out the vertical alone.
     if choice.confidence is not Confidence.GUESSED or not is_whole or choice.columns.frame in EARTH:
@@ -264,7 +258,7 @@ def _meant(choice: Choice) -> str:
 
 
 def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
-    """Sign that the topics with signals are on more than one clock by a time column; "" for none."""
+    """Evidence that a time column puts the topics with signals on several clocks; "" for none."""
     timed = [
         stream
         for stream in streams
@@ -287,7 +281,7 @@ def _spans(streams: Sequence[Stream], time: TimeColumn) -> list[tuple[float, flo
 def _without_common_time(
     streams: Sequence[Stream], choices: Sequence[Choice], time: TimeColumn
 ) -> Iterator[str]:
-    """A sentence on each two topics of chosen signals of which one ends before the other begins."""
+    """A sentence on each pair of topics of chosen signals without a common time."""
     chosen = {column for choice in choices for column in choice.columns.columns}
     used = [
         stream
@@ -299,7 +293,7 @@ def _without_common_time(
 
 
 def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
-    """The time column that most streams have, with its unit, and why if its name doesn't say."""
+    """The time column of most streams, with its unit, and the reason if its name doesn't say."""
     counts: dict[str, int] = {}
     for stream in streams:
         for field in (*stream.columns, *stream.text):
@@ -344,7 +338,7 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
 
 
 def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
-    """Fault of a file in which no time passes, and the remedy; "" if time passes in a stream."""
+    """Fault of a file in which time stands still, and the remedy; "" if time passes in a stream."""
     clocks = [stream.columns[time] for stream in streams if time in stream.columns]
     if any(np.ptp(known) > 0 for cells in clocks if len(known := cells[np.isfinite(cells)])):
         return ""
@@ -356,8 +350,7 @@ def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
 
 
 def of_day(streams: Sequence[Stream], time: TimeColumn) -> tuple[TimeColumn, str] | None:
-    """The time column of several runs if it is the time of day, and why; a single one of them may be too short to show
-    that its clock counts minutes."""
+    """The time column of several runs if it is the time of day, and the reason; one run may be too short to tell."""
     clocks = [stream.columns[time.column] for stream in streams if time.column in stream.columns]
     if not clocks or time_unit(time.column)[1] or not all(map(_is_time_of_day, clocks)):
         return None
@@ -384,7 +377,7 @@ def _rises(time: Array) -> bool:
 def _agreed_angles(
     choices: Sequence[Choice], streams: Sequence[Stream], time: TimeColumn
 ) -> tuple[Choice, ...]:
-    """The choices, with angles whose unit is a guess in the unit by which they turn as the gyro does."""
+    """The choices; angles with a guessed unit get the unit in which they turn as the gyro does."""
     made = []
     for choice in choices:
         if choice.signal == "euler" and choice.confidence is not Confidence.NAMED:
@@ -428,7 +421,7 @@ def map_of(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
 
 
 def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:
-    """What a diagnosis needs and no column was taken for."""
+    """Signals that a diagnosis needs and no column gives."""
     names = {choice.signal for choice in choices}
     notes = []
     if not names & {"pwm", "rpm", "tau_cmd"}:

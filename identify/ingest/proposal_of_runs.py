@@ -1,4 +1,4 @@
-"""Proposes one column map for several runs of one form: the files of a folder, or runs that stand in one table."""
+"""Proposes a common column map for several runs of the same form: files of a folder, or runs in a table."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -31,9 +31,7 @@ def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     proposal = propose_runs({name: (rows,) for name, rows in split_table(streams[0], column)}, path)
     note = f"'{column}' changes where the clock starts anew, so it is taken for the number of the run."
     return replace(
-        proposal,
-        columns=replace(proposal.columns, runs=RunColumn(column)),
-        notes=(note, *proposal.notes),
+        proposal, columns=replace(proposal.columns, runs=RunColumn(column)), notes=(note, *proposal.notes)
     )
 
 

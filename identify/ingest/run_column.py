@@ -1,4 +1,4 @@
-"""Runs that stand below one another in a table, told apart by a column."""
+"""Runs below each other in a table, separated by a column."""
 
 import itertools
 from collections.abc import Sequence

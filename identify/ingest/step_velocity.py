@@ -1,8 +1,8 @@
-"""Dates the velocity that a driver sent to an autopilot as steps of position: by the accelerometer beside it.
+"""Dates the velocity that a driver sent to an autopilot as steps of position, by the accelerometer.
 
-A step says how far the vehicle moved in how long. Drivers that measure the way send its mean, which belongs to the
-middle of the step. Those of a DVL send its last velocity times the step, which belongs to the end, half a step later.
-A `.BIN` does not say which driver it was (record VISO).
+A step holds a distance and a duration. Drivers that measure the distance send the mean velocity, valid in the middle of
+the step. Drivers of a DVL send the last velocity times the duration, valid at the end, half a step later. A `.BIN` does
+not name the driver (record VISO).
 """
 
 from typing import Final
@@ -18,9 +18,9 @@ FEWEST: Final = 50
 LONGEST_S: Final = 1.0
 """Longer steps bridge a loss of the bottom."""
 SPIKE: Final = 6.0
-"""A change of velocity is a spike so many times the usual one off."""
+"""A change of velocity with so many times the usual error is a spike."""
 LEAST_NATS: Final = 5.0
-"""The end of the step is taken where it is so much likelier than the middle, which a step means by its definition."""
+"""The end of the step is chosen if it is so much likelier than the middle, which the message's definition implies."""
 
 
 def dated(
@@ -29,8 +29,8 @@ def dated(
     """Velocity (n, 3), body axes, m/s, from `steps` (n, 4): their durations, s, and ways, m, at their ends. None
     without any step that lasts.
 
-    Dated at the middles of the steps; at their ends, where gyro (n, 3), specific force (n, 3) and attitude (n, 4) tell
-    that it is theirs.
+    Dated at the middles of the steps, or at their ends if gyro (n, 3), specific force (n, 3) and attitude (n, 4) fit
+    better there.
     """
     good = steps.value[:, 0] > 0
     if not good.any():
@@ -38,10 +38,10 @@ def dated(
     step_s = steps.value[good, 0]
     at_end = Signal(steps.time_s[good], steps.value[good, 1:] / step_s[:, None])
     middle = Signal(at_end.time_s - step_s / 2, at_end.value)
-    beside = [signal.finite() for signal in (gyro, specific_force, attitude) if signal is not None]
-    if len(beside) < 3 or min(map(len, beside)) < FEWEST:
+    inertial = [signal.finite() for signal in (gyro, specific_force, attitude) if signal is not None]
+    if len(inertial) < 3 or min(map(len, inertial)) < FEWEST:
         return middle
-    gained = _gained(at_end, *beside)
+    gained = _gained(at_end, *inertial)
     inside = (middle.time_s >= gained.time_s[0]) & (at_end.time_s <= gained.time_s[-1])
     between_s = np.diff(at_end.time_s)
     pairs = inside[1:] & inside[:-1] & (between_s <= LONGEST_S) & np.isclose(between_s, step_s[1:], rtol=0.5)

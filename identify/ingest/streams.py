@@ -35,7 +35,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class Streams:
-    """What a foreign file holds, and notes on what was left out of it.
+    """The content of a foreign file, and notes on what was left out.
 
     empty: of a single table, by column, (n,), the rows that have no cell there. Such a row has no sample, while one
     with a NaN has a sample whose value is unknown. lines (n,): of a table of text, the number of each row's line in the

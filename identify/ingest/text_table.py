@@ -216,7 +216,7 @@ def _miscounted(lines: Sequence[str], kept: Sequence[int], width: int, form: _Fo
 
 
 def _values(lines: Sequence[str], width: int, form: _Form) -> tuple[Array, Mask, list[list[int]]]:
-    """Numbers (n, width), NaN where there is none; mask of empty cells; by column, the rows that hold a word."""
+    """Numbers (n, width), NaN in other cells; mask of empty cells; by column, the rows that hold a word."""
     values = np.full((len(lines), width), np.nan)
     blank = np.zeros((len(lines), width), np.bool_)
     wrong: list[list[int]] = [[] for _ in range(width)]

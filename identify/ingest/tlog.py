@@ -168,7 +168,9 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
 
 def _firmware(messages: Messages) -> Firmware | None:
     """The firmware of the vehicle's autopilot, None for one that is not supported, or none."""
-    known = (one for one in table.FIRMWARES if messages.get("HEARTBEAT", autopilot=one.autopilot) is not None)
+    known = (
+        each for each in table.FIRMWARES if messages.get("HEARTBEAT", autopilot=each.autopilot) is not None
+    )
     return next(known, None)
 
 

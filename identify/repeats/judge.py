@@ -111,7 +111,7 @@ LEAST_NATS: Final = 3.0
 """Evidence below which nothing is named."""
 
 ALIKE_NATS: Final = 2.0
-"""Effects whose evidence is closer than this to the best one's can't be told from it."""
+"""Effects whose evidence is closer to the best than this are ambiguous with it."""
 
 LEAST_CLOSED: Final = 1 / 3
 """Share of the squared shift that a cause has to explain where it leaves something; else the answer is `unknown`."""

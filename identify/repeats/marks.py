@@ -1,12 +1,10 @@
 """Marks of a run that begins at rest and then holds one command for seconds.
 
-Such a run tells neither masses nor dampings: its thrust has one step. It tells where the vehicle begins and how it
-answers the steady push: the depth read at rest, how fast it sinks once it has settled, how far it leans, and how it
-begins to turn.
+Its thrust has a single step, so it determines neither masses nor dampings. Its marks are the depth read at rest, the
+speed of sinking once settled, the lean, and how it begins to turn.
 
-Of accepted runs, mean and scatter of their marks are all that is fitted. Masses, drag and righting moment are the
-vehicle file's: they turn the marks of a run into forces, and an error of theirs is the same in accepted and further
-runs.
+Of accepted runs only mean and scatter of the marks are fitted. Masses, drag and righting moment come from the vehicle
+file, to turn marks into forces; their errors are the same in accepted and further runs.
 """
 
 from collections.abc import Sequence
@@ -164,11 +162,7 @@ def usual_from(plain: dict[str, Any]) -> Usual:
         mean, scatter, thrust_n = (np.array(plain[name], float) for name in ("mean", "scatter", "thrust_n"))
         voltage = plain["voltage_v"]
         usual = Usual(
-            mean,
-            scatter,
-            int(plain["count"]),
-            np.nan if voltage is None else float(voltage),
-            thrust_n,
+            mean, scatter, int(plain["count"]), np.nan if voltage is None else float(voltage), thrust_n
         )
     except (KeyError, TypeError, ValueError):
         usual = None

@@ -311,12 +311,7 @@ def innovations(dive: str, name: str, normalised: Signal) -> Figure:
     lags = np.arange(1.0, len(rho) + 1)
     limit = 1.96 / float(np.sqrt(max(int(np.isfinite(value).sum()), 1)))
     panels = (
-        lines_panel(
-            f"{name}: normalised innovation",
-            TIME_TITLE,
-            [line, *_band(1.96, end_s)],
-            (0.0, end_s),
-        ),
+        lines_panel(f"{name}: normalised innovation", TIME_TITLE, [line, *_band(1.96, end_s)], (0.0, end_s)),
         lines_panel(
             f"{name}: autocorrelation",
             "lag, samples",

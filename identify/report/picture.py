@@ -69,7 +69,7 @@ _POINT = re.compile(r"([ML]) (\S+) (\S+)")
 
 
 def inline(draw: Draw, label: str, key: str) -> str:
-    """The figure in two widths, of which the page shows the fitting one. `key` makes the ids of its parts unique."""
+    """The figure in two widths; the page shows the fitting width. `key` makes the ids of its parts unique."""
     parts = []
     for width_in, kind in ((WIDE_IN, "wide"), (COLUMN_IN, "column")):
         with _drawn(draw, width_in) as picture:

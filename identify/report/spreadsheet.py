@@ -50,9 +50,9 @@ def _column(head: str, cells: Sequence[str]) -> list[tuple[str, ...]]:
     """The columns that one of a page becomes, each with its head."""
     known = [None if cell in (MISSING, "") else _read(cell) for cell in cells]
     quantities = [cell for cell in known if cell is not None]
-    told = sum(cell not in (MISSING, "") for cell in cells)
+    filled = sum(cell not in (MISSING, "") for cell in cells)
     between = {cell.between for cell in quantities}
-    if not quantities or len(quantities) < told or len(between) > 1:
+    if not quantities or len(quantities) < filled or len(between) > 1:
         return [(head, *("" if cell == MISSING else cell for cell in cells))]
     parts = PARTS[between.pop()]
     # A unit that stands once, as in "13.1 to 19.5 kg", is that of all numbers of the cell.
@@ -75,12 +75,12 @@ def _read(cell: str) -> _Cell | None:
     """The quantities of a cell; None if it holds anything else."""
     numbers, units, between, at = [], [], [], 0
     while True:
-        found = QUANTITY.match(cell, at)
-        if found is None:
+        quantity = QUANTITY.match(cell, at)
+        if quantity is None:
             return None
-        numbers.append(_plain(found["number"]))
-        units.append(found["unit"] or "")
-        at = found.end()
+        numbers.append(_plain(quantity["number"]))
+        units.append(quantity["unit"] or "")
+        at = quantity.end()
         while at < len(cell):
             sign = BETWEEN.match(cell, at)
             if sign is None:

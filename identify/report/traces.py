@@ -1,8 +1,7 @@
-"""Curves over time that a reader can zoom: panels under a shared time axis, stretched by buttons without a script, in
-time and in height.
+"""Curves over time that a reader can zoom: panels over a shared time axis, stretched in time and in height by buttons.
 
-The style sheet alone stretches the curves; their lines keep their width, and times and values stay text. Values stand
-in a margin, so that they hide no curve of the whole; of a stretched one they hide what lies beneath the margin.
+The style sheet alone stretches the curves, without a script; lines keep their width, and times and values stay text.
+The margin of values hides no part of unstretched curves.
 """
 
 import math

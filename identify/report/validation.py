@@ -152,8 +152,8 @@ def _axis(
 
 
 def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Traces, ...]:
-    """All dives over one another on one scale, each from where its reference first moves; nothing for an axis that
-    every reference rests in."""
+    """All dives overlaid on a common scale, each from the first motion of its reference; nothing for an axis without
+    any."""
     moving_s = {label: span_s for label, dive in dives.items() if (span_s := _moving_s(dof, dive))}
     if not moving_s:
         return ()

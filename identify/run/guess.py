@@ -12,7 +12,7 @@ from bridge.errors import LogError, SeatrialError
 from bridge.firmware.description import Firmware, Wiring
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
-from identify.checks.gaps import never_armed
+from identify.checks.missing_signals import never_armed
 from identify.checks.motors import FOLLOWS, Miswired, following, miswired
 from identify.checks.thrust_response import PUSHED, mirrored, mounting_hints, swapped
 from identify.estimators.axes import build_axes
@@ -83,8 +83,8 @@ class Guess:
 def guess(path: Path) -> Guess:
     """Propose a vehicle file for a recording, and compare it with the recorded motion.
 
-    Where the autopilot's parameters name no frame the motion alone proposes one: the bundled file and the signs of its
-    thrusters that it follows best.
+    If the autopilot's parameters name no frame, the motion alone decides: the bundled file, and the signs of its
+    thrusters, that fit it best.
 
     Raises LogError for a recording that has neither, ConfigError for parameters that fit no file.
     """

@@ -1,7 +1,7 @@
-"""Several runs of one vehicle as one dive: behind one another on one clock, each with a state and a trim of its own.
+"""Joins runs of a vehicle into a dive: in sequence on a common clock, each with its own state and trim.
 
-The runs share masses, damping, thrust, delays and noise levels. Between two runs nothing is known of how the
-vehicle moved (`Dive.breaks_s`), so each recursion begins anew. Ballast that changed between two of them is told.
+The runs share masses, damping, thrust, delays and noise levels. The motion between two runs is unknown
+(`Dive.breaks_s`), so each recursion begins anew. A note names a change of ballast between runs.
 """
 
 import hashlib
@@ -29,12 +29,11 @@ from identify.statistics import left_of
 from identify.words import listed, significant
 
 APART_S: Final = 3.0
-"""Least time between two runs on their common clock: half of it is longer than any delay that is tried, and than the
-memory of a filter of forces or readings."""
+"""Least time between two runs on the common clock: half of it exceeds every delay that is tried, and the memory of the
+filters of forces and readings."""
 
 TICKS_HZ: Final = 50.0
-"""Runs are moved by whole ticks, which are those of the grid of `identify.estimators.axes`: a run's forces are then the
-same wherever it stands."""
+"""Runs are moved by whole ticks of the grid of `identify.estimators.axes`, so that their forces do not change."""
 
 LEAST_RUN_S: Final = 3.0
 OVERLAP_S: Final = 1.0

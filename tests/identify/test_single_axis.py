@@ -9,8 +9,8 @@ from fakes.planted import diagnosed
 
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.frozen import without_frozen
-from identify.checks.gaps import gaps
 from identify.checks.impossible import without_repeated
+from identify.checks.missing_signals import missing_signals
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
@@ -100,6 +100,6 @@ def test_a_recording_says_which_axes_its_velocity_lacks_and_blames_no_bottom_loc
     time_s = np.arange(0.0, 20.0, 0.1)
     velocity = in_surge_alone(Signal(time_s, np.ones((200, 3))))
     depth = Signal(time_s, np.ones((200, 1))) if with_depth else None
-    notes = gaps(Dive("d", Path("d.csv"), "0" * 64, velocity=velocity, depth=depth))
+    notes = missing_signals(Dive("d", Path("d.csv"), "0" * 64, velocity=velocity, depth=depth))
     assert said in notes
     assert not any("bottom lock" in note for note in notes)

@@ -22,7 +22,7 @@ from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import climb
-from identify.estimators.swing import peak_of
+from identify.estimators.spectral_peak import peak_of
 from identify.estimators.unmodelled import Lack, in_standard_errors, lacks_of, screen_of
 
 FILE = closed_loop.vehicle_file()

@@ -3,7 +3,7 @@
 `drawing`, `curves` lines of text with roles, and braille, apart from Textual · `themes` looks of the roles · `keys` the
 table of actions, the keymap, the view-only gate · `desk` state that the screens share · `jobs` the verbs that run ·
 `header` the lines on top of every screen · `identification`, `diagnosis` as their verbs left them · `recorder` the
-recording, which outlives the app · `alarm_notes` alarms as events of a dive · `connecting` the ways to a vehicle,
-`connection` the one in use · `next_step` by the situation, `read_situation` it · `keys_in_turn` · `terminal` how fast
-it draws, and the trace of a crash.
+recording, which outlives the app, `recording_news` notices on it · `alarm_notes` alarms as events of a dive ·
+`connecting` the ways to a vehicle, `connection` the one in use · `next_step` by the situation, `read_situation` it ·
+`keys_in_turn` · `terminal` how fast it draws, and the trace of a crash.
 """

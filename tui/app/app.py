@@ -25,19 +25,18 @@ from bridge.vehicle.mode import Mode
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import reminder, unfinished
-from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
-from gcs_plugin.watch.picture import Armed, Picture
+from gcs_plugin.watch.picture import Armed
 from tui.app import themes
 from tui.app.alarm_notes import AlarmEvent, AlarmNotes
 from tui.app.connecting import Choice
 from tui.app.desk import Desk
-from tui.app.drawing import stopwatch
 from tui.app.jobs import JobState, aside
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap, bindings
 from tui.app.keys_in_turn import KeysInTurn
 from tui.app.next_step import Flight, Situation, lowered_to, next_of, raised_to
 from tui.app.read_situation import LONG, ORDER, read_situation
+from tui.app.recording_news import RecordingNews
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.frame import StationScreen
@@ -45,7 +44,7 @@ from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
 from tui.app.screens.table import OPENING, PLACES, SCREENS, ActionPalette, ActionProvider, Row, tabs
 from tui.app.screens.transfer import ARMED, WRITE, agrees
 from tui.app.terminal import AnsweringDriver, RefreshRate, keep_trace
-from tui.app.view import STALE_S, View, Views, aged, heard_of, silent_after
+from tui.app.view import View, Views, aged
 from tui.show import harmless
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
@@ -99,17 +98,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._keys = keymap or {}
         self._begins_recording = begins
         self._off_may_record = self._dies = False
-        self._before: Holding | None = None
-        self._ended: Path | None = None
-        self._found: set[Path] = set()
-        self._followed: tuple[str, ...] | None = None
-        self._is_over = self._was_armed = self._rests = False
-        self._last_heard: Picture | None = None
+        self._news = RecordingNews(self.desk, self._begins, self._next_dive)
         self._declinable_until_s = -math.inf
         self._step: tuple[float, Situation] | None = None
         self._ordered: JobState | None = None
         self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
-        self._unwritten_of: float | None = None
         self._warned_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
@@ -130,11 +123,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self._driver.answered = partial(self.call_later, self._answered)
         # With nothing to watch, the dives that are here come first. The first view may not know of a recording yet.
         named, running = self.desk.recorded(), self._views.view().recording
-        self._found = {named} if named is not None else set()
-        if running is not None:
-            self._found.add(Path(running.folder))
-        recorded = bool(self._found)
-        nothing = not self._begins_recording and not self.desk.links() and not recorded
+        self._news.known = {folder for folder in (named, running and Path(running.folder)) if folder}
+        nothing = not self._begins_recording and not self.desk.links() and not self._news.known
         self.switch_mode("dives" if nothing and self.desk.connect is not None else SCREENS[0].id)
         left = unfinished(self.desk.receipts)
         if left is not None:
@@ -491,7 +481,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             desk.dive = desk.param = None
         elif desk.dive is not None:
             after += f"; the screens stay on {desk.dive.name}"
-        self._ended = finished
+        self._news.ordered = finished
         became = "is finished" if finished.exists() else "is not kept, since nothing arrived in it"
         self.notify(f"{finished.name} {became}; {after}")
 
@@ -550,9 +540,8 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
 
     def _refresh_view(self) -> None:
         now_s = self._clock()
-        self._tell_over()
+        self._tell_recording()
         self._watch_over_off()
-        self._tell_written()
         self._tell_ordered()
         self._take_back_warnings()
         if self._pace.may_draw(now_s):
@@ -571,76 +560,23 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         Not if it was ended in order: whoever ended it may need the link.
         """
         view = self._views.view()
-        if view.forcing is not None and not view.forcing.done and not view.records and not self._is_over:
+        if view.forcing is not None and not view.forcing.done and not view.records and not self._news.is_over:
             self._record_for_off()
 
-    def _tell_over(self) -> None:
-        """Say that a recording has ended, or gone on in another dive, unless the app's own order did that."""
-        now, before = self._views.view().recording, self._before
-        self._before = now
-        if now is not None:
-            self._is_over = False
-            if before is None:
-                self._tell_followed(now)
-            self._followed = now.links
-        if before is None or (now is not None and now.folder == before.folder):
-            return
-        folder = Path(before.folder)
-        self.desk.read_dives()
-        # A vehicle that fell silent in order is not lost because its next dive is recorded already.
-        self._rests = (self._was_armed or self._rests) and silent_after(self._views.view())
-        self._was_armed = False
-        if now is None and self.desk.was_killed(before.pid):
-            self._warn(
-                f"the recording of {folder.name} has ended without being told to{self._begins()}",
-                lambda: self._views.view().recording is None,
-                "error",
-                TELL_S,
-            )
-            return
-        # A recording in which nothing arrived was no dive.
-        self._is_over = now is None and before.frames > 0
-        ordered = self._ended is not None and self._ended.resolve() == folder.resolve()
-        # A flight has a dive of its own, and says itself when it is over.
-        if not ordered and (now is None or not self.desk.jobs.runs(FLY)):
-            lasted = stopwatch(before.lasted_s(self._views.view().unix_s))
-            then = self._next_dive() if now is None else "; the next dive is recorded"
-            over = f"the dive {folder.name} is over after {lasted}"
-            if now is None and not before.frames:
-                over, then = (
-                    f"the recording of {', '.join(before.links)} is over; nothing arrived in it",
-                    self._begins(),
-                )
-            self.notify(f"{over}{then}", timeout=TELL_S)
-
-    def _tell_followed(self, recording: Holding) -> None:
-        """Say that the app follows a recording of other links than the last one, which it did not begin, and which did
-        not run when the app was opened."""
+    def _tell_recording(self) -> None:
+        """Show the notices on the recording."""
         ours = self._starts_recording() or self._clock() <= self._declinable_until_s
-        known = Path(recording.folder) in self._found or recording.links == self._followed
-        if not (ours or known):
-            of = f" of {', '.join(recording.links)}" if recording.links else ""
-            self.notify(f"the app follows the recording{of} into {recording.folder}", timeout=TELL_S)
+        for notice in self._news.take(self._views.view(), ours=ours, flies=self.desk.jobs.runs(FLY)):
+            if notice.is_lost:
+                self._warn(notice.words, lambda: self._views.view().recording is None, "error", TELL_S)
+            else:
+                self.notify(notice.words, timeout=TELL_S)
 
     def _next_dive(self) -> str:
         """End of a sentence: which key records the next dive; "" if none can."""
         if self.desk.record is None or self.view_only:
             return ""
         return f"; {self._key_of_id('recording.begin')} records the next"
-
-    def _tell_written(self) -> None:
-        """Say that frames are being written again, after the top line had reported that they were not."""
-        recording = self._views.view().recording
-        if recording is None:
-            return
-        if self._unwritten_of == recording.began_unix_s and not recording.unwritten:
-            frames = (
-                f"{recording.lost} frames are lost"
-                if recording.lost
-                else "every frame that waited is written"
-            )
-            self.notify(f"the recording goes on: {frames}", timeout=TELL_S)
-        self._unwritten_of = recording.began_unix_s if recording.unwritten else None
 
     def _begins(self) -> str:
         """End of a sentence: which key begins a recording; "" if none can."""
@@ -669,24 +605,9 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._pace.on_answered(self._clock())
 
     def _show(self) -> None:
-        view = self._views.view()
-        self._was_armed = self._was_armed or view.picture.armed is Armed.ARMED
-        if view.behind_s <= STALE_S and heard_of(view.picture) is not None:
-            self._last_heard = view.picture
-        silent = silent_after(view)
-        ended = self._was_armed and silent
-        rests = self._rests and silent
-        over = self._is_over or ended or rests
-        situation = self._situation(replace(view, over=ended, last_heard=self._last_heard))
-        view = replace(
-            view,
-            over=over,
-            waits=rests and not ended and view.recording is not None,
-            last_heard=self._last_heard,
-            situation=situation,
-            next=next_of(situation),
-        )
-        view = replace(view, view_only=self.view_only)
+        view, for_step = self._news.seen(self._views.view())
+        situation = self._situation(for_step)
+        view = replace(view, situation=situation, next=next_of(situation), view_only=self.view_only)
         if events := self._alarm_notes.take(self._bell.hear(view.alarms), view):
             self.run_worker(self._note(events), group="notes")
         if view.recording is None and not view.over and (begins := self._begins()):

@@ -27,8 +27,7 @@ class Connection:
     """Connection that survives lost links, ended recordings, and another choice by the user.
 
     `recorded` are the links that a recording is to hold; `looked_at` is the link read without recording, "" for none.
-
-    `open_by_name` opens a link, and `trouble` says why one of that name accepts nothing.
+    `open_by_name` opens a link, and `trouble` says why a link accepts nothing.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class Connection:
         if self._looked_at:
             return links.holder_of(self._looked_at)
         holding = recorder.recording(now_unix_s)
-        # One that has heard nothing shows no way to a vehicle.
+        # A recording that has heard nothing leads to no vehicle.
         if holding is not None and holding.frames:
             self._recorded, self._sign_key = holding.links, holding.sign_key or self._sign_key
         return holding

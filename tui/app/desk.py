@@ -166,11 +166,7 @@ def nearest_first(desk: Desk, dive: Path, others: Sequence[Path]) -> tuple[Path,
 
     def rank(other: Path) -> tuple[bool, bool, int]:
         other_ns = ended_ns(other)
-        return (
-            changes(other_ns) != changes(of_dive_ns),
-            other_ns < of_dive_ns,
-            abs(other_ns - of_dive_ns),
-        )
+        return (changes(other_ns) != changes(of_dive_ns), other_ns < of_dive_ns, abs(other_ns - of_dive_ns))
 
     return tuple(sorted(others, key=rank))
 

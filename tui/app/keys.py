@@ -112,12 +112,7 @@ EVERYWHERE: Final = (
         "app.command_palette",
     ),
     Action(
-        "link.connect",
-        "ctrl+l",
-        "Connect",
-        "a serial port, an address, a recording",
-        HIDDEN,
-        "app.connect",
+        "link.connect", "ctrl+l", "Connect", "a serial port, an address, a recording", HIDDEN, "app.connect"
     ),
     Action(
         "vehicle.name",

@@ -32,7 +32,7 @@ class Task(Enum):
 
 
 class Flight(Enum):
-    """Where the flight of a plan stands; WORKED_ON: it is over, and identified and uploaded."""
+    """State of the flight of a plan; WORKED_ON: it is over, and identified and uploaded."""
 
     NONE = auto()
     BEING_PLANNED = auto()
@@ -53,8 +53,8 @@ class Situation:
     - recording: a recording runs; over: its dive is over.
     - lost: the vehicle fell silent while it was armed; departs: an alarm says that it does not answer its thrusters
       as its model does.
-    - flies: it can fly manoeuvres by itself; flight: where the one that Fly asks for stands.
-    - mode: its feed-forward's mode, "" if unknown; last_mode: the one that was heard last, "" if none was.
+    - flies: it can fly manoeuvres by itself; flight: the state of the flight that Fly asks for.
+    - mode: its feed-forward's mode, "" if unknown; last_mode: the last that was heard, "" for none.
     - working: the long verb that runs, "" for none; then: what was asked for and begins once the dives are read, ""
       for nothing; writing: parameters or a mode are being sent.
 
@@ -65,7 +65,7 @@ class Situation:
       lacking: those that it does not.
     - after_upload: it began after the upload below; before_upload: the vehicle accepted values since, whichever.
     - flown: the mode in which it was flown, "" if it was not validated; go: whether that was a GO, None if not judged.
-    - verdict: that of its diagnosis, "" if there is none.
+    - verdict: of its diagnosis, "" without one.
 
     About values:
 
@@ -148,11 +148,7 @@ CALIBRATE = Next(
     ("screen.fly", "fly.plan"),
     "let it fly by itself what calibrates it; or dive surge, sway and yaw by hand, then begin the next dive",
 )
-DIVE = Next(
-    Task.DIVE,
-    ("recording.next",),
-    "once surge, sway and yaw are dived: begin the next dive",
-)
+DIVE = Next(Task.DIVE, ("recording.next",), "once surge, sway and yaw are dived: begin the next dive")
 END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
 UPLOAD = Next(

@@ -122,8 +122,7 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float], veh
     if shown:
         rows = [(name, value_text(value), unit_of(name)) for name, value in shown.items()]
         show.put(
-            show.results(arguments.json),
-            show.Table("", ("name", "value", "unit"), rows, numbers=("value",)),
+            show.results(arguments.json), show.Table("", ("name", "value", "unit"), rows, numbers=("value",))
         )
     with Files() as files:
         if arguments.out and shown:

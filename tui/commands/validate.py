@@ -107,7 +107,7 @@ def _foretold_in_force(
 
 
 def send_first(receipts: Path, file: VehicleFile, dive: Dive, configuration: str) -> str:
-    """What to do before a dive is diagnosed: upload what was accepted and never sent; "" without that."""
+    """Advice before a diagnosis: upload accepted effects that were never sent; "" without such."""
     found = unsent(receipts, dive, file, configuration)
     return "" if found is None else how_to_send(*found)
 

@@ -85,11 +85,7 @@ class LinkReader:
     """Reads a link, and keeps the newest picture of the vehicle, made once a second."""
 
     def __init__(
-        self,
-        link: Reconnecting,
-        watcher: Watcher,
-        clock: Clock,
-        refused: Callable[[], str] = lambda: "",
+        self, link: Reconnecting, watcher: Watcher, clock: Clock, refused: Callable[[], str] = lambda: ""
     ) -> None:
         # A link that replaces a lost link keeps its name.
         self._link, self._name, self._watcher, self._clock = link, link.name, watcher, clock

@@ -179,7 +179,7 @@ def _cells(record: bytes) -> tuple[Cell, ...] | None:
 
 
 def _varint(data: bytes, at: int) -> tuple[int, int]:
-    """A number of 1 to 9 bytes, and the place after it; that of the end where it is cut."""
+    """A number of 1 to 9 bytes, and the place after it, at most the end of `data`."""
     value = 0
     for k in range(9):
         if at >= len(data):

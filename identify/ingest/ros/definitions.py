@@ -15,7 +15,7 @@ Fields = list[tuple[str, Any]]
 Types = dict[str, Fields]
 
 LARGE = re.compile(r"Image|PointCloud|Compressed|Video|OccupancyGrid|Costmap|Marker|Mesh|LaserScan")
-"""In the names of types that hold no signal of a vehicle and most of the bytes of a bag."""
+"""In the names of types without signals of a vehicle, which fill most of a bag."""
 _OLD_IDL = "=" * 80 + "\n"
 
 
@@ -32,8 +32,8 @@ def full_type(name: str) -> str:
 def types_of(topic: Topic, path: Path) -> Types:
     """The types that a topic's type is made of, itself included, by name.
 
-    Its own definition comes first, then those in files beside the bag, and those of ROS fill the gaps. Types
-    that are nowhere are missing. Raises LogError for a file that defines nothing, or if the library is missing.
+    The bag's own definition comes first, then those in files next to the bag, then those of ROS. Types defined nowhere
+    are missing. Raises LogError for a file that defines nothing, or if the library is missing.
     """
     known = _of_ros(topic.encoding, path) | _of_files(path)
     if topic.definition:

@@ -91,11 +91,7 @@ def columns_of(
 
 
 def _read(
-    columns: dict[str, Array],
-    layout: _Layout,
-    block: NDArray[np.uint8],
-    rows: NDArray[np.intp],
-    count: int,
+    columns: dict[str, Array], layout: _Layout, block: NDArray[np.uint8], rows: NDArray[np.intp], count: int
 ) -> None:
     for name, start, number in layout.places:
         if name not in columns:

@@ -123,12 +123,7 @@ def usual(dives: Sequence[DiveRow], otherwise: Path | None) -> Path | None:
 
 
 def table(
-    dives: Sequence[DiveRow],
-    at: int,
-    chosen: Path | None,
-    recorded: Collection[Path],
-    cells: int,
-    rows: int,
+    dives: Sequence[DiveRow], at: int, chosen: Path | None, recorded: Collection[Path], cells: int, rows: int
 ) -> Lines:
     """Heads and the rows around the dive at `at`; the chosen dive and those being recorded are marked."""
 
@@ -149,10 +144,7 @@ def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: 
         (" ", "plain"),
     )
     loss = f"{number(100 * dive.glance.loss, 1)} %" if math.isfinite(dive.glance.loss) else NOTHING
-    line: Line = (
-        *marks,
-        (f"{day(real(dive.glance.began_unix_s)):<18}", role),
-    )
+    line: Line = (*marks, (f"{day(real(dive.glance.began_unix_s)):<18}", role))
     if cells >= PHONE:
         line = (
             *line,

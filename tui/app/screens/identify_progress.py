@@ -164,7 +164,7 @@ def curves(reports: Sequence[Report], cells: int, rows: int) -> Lines:
         return _answers(answered, cells)
     method_shown = next(item.of for item in reports if item.values and not item.answered)
     compared = {method: values for method, values in answered.items() if method != method_shown}
-    told = answered.get(method_shown)
+    answer = answered.get(method_shown)
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
     each, (high, left) = cells // columns, divmod(rows, below)
@@ -177,7 +177,7 @@ def curves(reports: Sequence[Report], cells: int, rows: int) -> Lines:
                 each - BETWEEN_CHARTS,
                 high + (row < left),
                 _values(compared, item.name),
-                refused=told is not None and item.name not in told,
+                refused=answer is not None and item.name not in answer,
             )
             for item in passes[row * columns : (row + 1) * columns]
         ]

@@ -14,7 +14,7 @@ SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
 
 
-def gaps(dive: Dive) -> tuple[str, ...]:
+def missing_signals(dive: Dive) -> tuple[str, ...]:
     """A sentence for each signal that is missing or comes too rarely."""
     level = (
         () if dive.attitude is not None else ("No attitude is recorded: the vehicle is taken to be level.",)
