@@ -117,7 +117,7 @@ def places(file: str, source: bytes) -> Iterator[tuple[Mutant, ...]]:
                 yield whole(called, CALLS[name])
             case ast.Call(func=ast.Attribute(attr=name) as called) if name in CALLS:
                 yield change(end_of(called) - len(name), end_of(called), (CALLS[name],))
-            case ast.Return(value=ast.expr() as value) if not _is_none(value):
+            case ast.Return(value=ast.expr() as value) if not (_is_none(value) or _is_text(value)):
                 yield whole(value, "None")
             case ast.Expr(value=ast.Call()) | ast.Assign(targets=[ast.Attribute() | ast.Subscript()]):
                 yield whole(node, "pass")
