@@ -318,3 +318,15 @@ def test_an_upload_that_is_answered_all_else_has_the_time_that_its_set_and_its_c
         upload.tick(now_s)
         upload.on_value("ELSE", 1.0, SOURCE, now_s)
     assert f"FF0_M_U was not read back as 11 within {within}" in upload.ending.sentence
+
+
+@pytest.mark.parametrize("stage", [Stage.COMMIT, Stage.LIVE])
+def test_a_vehicle_that_started_anew_after_the_commit_has_its_old_set_in_force_again_if_the_rest_fails(stage):
+    vehicle = Reached(OLD)
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
+    assert vehicle.run(upload, lambda: upload.stage is stage and vehicle.flying() == flown(NEW), 60.0)
+    upload.on_reboot(vehicle.now_s)
+    upload.abort("the vehicle was armed", vehicle.now_s)
+    assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
+    assert upload.ending.outcome is Outcome.ROLLED_BACK
+    assert is_old(vehicle)
