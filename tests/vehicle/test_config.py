@@ -45,6 +45,15 @@ def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path):
     assert vehicle.configurations["only"].thruster_limit_n == 40.0
 
 
+def test_a_rigid_body_is_known_to_one_per_cent_and_five_unless_the_file_says_better(tmp_path):
+    body = {"dry_mass_kg": 20.0, "inertia_kgm2": [1.0, 2.0, 3.0]}
+    plain = loaded(tmp_path, body).configurations["only"]
+    assert [plain.rigid_body(dof) for dof in (0, 2, 4)] == [(20.0, 0.2), (20.0, 0.2), (2.0, 0.1)]
+    weighed = body | {"dry_mass_std_kg": 0.3, "inertia_std_kgm2": [0.4, 0.5, 0.6]}
+    told = loaded(tmp_path, weighed).configurations["only"]
+    assert [told.rigid_body(dof) for dof in (0, 3, 5)] == [(20.0, 0.3), (1.0, 0.4), (3.0, 0.6)]
+
+
 @pytest.mark.parametrize(
     ("body", "vehicle", "says"),
     [
