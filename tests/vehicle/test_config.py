@@ -62,6 +62,12 @@ def test_a_rigid_body_is_known_to_one_per_cent_and_five_unless_the_file_says_bet
         ({}, {"water": {"density_kg_m3": 0.0}}, "density_kg_m3 must be above 0"),
         ({}, {"thrust_curve": {"span_us": 0.0}}, "span_us must be above 0"),
         ({}, {"thrust_curve": {"neutral_us": 0.0}}, "neutral_us must be above 0"),
+        ({"model": {"M_x": 1.0}}, {}, "model: unknown coefficient 'M_x'; known: M_u, "),
+        (
+            {"damping": "linear", "priors": {"X_uu": {"value": 1.0, "std": 1.0}}},
+            {},
+            "priors: X_uu is quadratic",
+        ),
         ({"priors": {"M_u": {"value": 0.0, "std": 1.0}}}, {}, "value must be above 0"),
         ({"priors": {"M_u": {"value": 90.0, "std": 0.0}}}, {}, "std must be above 0"),
         ({}, {"sensors": {"dvl": {"kind": "a50", "baud": 0}}}, "baud must be above 0"),
