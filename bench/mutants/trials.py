@@ -19,7 +19,7 @@ from bench.remembered import ONE_THREAD, Data, Remembered
 from bench.stamp import ROOMS, stamp
 
 PRODUCT = (*ROOMS, "configs/*/*.yaml")
-ENOUGH_S = 120.0
+ENOUGH_S = 60.0
 """No further test is begun for a mutant once those it had take so long without it."""
 
 PATIENCE, START_S = 5.0, 60.0
