@@ -61,22 +61,21 @@ class Checkout:
         self._kernels.mkdir()
 
     def judged(self, mutant: Mutant, kept: Remembered) -> Verdict:
-        """Whether a test fails of a mutant, from results in `kept` if neither its file nor the tests have changed."""
-        tests = nearest_tests(self._root, mutant.file)
+        """Whether a test fails of a mutant, from results in `kept` if neither its file nor that test has changed."""
         key = f"{mutant} in {stamp(mutant.file)}"
         if key in kept:
             known = kept.get(key, dict)
-            if known["code"] == stamp(*([known["by"]] if known["by"] else tests)):
+            if known["code"] == stamp(known["by"] or "tests"):
                 return Verdict(mutant, known["by"], known["tests"], known["seconds"])
-        verdict = self._ran(mutant, tests, kept)
-        code = stamp(*([verdict.by] if verdict.by else tests))
+        verdict = self._ran(mutant, nearest_tests(self._root, mutant.file), kept)
+        code = stamp(verdict.by or "tests")
         kept.put(key, {"by": verdict.by, "tests": verdict.tests, "seconds": verdict.seconds, "code": code})
         return verdict
 
     def _ran(self, mutant: Mutant, tests: list[str], kept: Remembered) -> Verdict:
         began_s, spent_s, count = time.monotonic(), 0.0, 0
         for test in tests:
-            alone = kept.get(f"{test} {stamp(test, *PRODUCT)}", partial(self._alone, test))
+            alone = kept.get(f"{test} {stamp(test)} {stamp(*PRODUCT)}", partial(self._alone, test))
             if not alone["passes"]:
                 continue
             count, spent_s = count + 1, spent_s + alone["seconds"]
