@@ -7,7 +7,8 @@
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
 # make wheel     seatrial's own wheel, in dist/, for pipx and pip; docs/install.md
 # make bundle    one archive in dist/ that installs without a net; docs/offline.md
-# make soak      the long form of every test, and what `make test` leaves out: hours, into docs/reliability.md
+# make soak      the long form of every test, and what `make test` leaves out: hours, into docs/reliability.md; then
+#                small changes to the code, which tests must notice, into docs/benchmarks.md
 # make power     how large each hidden effect has to be to be named: hours, into docs/benchmarks.md; resumes where it stopped
 
 PYTHON ?= python3
@@ -82,6 +83,7 @@ bench: $(COMPILED)
 soak: $(STAMP)
 	SEATRIAL_KEEP_FIGURES=1 $(BIN)/python -m pytest -rs -m soak
 	$(BIN)/python -m docs.make
+	$(BIN)/python -m bench mutants
 
 power: $(STAMP)
 	@$(call pip,--editable '.[dev,bench]')

@@ -27,6 +27,7 @@ from bench.diagnosis import power
 from bench.diagnosis import sources as of_diagnosis
 from bench.field import section as field
 from bench.field.sources import SECTION as FIELD
+from bench.mutants import section as mutants
 from bench.stamp import stamp
 from bench.unknown import section as unknown
 
@@ -105,4 +106,5 @@ SECTIONS = {
     "diagnosis": Measurement(lambda run: diagnosis.section(run.kept, run.short), of_diagnosis.SECTION),
     "ardusub": Measurement(lambda run: ardusub.page(run.cache, run.docs), ARDUSUB, asked=True),
     "power": Measurement(_power, of_diagnosis.POWER, asked=True),
+    "mutants": Measurement(lambda run: mutants.section(run.kept, run.short), mutants.SOURCES, asked=True),
 }

@@ -146,7 +146,7 @@ class Upload:
         """The vehicle rebooted and may have lost its staged set: verify the whole set again."""
         self._answered_s = time_s
         if self._checks_active or self._stage in (Stage.COMMIT, Stage.LIVE):
-            self._committed = False
+            self._committed = self._asked_to_commit  # a set that is in force outlives a start
             self._enter_stage(time_s + self._trips.quiet_s)
         elif self._stage is not Stage.DONE:
             self._transfer.on_reboot(time_s)

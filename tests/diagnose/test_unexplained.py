@@ -19,7 +19,7 @@ from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import bursts, mixture_gain
 from identify.diagnose.remainder.lines import scores
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
-from identify.diagnose.remainder.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, unexplained_of
+from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.result import Next
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
 from identify.effects.actuators import thruster_lag
@@ -75,7 +75,7 @@ def test_forces_in_place_of_a_cause_save_more_than_it_does_where_another_force_a
     act = turned if is_there else Act(wrench=wrench)
     weighing = weighing_of(replace(refitted(nominal, [act]), acts=()), (DVL_LEVER_ARM,))
     fit = weighing.fitted((Cause(DVL_LEVER_ARM, np.array([0.0, 0.05, 0.0])),))
-    assert fit.gain > unexplained.UNKNOWN_NATS
+    assert fit.gain > 11.7
     assert stand_in(unexplained_of(weighing, fit).instead, fit.gain) is not is_there
 
 
@@ -297,7 +297,7 @@ def test_blows_are_found_in_the_middle_of_a_stretch_and_between_two(weighing, la
     (column,) = axis.by_course(weighing.now.course, [blows]).T
     noise = np.random.default_rng(4).standard_normal(len(axis.std))
     best = max(bursts({0: (axis, noise + 5.0 * column)}, time_s), key=lambda burst: burst.gain)
-    assert best.gain > UNKNOWN_NATS
+    assert best.gain > 11.7
     assert np.corrcoef(np.abs(best.force(time_s)), blows)[0, 1] > 0.9
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import AcceptedEffect
-from bridge.vehicle.config import GRAVITY_M_S2, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from identify.effects.library import library
 from identify.export.model import Propeller, enu, flu, model_of, pointing, volume_m3
 from identify.export.targets import TARGETS, export, with_effects
@@ -42,8 +42,8 @@ def test_the_centre_of_buoyancy_rights_the_vehicle_as_the_nominal_model_does_and
 ):
     model = model_of(VALUES, file, "hovering")
     height = -model.centre_of_buoyancy_m[2]
-    assert height * model.buoyancy_n == pytest.approx(0.05 * 72.0 * GRAVITY_M_S2)
-    assert model.buoyancy_n == pytest.approx(72.0 * GRAVITY_M_S2 + 1.0)
+    assert height * model.buoyancy_n == pytest.approx(0.05 * 72.0 * 9.80665)
+    assert model.buoyancy_n == pytest.approx(72.0 * 9.80665 + 1.0)
     with pytest.raises(ConfigError, match="displace no water"):
         volume_m3(replace(model, net_buoyancy_n=-800.0), model.dry_mass_kg)
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bridge.vehicle.config import GRAVITY_M_S2, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.dynamics import restoring
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.export import stonefish
@@ -128,8 +128,8 @@ def test_gazebos_buoyancy_floats_and_rights_as_the_nominal_model_does(model, sha
     root = xml(model, "gazebo")
     rho = float(root.findtext(".//uniform_fluid_density"))
     volume = np.prod(floats(root.findtext(".//collision//size")))
-    up_n = rho * volume * GRAVITY_M_S2
-    assert up_n - 72.0 * GRAVITY_M_S2 == pytest.approx(1.0)
+    up_n = rho * volume * 9.80665
+    assert up_n - 72.0 * 9.80665 == pytest.approx(1.0)
     centre = floats(root.findtext(".//collision/pose"))[:3]
     up = TO_FLU @ np.array([0.0, -math.sin(roll), -math.cos(roll)])
     attitude = (math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0)
@@ -146,9 +146,9 @@ def test_stonefish_has_the_mean_mass_the_total_inertias_and_the_net_buoyancy(mod
     assert hull.get("physics") == "floating"
     rho = float(root.find("environment/ocean/water").get("density"))
     volume = np.prod(floats(hull.find("dimensions").get("xyz")))
-    assert (rho * volume - mass) * GRAVITY_M_S2 == pytest.approx(1.0)
+    assert (rho * volume - mass) * 9.80665 == pytest.approx(1.0)
     arm = floats(hull.find("origin").get("xyz")) - floats(hull.find("cg").get("xyz"))
-    assert arm[2] * rho * volume * GRAVITY_M_S2 == pytest.approx(-0.05 * 72.0 * GRAVITY_M_S2)
+    assert arm[2] * rho * volume * 9.80665 == pytest.approx(-0.05 * 72.0 * 9.80665)
 
 
 def test_stonefishs_cube_brakes_as_the_model_does_along_each_axis(rich):

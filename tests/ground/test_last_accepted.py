@@ -19,7 +19,7 @@ from gcs_plugin.params.last_accepted import (
     written_since,
 )
 from gcs_plugin.params.plan import make_plan
-from gcs_plugin.params.receipt import Line, Receipt, next_number
+from gcs_plugin.params.receipt import Line, Receipt, begin, next_number
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.transfer import Outcome
 
@@ -334,3 +334,17 @@ def test_the_receipt_beside_a_file_tells_in_any_folder_and_none_tells_nothing(re
     before = receipts.keep(FF1_M_U=100.0)
     assert written_since(tmp_path / "elsewhere", 1, before) == {"FF1_M_U"}
     assert written_since(receipts.path, 1, tmp_path / "of_yesterday.param") is None
+
+
+def test_an_upload_makes_its_folder_and_those_above_it(tmp_path):
+    plan = make_plan({"FF1_M_U": 104.0}, {"FF1_M_U": 100.0})
+    begun = begin(plan, (1, 1), tmp_path / "dives" / "receipts" / "a-before.param", None, 0.0)
+    assert begun.preimage.read_text().endswith("FF1_M_U,100\n")
+
+
+def test_an_upload_takes_no_file_that_another_has_just_claimed(tmp_path):
+    plan, claimed = make_plan({"FF1_M_U": 104.0}, {"FF1_M_U": 100.0}), tmp_path / "a-before.param"
+    claimed.touch()
+    names = [begin(plan, (1, 1), claimed, None, 0.0).preimage.name for _ in range(2)]
+    assert names == ["a-2-before.param", "a-3-before.param"]
+    assert claimed.read_text() == ""

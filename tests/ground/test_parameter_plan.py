@@ -427,6 +427,29 @@ def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
         Comparison.from_json({"summary": "3 parameters"}, "it")
 
 
+def test_lines_are_chosen_of_those_that_change_and_bring_the_staged_ones_with_them(file, tmp_path):
+    wanted = wanted_by(file, "despite-doubts", despite_doubts=True)
+    present = {"FF1_M_U": 90.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 2.0}
+    shown = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
+    kinds = {"A": "changed", "B": "changed", "C": "staged", "D": "same", "E": "implausible"}
+    line = shown.parameters[0]
+    lines = tuple(dataclasses.replace(line, name=name, verdict=verdict) for name, verdict in kinds.items())
+    shown = dataclasses.replace(shown, parameters=lines)
+    assert (shown.changed, shown.staged, shown.choosable) == (("A", "B"), ("C",), ("A", "B", "E"))
+    assert shown.only({"A", "B", "E"}) == ()
+    assert shown.only({"B"}) == ("B", "C")
+
+
+def test_half_of_a_model_is_chosen_only_if_the_file_does_not_hold_the_other_half(file, tmp_path):
+    wanted = wanted_by(file, "despite-doubts", despite_doubts=True)
+    present = {"FF1_M_U": 0.0, "FF1_D_U": 0.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 1.0}
+    shown = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=False)
+    assert shown.half({"FF1_M_U"}).endswith("choose FF1_D_U too, or neither")
+    assert shown.half({"FF1_M_U", "FF1_D_U"}) == ""
+    mass_alone = dataclasses.replace(shown, parameters=shown.parameters[:1])
+    assert mass_alone.half({"FF1_M_U"}) == ""
+
+
 def test_a_gain_that_is_not_set_is_told_as_the_gain_of_1_that_it_is_before_and_after(tmp_path):
     file = tmp_path / "gap.param"
     write_parameters(file, {"FF0_T1_GAIN": 0.75, "FF0_T_ASTERN": 0.5, "FF0_X_UU": 12.5}, (), 1, 1)

@@ -156,6 +156,11 @@ def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
     assert listing.missing == [1]
 
 
+def test_of_a_list_that_has_not_begun_nothing_is_known_to_be_missing():
+    listing = Listing(SOURCE, 0.0, 5.0)
+    assert (listing.missing, listing.complete) == ([], False)
+
+
 def test_a_table_that_changes_meanwhile_is_read_anew():
     listing = Listing(SOURCE, 0.0, PATIENT_S)
     listing.on_value("A", 1.0, 0, 2, SOURCE, 0.1)

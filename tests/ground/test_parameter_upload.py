@@ -286,3 +286,47 @@ def test_stopped_between_the_last_read_back_and_the_commit_nothing_is_committed(
     assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
     assert (upload.ending.outcome, vehicle.flying()) == (Outcome.ROLLED_BACK, BEFORE)
     assert {name: vehicle.values[name] for name in BEFORE} == BEFORE
+
+
+def test_a_vehicle_that_started_anew_at_the_commit_is_staged_anew():
+    vehicle = Reached(OLD)
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
+    assert vehicle.run(upload, lambda: upload.stage is Stage.COMMIT)
+    upload.on_reboot(vehicle.now_s)
+    assert upload.stage is Stage.STAGE
+
+
+def test_a_silence_is_counted_from_the_vehicles_last_answer_of_any_kind_and_from_no_other_component():
+    upload = Upload(make_plan(TARGETS, Reached(OLD).values), SOURCE, 1.0)
+    assert upload.unanswered_s(4.0) == 3.0
+    upload.on_value("ELSE", 1.0, SOURCE, 5.0)
+    upload.on_value("ELSE", 1.0, (1, 1), 6.0)
+    assert upload.unanswered_s(8.0) == 3.0
+    upload.on_error("ELSE", 1, SOURCE, 9.0)
+    assert upload.unanswered_s(10.0) == 1.0
+
+
+@pytest.mark.parametrize(("others", "within"), [(14, "84 s"), (15, "88 s")])
+def test_an_upload_that_is_answered_all_else_has_the_time_that_its_set_and_its_commit_may_take(
+    others, within
+):
+    values = {f"FF{c}_{kind}_{dof}": 10.0 for c in range(3) for kind in "MD" for dof in "UVW"}
+    held = dict(list(values.items())[: others + 1]) | {"FF_ACTIVE": 0.0, "FF_COMMIT": 0.0}
+    upload, now_s = Upload(make_plan({"FF0_M_U": 11.0}, held), SOURCE, 0.0), 0.0
+    while upload.ending is None:
+        now_s += 0.5
+        upload.tick(now_s)
+        upload.on_value("ELSE", 1.0, SOURCE, now_s)
+    assert f"FF0_M_U was not read back as 11 within {within}" in upload.ending.sentence
+
+
+@pytest.mark.parametrize("stage", [Stage.COMMIT, Stage.LIVE])
+def test_a_vehicle_that_started_anew_after_the_commit_has_its_old_set_in_force_again_if_the_rest_fails(stage):
+    vehicle = Reached(OLD)
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
+    assert vehicle.run(upload, lambda: upload.stage is stage and vehicle.flying() == flown(NEW), 60.0)
+    upload.on_reboot(vehicle.now_s)
+    upload.abort("the vehicle was armed", vehicle.now_s)
+    assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
+    assert upload.ending.outcome is Outcome.ROLLED_BACK
+    assert is_old(vehicle)

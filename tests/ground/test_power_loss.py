@@ -9,9 +9,11 @@ from fakes.recordings import raws, ring_raws
 from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
 from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
+from bridge.signing.key import new_key, write_key
 from bridge.wire.framing import Encoder
 from bridge.wire.segments import segments_in
 from gcs_plugin.dives.folder import DiveFolder, new_folder
+from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.recording.recorder import Recorder
 
 STEP_S = 0.05
@@ -135,3 +137,13 @@ def test_a_vehicles_own_recording_loses_half_a_second_at_most_when_its_power_fai
         assert kept[: len(old)] == old
     assert len(segments_in(ring)) == 5
     keeper.close()
+
+
+def test_a_fetched_segment_and_a_key_are_on_the_disk_before_anybody_relies_on_them(disk, tmp_path):
+    mirror, name = Mirror(tmp_path / "mirror"), "000002-0000000b-000001-0000000000.tlog"
+    with mirror.alone():
+        mirror.append(name, b"abc")
+        mirror.finish(name)
+    assert disk.bytes[mirror.path(name).stat().st_ino] == 3
+    write_key(tmp_path / "key", new_key())
+    assert disk.bytes[(tmp_path / "key").stat().st_ino] == 65

@@ -6,7 +6,7 @@ from built_recordings import Stamped, array, attitude, heartbeat, recording, ser
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Signal
-from identify.ingest.held_pressure import LATE_S, OLDEST_S, age_s
+from identify.ingest.held_pressure import OLDEST_S, age_s
 from identify.ingest.open import read_dive
 
 PA_PER_M = 10_050.0
@@ -54,9 +54,9 @@ def test_spikes_and_a_gap_of_the_dvl_do_not_bend_it():
 def test_a_depth_that_tells_nothing_leaves_the_usual_age():
     velocity, attitude_of = pitched(size=0.0)
     level = Signal(pressure(0.0).time_s, np.full((len(pressure(0.0).time_s), 1), 180_000.0))
-    assert age_s(level, velocity, attitude_of) == LATE_S
+    assert age_s(level, velocity, attitude_of) == 0.085
     short = Signal(velocity.time_s[:20], velocity.value[:20])
-    assert age_s(pressure(0.03), short, attitude_of) == LATE_S
+    assert age_s(pressure(0.03), short, attitude_of) == 0.085
 
 
 @pytest.mark.parametrize(("late_s", "age"), [(-0.2, 0.0), (0.4, OLDEST_S)])

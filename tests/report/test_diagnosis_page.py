@@ -481,3 +481,9 @@ def test_slices_are_in_the_units_of_what_they_slice_by():
     page = read(diagnosis())
     for interval in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):
         assert interval in page
+
+
+def test_an_interval_that_has_one_end_alone_is_left_out():
+    assert "95 %" in cause_words.value_words("gain", Value(0.8, "1", 0.7, 0.9))
+    assert "95 %" not in cause_words.value_words("gain", Value(0.8, "1", -math.inf, 0.9))
+    assert "95 %" not in cause_words.value_words("gain", Value(0.8, "1", 0.7, math.inf))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fakes.ports import free_port
 
-from bridge.simulator.json_plant import STEP_HZ, json_body, serve
+from bridge.simulator.json_plant import json_body, serve
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
@@ -65,7 +65,7 @@ def test_the_answer_is_compact_json_between_line_ends():
 
 def test_at_rest_it_feels_gravity_upwards_at_its_depth():
     state = Autopilot().step()
-    assert state["timestamp"] == 1 / STEP_HZ
+    assert state["timestamp"] == 1 / 400
     assert state["imu"]["accel_body"][2] == pytest.approx(-9.80665, abs=1e-9)
     assert state["position"][2] == pytest.approx(5.0, abs=1e-5)
 
@@ -124,7 +124,7 @@ def test_packets_that_were_sent_again_meanwhile_get_one_answer_together():
         answers.append(here.recv(1024))
         stop.set()
         serving.join()
-    assert [round(json.loads(raw)["timestamp"] * STEP_HZ) for raw in answers] == [1, 2, 3]
+    assert [round(json.loads(raw)["timestamp"] * 400) for raw in answers] == [1, 2, 3]
 
 
 def test_an_autopilot_that_rebooted_gets_a_time_that_starts_again_and_a_body_that_moves_on():
@@ -132,7 +132,7 @@ def test_an_autopilot_that_rebooted_gets_a_time_that_starts_again_and_a_body_tha
     fast = autopilot.step(SURGE, 400)["velocity"][0]
     autopilot.count = 0
     state = autopilot.step(SURGE)
-    assert state["timestamp"] == pytest.approx(1 / STEP_HZ)
+    assert state["timestamp"] == pytest.approx(1 / 400)
     assert state["velocity"][0] > 0.99 * fast
 
 

@@ -11,7 +11,7 @@ from waiting import until
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost
 from bridge.wire.framing import Encoder, Framer, decode
-from gcs_plugin.peers import GROUND_STATION, KnownVehicle, ground_heartbeat
+from gcs_plugin.peers import KnownVehicle, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.station import LinkSource, Station
 
@@ -125,7 +125,7 @@ def test_nothing_is_sent_before_the_switch_is_thrown_then_it_is_ticked_until_it_
     assert (shown.forcing.words, shown.forcing.done) == ("sent 30 times", False)
     assert len(rig.source.sent) == 30
     (frame,) = Framer().feed(rig.source.sent[0])
-    assert ((frame.system, frame.component), decode(frame).get_type()) == (GROUND_STATION, "HEARTBEAT")
+    assert ((frame.system, frame.component), decode(frame).get_type()) == ((255, 190), "HEARTBEAT")
     rig.switches[0].done = True
     assert rig.turn().forcing.done
     assert rig.turn(after_s=9.0).forcing.done

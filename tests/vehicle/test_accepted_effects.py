@@ -16,7 +16,7 @@ from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.accepted_effects import Losses, Supply, VoltageLaw, known_effects
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.coefficients import OF_ANY_VEHICLE, effect_coefficients
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import Configuration, Thruster, load_vehicle
 from bridge.vehicle.feedforward import feedforward
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
@@ -245,3 +245,18 @@ def test_each_effect_alone_costs_tracking_and_is_made_up_for(name):
     worn = replace(calm, effects={name: PLANTED[name]})
     assert error_mm_s(MODEL, worn) > 15.0
     assert error_mm_s(MODEL | {name: PLANTED[name]}, worn) < 3.0
+
+
+def test_each_effect_is_bounded_by_what_the_thrusters_of_its_vehicle_can_do():
+    thrusters = (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),) * 2
+    of = {c.name: c for c in effect_coefficients(Configuration(10.0, (1.0, 2.0, 4.0), thrusters))}
+    assert {name: c.high for name, c in of.items()} == pytest.approx({
+        "X_uu": 2000.0, "Y_vv": 2000.0, "Z_ww": 2000.0, "K_pp": 8000.0, "M_qq": 8000.0, "N_rr": 8000.0,
+        "Y_r": 800.0, "N_v": 400.0, "Y_uv": 2000.0, "N_uv": 2000.0, "N_munk": 2000.0, "S_x": 10.0, "S_y": 10.0,
+        "T_astern": 2.0, "T_start": 10.0, "T_least": 10.0, "T_volt": 1000.0, "T_vshare": 2.0, "T_ohm": 1.0,
+        "T1_gain": 2.0, "T2_gain": 2.0,
+    })  # fmt: skip
+    assert {name for name, c in of.items() if c.neutral == 1.0} == {"T_astern", "T1_gain", "T2_gain"}
+    assert {c.neutral for c in of.values()} == {0.0, 1.0}
+    low = [of[name].low for name in ("T_volt", "T1_gain", "T_start", "X_uu", "Y_uv")]
+    assert low == pytest.approx([3.0, 0.3, 0.0, 0.0, -2000.0])

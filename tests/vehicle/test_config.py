@@ -45,6 +45,15 @@ def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path):
     assert vehicle.configurations["only"].thruster_limit_n == 40.0
 
 
+def test_a_rigid_body_is_known_to_one_per_cent_and_five_unless_the_file_says_better(tmp_path):
+    body = {"dry_mass_kg": 20.0, "inertia_kgm2": [1.0, 2.0, 3.0]}
+    plain = loaded(tmp_path, body).configurations["only"]
+    assert [plain.rigid_body(dof) for dof in (0, 2, 4)] == [(20.0, 0.2), (20.0, 0.2), (2.0, 0.1)]
+    weighed = body | {"dry_mass_std_kg": 0.3, "inertia_std_kgm2": [0.4, 0.5, 0.6]}
+    told = loaded(tmp_path, weighed).configurations["only"]
+    assert [told.rigid_body(dof) for dof in (0, 3, 5)] == [(20.0, 0.3), (1.0, 0.4), (3.0, 0.6)]
+
+
 @pytest.mark.parametrize(
     ("body", "vehicle", "says"),
     [
@@ -52,6 +61,16 @@ def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path):
         ({"thruster_limit_n": 0.0}, {}, "thruster_limit_n must be above 0"),
         ({}, {"water": {"density_kg_m3": 0.0}}, "density_kg_m3 must be above 0"),
         ({}, {"thrust_curve": {"span_us": 0.0}}, "span_us must be above 0"),
+        ({}, {"thrust_curve": {"neutral_us": 0.0}}, "neutral_us must be above 0"),
+        ({"model": {"M_x": 1.0}}, {}, "model: unknown coefficient 'M_x'; known: M_u, "),
+        (
+            {"damping": "linear", "priors": {"X_uu": {"value": 1.0, "std": 1.0}}},
+            {},
+            "priors: X_uu is quadratic",
+        ),
+        ({"priors": {"M_u": {"value": 0.0, "std": 1.0}}}, {}, "value must be above 0"),
+        ({"priors": {"M_u": {"value": 90.0, "std": 0.0}}}, {}, "std must be above 0"),
+        ({}, {"sensors": {"dvl": {"kind": "a50", "baud": 0}}}, "baud must be above 0"),
         ({}, {"thrust_curve": {"lag_s": -0.1}}, "lag_s can't be negative, it is -0.1"),
         ({}, {"thrust_curve": {"delay_s": 50.0}}, "delay_s is in seconds and at most 2, it is 50"),
         ({}, {"sensors": {"esc": {"kind": "esc", "poles": 0}}}, "poles must be above 0"),

@@ -42,6 +42,14 @@ def test_gains_are_per_unit_of_mass_and_run_over_the_reference_speed():
     assert controller.step(LEVEL, wanted(u=1.5), 0.05, False)[0] == pytest.approx(10.0 * 2.0 * 1.5)
 
 
+def test_between_two_speeds_of_the_table_all_three_gains_are_between_theirs():
+    steep = Gains((1.0, 2.0), (0.4, 0.8), (0.2, 0.6))
+    controller = Controller(GainTable((0.0, 1.0), *(steep,) * 6), BODY, REACH)
+    sinking = Navigation((0.0, 0.0, 0.3), 0, (0.0, 0.0, 0.0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.5, 0)
+    heave = controller.step(sinking, wanted(u=0.25, depth=0.6), 0.5, False)[2]
+    assert heave == pytest.approx(10.0 * (1.25 * 0.1 + 0.5 * 0.1 * 0.5 - 0.3 * 0.3))
+
+
 def test_a_velocity_gain_stiffens_surge_and_sway_alone():
     moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 0.1, 0, 0.5, 0)
     ask = Reference((0.3, 0.2, 0, 0, 0, 0), (0.0,) * 6, 0.4, 0.6)

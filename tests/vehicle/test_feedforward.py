@@ -276,3 +276,19 @@ def test_a_loop_that_stood_still_tells_nothing_of_the_time_between(shadow):
     shadow.step(30.0, TRUE, {}, six(900.0), six(), six())
     fly(shadow, 6.0)
     assert shadow.fault == ""
+
+
+@pytest.mark.parametrize(("tick_s", "flown_s"), [(0.25, 2), (0.26, 0), (0.0, 0)])
+def test_a_tick_of_a_quarter_of_a_second_counts_and_a_longer_one_breaks_what_was_begun(
+    shadow, tick_s, flown_s
+):
+    for _ in range(10):
+        shadow.step(tick_s, TRUE, {}, six(25.0), six(25.0), six(0.5))
+    assert shadow.fault == f"shadow: {flown_s} of 60 s flown"
+
+
+def test_an_axis_moves_if_the_feed_forward_gives_a_twentieth_of_what_the_vehicle_can(shadow):
+    fly(shadow, 62.0, ahead=0.04)
+    assert shadow.fault == "shadow: no axis moved for 10 of 60 s"
+    fly(shadow, 62.0, ahead=0.1)
+    assert shadow.fault == ""

@@ -13,7 +13,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.wire.readings import Reading
-from gcs_plugin.monitor.gap import ALARM, CLEARS_S, HOLDS_S, LEARNT_S, GapMonitor, gap_line, worst
+from gcs_plugin.monitor.gap import LEARNT_S, GapMonitor, gap_line, worst
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second, names_of, sums_of
@@ -118,7 +118,7 @@ def test_a_departure_that_stays_is_an_alarm_after_half_a_minute_and_ends_a_minut
     assert monitor.gap.causes == ()  # nothing that is tried makes such a drift
     quiet = drifts_of(np.random.default_rng(3), 200)
     ends = next(k for k, drift in enumerate(quiet) if monitor.add(drift) or monitor.gap.since_s is None)
-    assert CLEARS_S < ends < CLEARS_S + 40
+    assert 60 < ends < 100
 
 
 def test_a_kick_however_hard_is_no_alarm():
@@ -130,7 +130,6 @@ def test_a_kick_however_hard_is_no_alarm():
 def test_an_hour_of_sea_and_noise_is_no_alarm():
     monitor = GapMonitor(MODEL)
     assert first_alarm(monitor, held_drifts(np.random.default_rng(5), 3600)) is None
-    assert HOLDS_S > 0 < ALARM
 
 
 HELD_N = 0.4
@@ -161,7 +160,7 @@ def test_a_loss_below_the_floor_is_an_alarm_within_two_minutes_and_is_named():
     assert monitor.gap.since_s > 100  # it lasts as long as the loss
     mended = held_drifts(rng, 300)
     ends = next(k for k, drift in enumerate(mended) if monitor.add(drift) or monitor.gap.since_s is None)
-    assert CLEARS_S < ends < CLEARS_S + 120
+    assert 60 < ends < 180
 
 
 def test_a_kick_as_of_a_loss_is_no_alarm():

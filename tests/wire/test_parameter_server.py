@@ -18,10 +18,10 @@ from bridge.errors import ConfigError, ParamError
 from bridge.onboard import store
 from bridge.onboard.parameters import ParameterServer, Refusal
 from bridge.schema import load_yaml
-from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
 from bridge.vehicle.feedforward import feedforward
-from bridge.vehicle.parameters import set_crc, to_float32, vehicle_table
+from bridge.vehicle.parameters import bounds, set_crc, to_float32, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.status_codes import Topic, coded, decoded
@@ -511,3 +511,16 @@ def test_the_crc_tells_neighbouring_float32_values_apart_and_takes_both_zeros_fo
     assert set_crc({"FF0_D_U": -0.0}) == set_crc({"FF0_D_U": 0.0})
     written_out = b"FF0_D_U=\x00\x00\x00\x40" + b"FF0_M_U=\x00\x00\x80\x3f"
     assert set_crc({"FF0_M_U": 1.0, "FF0_D_U": 2.0}) == zlib.crc32(written_out) % 2**24 == 2_362_488
+
+
+def test_each_coefficient_is_bounded_by_the_mass_and_the_thrust_of_its_vehicle():
+    shape = Configuration(10.0, (1.0, 2.0, 4.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),) * 2)
+    assert {c.name: bounds(c, shape) for c in COEFFICIENTS} == {
+        name: pytest.approx(of_it, rel=1e-6)
+        for name, of_it in {
+            "M_u": (3.0, 300.0), "M_v": (3.0, 300.0), "M_w": (3.0, 300.0),
+            "I_p": (0.1, 100.0), "I_q": (0.2, 200.0), "I_r": (0.4, 400.0),
+            "D_u": (1e-3, 1600.0), "D_v": (1e-3, 1600.0), "D_w": (1e-3, 1600.0),
+            "D_p": (1e-4, 4000.0), "D_q": (2e-4, 4000.0), "D_r": (4e-4, 4000.0),
+        }.items()
+    }  # fmt: skip
