@@ -290,6 +290,14 @@ class Peers:
         """The components of vehicles that sent a HEARTBEAT within that time."""
         return [peer for peer in self._peers.values() if peer.is_vehicle and peer.beats(now_s, within_s)]
 
+    def companion_follows(self, system: int | None) -> bool:
+        """Whether a companion of the system, of any for None, speaks that has not beaten yet."""
+        return any(
+            peer.source[1] in COMPANIONS and peer.heartbeat is None
+            for peer in self._peers.values()
+            if system in (None, peer.source[0])
+        )
+
     def only_vehicle(self, components: Collection[Source], how_to_choose: str) -> Source:
         """The component that holds the parameters of the only vehicle among these components.
 
