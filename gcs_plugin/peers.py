@@ -121,13 +121,17 @@ def heartbeat_of(frame: Frame, time_s: float) -> Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class Reception:
-    """Frames received of a component on a link, and frames lost by its sequence numbers; routers can falsify `lost`."""
+    """Frames received of a component on a link, and frames lost by its sequence numbers; routers can falsify `lost`.
+
+    `is_station`: a ground station's, of which a router passes on those alone that are not for somebody else.
+    """
 
     system: int
     component: int
     received: int
     lost: int
     age_s: float
+    is_station: bool
 
     @property
     def loss(self) -> float:
@@ -323,14 +327,15 @@ class Peers:
     def receptions(self, link: str, now_s: float) -> list[Reception]:
         """Frames received and lost on a link, by address."""
         return [
-            Reception(*source, here.received, here.lost, now_s - here.last_s)
+            Reception(*source, here.received, here.lost, now_s - here.last_s, peer.is_station)
             for source, peer in sorted(self._peers.items())
             if (here := peer.links.get(link)) is not None
         ]
 
     def lost(self) -> int:
-        """Number of frames lost on any link."""
-        return sum(here.lost for peer in self._peers.values() for here in peer.links.values())
+        """Number of frames lost on any link, but for those of ground stations (`Reception`)."""
+        peers = [peer for peer in self._peers.values() if not peer.is_station]
+        return sum(here.lost for peer in peers for here in peer.links.values())
 
     def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
         """The vehicles that an OFF must go to, also if they are out of range now."""

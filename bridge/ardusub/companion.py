@@ -239,13 +239,14 @@ class Companion:
         self._tell_trouble(now_s)
         mode, ready = self._parameters.mode, not self._obstacle(now_s)
         acts = mode.applies_feedforward and bool(self._parameters.active_crc)
+        asked = acts or self.steering.active
         wanted = ((acts and ready) or self.steering.active) and not self._leaving
         if self.law is not None and now_s - self._sticks_s > FRESH_S:
             self.law.off()
         return [
             *self.rates.step(now_s, self.heard.has_switches(now_s)),
             *self.settings.step(now_s),
-            *self.handover.step(wanted, now_s),
+            *self.handover.step(wanted, now_s, asked=asked),
         ]
 
     def leave(self) -> bool:

@@ -88,9 +88,12 @@ class Handover:
         """Whether SYSID_MYGCS was read as the pilot's."""
         return self.holder is Holder.FREE and self.value != self._system and not math.isnan(self.value)
 
-    def step(self, wanted: bool, now_s: float) -> list[Any]:
-        """The messages to send to the autopilot now; `wanted`: the companion is to hold the sticks."""
-        if not wanted:
+    def step(self, wanted: bool, now_s: float, *, asked: bool) -> list[Any]:
+        """The messages to send to the autopilot now.
+
+        `wanted`: the companion is to hold the sticks; `asked`: a mode or a flight asks it to, whatever stands against.
+        """
+        if not asked:
             self._barred = False
             self.fault = self.trouble = ""
         if math.isnan(self.value):

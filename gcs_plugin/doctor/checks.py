@@ -122,7 +122,7 @@ def check_loss(observed: Observed) -> Finding:
     """Share of the frames sent that were lost on the way, for the sender with the largest loss."""
     if observed.left_out:
         return warn("loss", f"{observed.link}: {CROWDED}; find out who does")
-    sources = [s for s in observed.receptions if s.received + s.lost >= 20]
+    sources = [s for s in observed.receptions if s.received + s.lost >= 20 and not s.is_station]
     if not sources:
         return warn("loss", f"{observed.link}: too few frames to tell a loss from")
     worst = max(sources, key=lambda source: source.loss)

@@ -242,6 +242,17 @@ def test_two_companions_are_said_and_neither_holds_the_sticks():
     assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), "it is gone"
 
 
+def test_a_program_that_took_the_sticks_keeps_them_though_an_applet_beat_meanwhile():
+    fake, aboard, pilot = afloat({})
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    pilot.write("SYSID_MYGCS", 254.0)
+    assert fake.until(lambda: not taken(aboard), WAIT_S, aboard, pilot)
+    pilot.write("SYSID_MYGCS", 255.0)
+    fake.send(dialect.MAVLink_named_value_float_message(0, b"FF_MODE", 0.0))
+    fake.run(10.0, aboard, pilot)
+    assert not taken(aboard), "not before FF_MODE was 0"
+
+
 def test_its_own_heartbeats_that_come_back_are_no_other_companion():
     fake, aboard, pilot = afloat({})
     write = fake.aboard.write

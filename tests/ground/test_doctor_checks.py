@@ -132,6 +132,19 @@ def test_losses_are_told(talker):
     assert int(losses[1]) / int(losses[2]) == pytest.approx(0.2, abs=0.01)
 
 
+def test_what_a_router_keeps_back_of_another_ground_station_is_no_loss(talker):
+    """Its sticks go to the vehicle alone, and leave gaps in the numbers of its heartbeats."""
+    ground, read = Encoder(255, 190), talker.read
+
+    def beside(timeout_s):
+        data = read(timeout_s)
+        ground.encode(dialect.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0))
+        return data + ground.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+
+    talker.read = beside
+    assert trouble(examined(talker)) == {}
+
+
 def test_a_link_without_a_vehicle_is_told_with_the_frames_that_came(talker):
     talker.rates.pop("alive")
     talker.answers_time = False
