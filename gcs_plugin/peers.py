@@ -123,7 +123,8 @@ def heartbeat_of(frame: Frame, time_s: float) -> Heartbeat:
 class Reception:
     """Frames received of a component on a link, and frames lost by its sequence numbers; routers can falsify `lost`.
 
-    `is_station`: a ground station's, of which a router passes on those alone that are not for somebody else.
+    `tells_loss` is False for a ground station and a companion: what they say to the autopilot alone goes no further,
+    and leaves gaps in the numbers that are no losses.
     """
 
     system: int
@@ -131,7 +132,7 @@ class Reception:
     received: int
     lost: int
     age_s: float
-    is_station: bool
+    tells_loss: bool
 
     @property
     def loss(self) -> float:
@@ -206,6 +207,11 @@ class Peer:
     @property
     def is_station(self) -> bool:
         return self.heartbeat is not None and self.heartbeat.is_station
+
+    @property
+    def tells_loss(self) -> bool:
+        """Whether gaps in its sequence numbers are losses (`Reception`)."""
+        return not self.is_station and self.source[1] not in COMPANIONS
 
     def beats(self, now_s: float, within_s: float) -> bool:
         """Whether it sent a HEARTBEAT within that time."""
@@ -327,14 +333,14 @@ class Peers:
     def receptions(self, link: str, now_s: float) -> list[Reception]:
         """Frames received and lost on a link, by address."""
         return [
-            Reception(*source, here.received, here.lost, now_s - here.last_s, peer.is_station)
+            Reception(*source, here.received, here.lost, now_s - here.last_s, peer.tells_loss)
             for source, peer in sorted(self._peers.items())
             if (here := peer.links.get(link)) is not None
         ]
 
     def lost(self) -> int:
-        """Number of frames lost on any link, but for those of ground stations (`Reception`)."""
-        peers = [peer for peer in self._peers.values() if not peer.is_station]
+        """Number of frames lost on any link, of those that tell a loss (`Reception`)."""
+        peers = [peer for peer in self._peers.values() if peer.tells_loss]
         return sum(here.lost for peer in peers for here in peer.links.values())
 
     def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
