@@ -121,13 +121,18 @@ def heartbeat_of(frame: Frame, time_s: float) -> Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class Reception:
-    """Frames received of a component on a link, and frames lost by its sequence numbers; routers can falsify `lost`."""
+    """Frames received of a component on a link, and frames lost by its sequence numbers; routers can falsify `lost`.
+
+    `tells_loss` is False for a ground station and a companion: what they say to the autopilot alone goes no further,
+    and leaves gaps in the numbers that are no losses.
+    """
 
     system: int
     component: int
     received: int
     lost: int
     age_s: float
+    tells_loss: bool
 
     @property
     def loss(self) -> float:
@@ -202,6 +207,11 @@ class Peer:
     @property
     def is_station(self) -> bool:
         return self.heartbeat is not None and self.heartbeat.is_station
+
+    @property
+    def tells_loss(self) -> bool:
+        """Whether gaps in its sequence numbers are losses (`Reception`)."""
+        return not self.is_station and self.source[1] not in COMPANIONS
 
     def beats(self, now_s: float, within_s: float) -> bool:
         """Whether it sent a HEARTBEAT within that time."""
@@ -290,6 +300,14 @@ class Peers:
         """The components of vehicles that sent a HEARTBEAT within that time."""
         return [peer for peer in self._peers.values() if peer.is_vehicle and peer.beats(now_s, within_s)]
 
+    def companion_follows(self, system: int | None) -> bool:
+        """Whether a companion of the system, of any for None, speaks that has not beaten yet."""
+        return any(
+            peer.source[1] in COMPANIONS and peer.heartbeat is None
+            for peer in self._peers.values()
+            if system in (None, peer.source[0])
+        )
+
     def only_vehicle(self, components: Collection[Source], how_to_choose: str) -> Source:
         """The component that holds the parameters of the only vehicle among these components.
 
@@ -315,14 +333,15 @@ class Peers:
     def receptions(self, link: str, now_s: float) -> list[Reception]:
         """Frames received and lost on a link, by address."""
         return [
-            Reception(*source, here.received, here.lost, now_s - here.last_s)
+            Reception(*source, here.received, here.lost, now_s - here.last_s, peer.tells_loss)
             for source, peer in sorted(self._peers.items())
             if (here := peer.links.get(link)) is not None
         ]
 
     def lost(self) -> int:
-        """Number of frames lost on any link."""
-        return sum(here.lost for peer in self._peers.values() for here in peer.links.values())
+        """Number of frames lost on any link, of those that tell a loss (`Reception`)."""
+        peers = [peer for peer in self._peers.values() if peer.tells_loss]
+        return sum(here.lost for peer in peers for here in peer.links.values())
 
     def known(self, now_s: float) -> tuple[KnownVehicle, ...]:
         """The vehicles that an OFF must go to, also if they are out of range now."""

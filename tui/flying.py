@@ -11,7 +11,9 @@ from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
+from multiprocessing.synchronize import Event
 from pathlib import Path
+from threading import Thread
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, SeatrialError
@@ -123,7 +125,9 @@ class Alongside:
 
     def __init__(self, dive: Path, file: VehicleFile, configuration: str) -> None:
         self._of = dive, str(file.path), configuration
-        self._pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_aside)
+        context = get_context("spawn")
+        self._over = context.Event()
+        self._pool = ProcessPoolExecutor(1, context, _aside, (self._over,))
         self._work: Future[Widths] | None = None
         self._pool.submit(os.getpid)  # its imports take seconds, which pass during the countdown
 
@@ -144,13 +148,22 @@ class Alongside:
         return work.result()
 
     def close(self) -> None:
+        """End it at once: nobody takes an answer that is still to come."""
+        self._over.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _aside() -> None:
-    """Leave the loop that watches the flight the first word on the processor, and Ctrl-C to it."""
+def _aside(over: Event) -> None:
+    """Leave the loop that watches the flight the first word on the processor, and Ctrl-C to it; end when it is
+    `over`."""
     import signal
 
+    Thread(target=_end_with, args=(over,), daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)
+
+
+def _end_with(over: Event) -> None:
+    over.wait()
+    os._exit(0)

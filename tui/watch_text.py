@@ -95,9 +95,7 @@ def link_words(row: LinkRow) -> str:
         return f"LINK without HEARTBEAT  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
     if row.lost:
         return f"LINK LOST {row.age_s:.0f} s  sys {row.system}/{row.component}"
-    return (
-        f"LINK {row.age_s:.1f} s  loss {row.loss:.0%}  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
-    )
+    return f"LINK {row.age_s:.1f} s{loss_of(row)}  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
 
 
 def mode_words(picture: Picture) -> str:
@@ -158,6 +156,10 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
         is_known = any(map(str.isdigit, value))
         said = f"{said} | {value}" if is_known and len(said) + 3 + len(value) <= LINE else said
     return said
+
+
+def loss_of(row: LinkRow) -> str:
+    return "" if math.isnan(row.loss) else f"  loss {row.loss:.0%}"
 
 
 def link_briefly(row: LinkRow) -> str:

@@ -55,6 +55,13 @@ ASKED_AGAIN_S: Final = 3.0
 NO_ARDUSUB: Final = (
     "autopilot is no ArduSub: recorded, nothing sent; for a feed-forward start it beside ArduSub 4.5 or 4.6"
 )
+HEARD_WITHIN_S: Final = 5.0
+"""An autopilot that is there beats within this time of the companion's start."""
+ANOTHER: Final = "another companion speaks as this one: end one of the two"
+ANOTHER_S: Final = 3.0
+APPLET: Final = (
+    "the applet in the autopilot adds one too: end this companion, or take the applet out without it"
+)
 _HEARTBEAT: Final = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _WRITE: Final = dialect.MAVLINK_MSG_ID_PARAM_SET
 
@@ -80,7 +87,7 @@ class Companion:
         self._has_imu = vehicle.sensors.imu is not None
         thrusters = len(vehicle.configurations[configuration].thrusters)
         self.heard = Heard(system)
-        self.rates = Rates(system, ARDUSUB)
+        self.rates = Rates(system, ARDUSUB, (system, COMPONENT))
         self.settings = Settings(system, AUTOPILOT, thrusters, vehicle.sensors.dvl is not None)
         self.handover = Handover(system, AUTOPILOT, ground.system, store)
         self.law: StickLaw | None = None
@@ -95,9 +102,11 @@ class Companion:
         self._actuations: list[Actuation] = []
         self._samples: list[ImuSample | PressureSample] = []
         self._texts: list[str] = []
-        self._obstacle = ""
         self._leaving = False
+        self._wiring: tuple[float, ...] = ()
         self._thrusters_fault = ""
+        self._first_s, self._another_s, self._strange_beats = math.nan, -math.inf, 0
+        self._advised: set[str] = set()
         self._told, self._told_again_s = "", math.inf
         self._asked_s = -math.inf
         parameters.unproven = self.unproven
@@ -123,11 +132,12 @@ class Companion:
 
     def no_flight(self, now_s: float) -> str:
         """Why no flight may begin, "" if one may."""
+        obstacle = self._obstacle(now_s)
         if self.law is None:
-            return self._obstacle or "autopilot not known yet"
+            return obstacle or "autopilot not known yet"
         if not self.heard.is_there(now_s):
             return "autopilot is silent"
-        return self._obstacle or self.heard.sticks_doubt(now_s) or self.handover.obstacle
+        return obstacle or self.heard.sticks_doubt(now_s) or self.handover.obstacle
 
     def arm(self, wanted: bool) -> bool:
         """Have the autopilot disarmed, or armed in the countdown of a flight; False at any other time."""
@@ -138,7 +148,7 @@ class Companion:
 
     def control_doubt(self, now_s: float) -> str:
         """Why the thrusters may obey other sticks than the companion's, "" if they obey those alone."""
-        doubt = "" if self.heard.is_there(now_s) else "the autopilot is silent"
+        doubt = self._thrusters_fault if self.heard.is_there(now_s) else "the autopilot is silent"
         doubt = doubt or ("" if self.handover.holder is Holder.HELD else "the sticks are not held")
         doubt = doubt or ("" if self.heard.mode == MANUAL else f"flight mode {self.heard.mode}")
         return doubt or self.heard.sticks_doubt(now_s)
@@ -198,6 +208,8 @@ class Companion:
             if frame.message_id == _STICKS and link == self.heard.link:
                 return self._fly(frame, now_s, navigation())
             return []
+        if (frame.system, frame.component) == (self.heard.system, AUTOPILOT):
+            self.rates.on_frame(frame.message_id)
         before_s = self.heard.attitude_s
         answer = self.heard.hear(link, frame, now_s)
         if answer is not None:
@@ -209,24 +221,32 @@ class Companion:
             self._samples.append(PressureSample(now_s, self.heard.pressure_pa, math.nan))
         return []
 
+    def hear_own_address(self, is_ours: bool, now_s: float) -> None:
+        """A HEARTBEAT with the companion's own address arrived; `is_ours`: it is one of its own, come back."""
+        self._strange_beats = 0 if is_ours else self._strange_beats + 1
+        if self._strange_beats > 1:
+            self._another_s = now_s
+
     def step(self, now_s: float) -> list[Any]:
         """Return the messages to the autopilot that are due."""
+        if math.isnan(self._first_s):
+            self._first_s = now_s
         if not self.heard.is_there(now_s):
             self._tell_trouble(now_s)
             return []
-        if self.law is None and self.settings.complete and not self._thrusters_fault:
+        if self.settings.complete and not self.settings.obstacle and self.settings.wiring != self._wiring:
             self._build()
-        self._obstacle = self.settings.obstacle or self._thrusters_fault
         self._tell_trouble(now_s)
-        mode, ready = self._parameters.mode, not self._obstacle
+        mode, ready = self._parameters.mode, not self._obstacle(now_s)
         acts = mode.applies_feedforward and bool(self._parameters.active_crc)
+        asked = acts or self.steering.active
         wanted = ((acts and ready) or self.steering.active) and not self._leaving
         if self.law is not None and now_s - self._sticks_s > FRESH_S:
             self.law.off()
         return [
             *self.rates.step(now_s, self.heard.has_switches(now_s)),
             *self.settings.step(now_s),
-            *self.handover.step(wanted, now_s),
+            *self.handover.step(wanted, now_s, asked=asked),
         ]
 
     def leave(self) -> bool:
@@ -266,15 +286,13 @@ class Companion:
         self.handover.on_value(answer.param_id, answer.param_value, now_s)
         if starting and self.handover.value == self.heard.system:
             self._left_behind_s = now_s
-        complete = self.settings.complete
         self.settings.on_value(answer.param_id, answer.param_value)
-        if self.settings.complete and not complete:
-            self._texts += self.settings.advice
+        self._texts += [advice for advice in self.settings.advice if advice not in self._advised]
+        self._advised = {*self.settings.advice}
 
     def _build(self) -> None:
-        """Make the law once the autopilot's frame is known."""
-        if self.settings.obstacle:
-            return
+        """Make the law once the autopilot's wiring is known, and anew whenever that changes."""
+        self._wiring, self.law, self._thrusters_fault = self.settings.wiring, None, ""
         vehicle, folder = self._file.vehicle, self._file.path.parent
         shape = vehicle.configurations[self._configuration]
         read = {name: value for name, value in self.settings.values.items() if math.isfinite(value)}
@@ -286,13 +304,36 @@ class Companion:
         self.law = StickLaw(vehicle, self._configuration, self._parameters.active, folder, mixer)
         self.steering.fit(Autopilot(vehicle, self._configuration, self._parameters.active, folder), mixer)
 
+    def _obstacle(self, now_s: float) -> str:
+        """Why the companion may not hold the sticks, and the way out; "" if it may."""
+        if now_s - self._another_s <= ANOTHER_S:
+            return ANOTHER
+        if self.heard.has_applet(now_s):
+            return APPLET
+        return self.settings.obstacle or self._thrusters_fault
+
     def trouble(self, now_s: float) -> str:
         """Why the companion can't act, a sentence for the crew with the way out; "" if it can."""
         if not self.heard.is_there(now_s):
-            return NO_ARDUSUB if self.heard.is_other else ""
-        if self._obstacle and self.settings.complete:
-            return f"no feed-forward: {self._obstacle}"
+            return self._silence(now_s)
+        if self.settings.complete and (obstacle := self._obstacle(now_s)):
+            return f"no feed-forward: {obstacle}"
         return self.handover.trouble
+
+    def _silence(self, now_s: float) -> str:
+        """Why no autopilot is heard, as far as that is known."""
+        if self.heard.is_other:
+            return NO_ARDUSUB
+        if self.heard.beat_s > -math.inf:
+            return "autopilot is silent: look at its power and its link"
+        if not now_s - self._first_s > HEARD_WITHIN_S:
+            return ""
+        if self.heard.elsewhere:
+            return (
+                f"no autopilot of system {self.heard.system}, but one of system {self.heard.elsewhere}: give the "
+                f"vehicle file system_id {self.heard.elsewhere}, or the companion another --link"
+            )
+        return "no autopilot heard: look at --link, and the endpoint or cable that leads there"
 
     def _tell_trouble(self, now_s: float) -> None:
         """Tell the crew of the trouble: at once, and while it holds in a mode that needs the companion."""
@@ -322,7 +363,9 @@ class Companion:
         sticks, added = np.array([message.x, message.y, message.r], dtype=float), np.zeros(3)
         doubt = self._doubt(now_s)
         if self.law is not None and np.abs(sticks).max() <= 1000:
-            mode = Mode.OFF if self._leaving else self._parameters.mode
+            mode = self._parameters.mode
+            if self._leaving or (mode.applies_feedforward and self._obstacle(now_s)):
+                mode = Mode.OFF
             pwm_us = self.heard.pwm_us if now_s - self.heard.pwm_s <= FRESH_S else ()
             added, actuation = self.law.step(
                 now_s, sticks, self.heard.gain, mode, doubt, self.heard.mode, navigation, pwm_us

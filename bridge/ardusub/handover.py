@@ -73,17 +73,27 @@ class Handover:
         foreign = self.holder is Holder.FREE and self.value != self._ground
         if not foreign:
             return ""
+        if self.value == self._system:
+            return f"{PILOT} is {self.value:g}, the vehicle's own system: {self._mend}"
         mend = f"set {PILOT} to {self._ground}, or start the companion with --ground {self.value:g}"
         return f"{PILOT} is {self.value:g}, the pilot's system {self._ground}: {mend}"
+
+    @property
+    def _mend(self) -> str:
+        """The way out where the vehicle's own system holds the sticks, and this companion does not."""
+        return f"end the other companion, or set {PILOT} to {self._ground}"
 
     @property
     def is_back(self) -> bool:
         """Whether SYSID_MYGCS was read as the pilot's."""
         return self.holder is Holder.FREE and self.value != self._system and not math.isnan(self.value)
 
-    def step(self, wanted: bool, now_s: float) -> list[Any]:
-        """The messages to send to the autopilot now; `wanted`: the companion is to hold the sticks."""
-        if not wanted:
+    def step(self, wanted: bool, now_s: float, *, asked: bool) -> list[Any]:
+        """The messages to send to the autopilot now.
+
+        `wanted`: the companion is to hold the sticks; `asked`: a mode or a flight asks it to, whatever stands against.
+        """
+        if not asked:
             self._barred = False
             self.fault = self.trouble = ""
         if math.isnan(self.value):
@@ -122,7 +132,9 @@ class Handover:
     def _warn_of_another(self, value: float) -> None:
         """The sticks are free, and their owner has changed or was read the first time."""
         left_behind = self.starting and value == self._system
-        if value != self._ground and not left_behind:
+        if value == self._system and not left_behind:
+            self.said.append(f"{PILOT} is {value:g}, the vehicle's own system: {self._mend}")
+        elif value != self._ground and not left_behind:
             self.said.append(
                 f"{PILOT} is {value:g}: other sticks than those of system {self._ground} fly; end their program, or "
                 f"set {PILOT} to {self._ground}"

@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.firmware.ardusub import ARDUSUB
 from bridge.firmware.description import AUTOPILOT
+from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame, decode
 
 BEAT_WITHIN_S: Final = 3.0
@@ -30,8 +31,9 @@ class Heard:
     """The autopilot's last words. Times are the companion's; NaN and -inf before the first.
 
     `gain` is the joystick gain, `input_hold` whether the sticks are held, `roll_pitch` whether they tilt instead of
-    move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there. `pwm_us` are the pulses
-    of outputs 1 to 16, `pressure_pa` the second barometer's, which is the one in the water.
+    move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there; `elsewhere`: the system
+    of an ArduSub that beats as another vehicle, 0 for none. `applet_s`: when a script of ours in the autopilot beat.
+    `pwm_us` are the pulses of outputs 1 to 16, `pressure_pa` the second barometer's, which is the one in the water.
     """
 
     system: int
@@ -40,6 +42,8 @@ class Heard:
     armed: bool = False
     mode: int = -1
     is_other: bool = False
+    elsewhere: int = 0
+    applet_s: float = -math.inf
     gain: float = math.nan
     input_hold: float = math.nan
     roll_pitch: float = math.nan
@@ -56,9 +60,11 @@ class Heard:
 
     def hear(self, link: int, frame: Frame, now_s: float) -> Any | None:
         """Take a frame; return its message if it is an answer that somebody may wait for."""
-        if (frame.system, frame.component) != (self.system, AUTOPILOT):
-            return None
         number = frame.message_id
+        if (frame.system, frame.component) != (self.system, AUTOPILOT):
+            if (number, frame.component) == (dialect.MAVLINK_MSG_ID_HEARTBEAT, AUTOPILOT):
+                self._beat_elsewhere(frame)
+            return None
         if number == dialect.MAVLINK_MSG_ID_HEARTBEAT:
             self._beat(link, decode(frame), now_s)
         elif number == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
@@ -87,6 +93,10 @@ class Heard:
         """Whether it beats: until then nothing is sent to it."""
         return now_s - self.beat_s <= BEAT_WITHIN_S
 
+    def has_applet(self, now_s: float) -> bool:
+        """Whether a script of ours in the autopilot beats."""
+        return now_s - self.applet_s <= SWITCH_FRESH_S
+
     def has_switches(self, now_s: float) -> bool:
         """Whether the joystick's gain and switches come."""
         return all(
@@ -113,9 +123,17 @@ class Heard:
         self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
         self.mode = message.custom_mode
 
+    def _beat_elsewhere(self, frame: Frame) -> None:
+        message = decode(frame)
+        if message is not None and (message.autopilot, message.type) == (ARDUSUB.autopilot, ARDUSUB.kind):
+            self.elsewhere = frame.system
+
     def _switch(self, payload: bytes, now_s: float) -> None:
         _, value, raw = _NAMED.unpack(payload.ljust(_NAMED.size, b"\0")[: _NAMED.size])
-        if name := _SWITCHES.get(raw.rstrip(b"\0")):
+        named = raw.rstrip(b"\0")
+        if named == MODE.encode():
+            self.applet_s = now_s
+        if name := _SWITCHES.get(named):
             setattr(self, name, value)
             self.switches_s[name] = now_s
 

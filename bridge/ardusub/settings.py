@@ -4,6 +4,9 @@ The companion writes none of them: a crew sets them once, and a check says so in
 """
 
 import math
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.firmware.ardusub import (
     ARDUSUB,
@@ -19,23 +22,41 @@ from bridge.firmware.ardusub import (
 )
 from bridge.firmware.questions import Questions
 
+RENEW_S: Final = 2.0
+"""One is read anew so often, in turn: a crew changes them, and an echo or an answer may be lost."""
+
 
 class Settings(Questions):
     """The parameters that a companion depends on."""
 
     def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
         self._thrusters, self._has_dvl = thrusters, has_dvl
-        names = [
+        self._wiring = [
             FRAME,
-            FAILSAFE,
-            PILOT_FAILSAFE,
-            PILOT,
             *(direction_name(number) for number in range(1, thrusters + 1)),
             *(function_name(number) for number in range(1, thrusters + 1)),
-            *(DVL if has_dvl else ()),
-            *ARDUSUB.corners.values(),
         ]
-        super().__init__(system, component, names)
+        others = [*(DVL if has_dvl else ()), *ARDUSUB.corners.values()]
+        super().__init__(system, component, [*self._wiring, FAILSAFE, PILOT_FAILSAFE, PILOT, *others])
+        # The pilot's is read by the handover, which counts its own reads alone.
+        self._renewed = [*self._wiring, FAILSAFE, PILOT_FAILSAFE, *others]
+        self._renew_s, self._turn = math.inf, 0
+
+    def step(self, now_s: float) -> list[Any]:
+        """The question to send now: for what is not known yet, later for each again, but for SYSID_MYGCS."""
+        if not self.complete:
+            self._renew_s = now_s + RENEW_S
+            return super().step(now_s)
+        if now_s < self._renew_s:
+            return []
+        self._renew_s, self._turn = now_s + RENEW_S, (self._turn + 1) % len(self._renewed)
+        name = self._renewed[self._turn].encode()
+        return [dialect.MAVLink_param_request_read_message(*self._target, name, -1)]
+
+    @property
+    def wiring(self) -> tuple[float, ...]:
+        """The frame, and what drives each output and which way, as read last; once `complete`."""
+        return tuple(self.values[name] for name in self._wiring)
 
     @property
     def obstacle(self) -> str:

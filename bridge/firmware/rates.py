@@ -1,9 +1,12 @@
 """Asks the autopilot for the messages that a dive needs, one by one, and again for each that is not acknowledged.
 
-Never for every id: some end a firmware (`Firmware.never_asked`). A message that is denied is not asked for again.
+Never for every id: some end a firmware (`Firmware.never_asked`). A message that is denied is not asked for again. What
+came at its rate and comes far slower is asked for at once: the autopilot rebooted, or another program that shares the
+link set rates of its own.
 """
 
 import math
+from collections import Counter
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -15,14 +18,24 @@ STREAM_AGAIN_S: Final = 3.0
 RENEW_S: Final = 60.0
 """An autopilot that rebooted has forgotten all rates, and beats on as if nothing had been."""
 
+LOOK_S: Final = 3.0
+FULL_SHARE, SLOW_SHARE = 0.5, 0.25
+LEAST_HZ: Final = 10.0
+"""A slower message is not counted: a few that are lost would pass for a lower rate."""
+
 _ACCEPTED: Final = (dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_IN_PROGRESS)
 
 
 class Rates:
-    """One request is under way at a time; `denied` are the ids that the autopilot does not send."""
+    """One request is under way at a time; `denied` are the ids that the autopilot does not send.
 
-    def __init__(self, system: int, firmware: Firmware) -> None:
-        self._target, self._firmware = (system, AUTOPILOT), firmware
+    `system` is the autopilot's, `asker` the system and component that the requests come from.
+    """
+
+    def __init__(self, system: int, firmware: Firmware, asker: tuple[int, int]) -> None:
+        self._target, self._firmware, self._asker = (system, AUTOPILOT), firmware, asker
+        self._counts, self._full = Counter[int](), set[int]()
+        self._looked_s = -math.inf
         self._left = list(firmware.rates_hz)
         self._asked: int | None = None
         self._due_s = self._stream_due_s = -math.inf
@@ -43,7 +56,7 @@ class Rates:
             self.begin_anew()
             rate_hz = self._firmware.stream_hz
             return [dialect.MAVLink_request_data_stream_message(*self._target, stream, rate_hz, 1)]
-        if not self._left and now_s >= self._renew_s:
+        if not self._left and (now_s >= self._renew_s or self._slowed(now_s)):
             self.begin_anew()
         if not self._left or now_s < self._due_s:
             return []
@@ -64,9 +77,29 @@ class Rates:
             )
         ]
 
+    def on_frame(self, number: int) -> None:
+        """A message of the autopilot with this id arrived."""
+        self._counts[number] += 1
+
+    def _slowed(self, now_s: float) -> bool:
+        """Whether a message that came at its rate comes far slower now."""
+        spent_s = now_s - self._looked_s
+        if spent_s < LOOK_S:
+            return False
+        rates = [(number, hz) for number, hz in self._firmware.rates_hz.items() if hz >= LEAST_HZ]
+        shares = {number: self._counts[number] / (hz * spent_s) for number, hz in rates}
+        self._counts.clear()
+        self._looked_s = now_s
+        slowed = any(shares[number] < SLOW_SHARE for number in self._full)
+        self._full = set() if slowed else self._full | {n for n, s in shares.items() if s >= FULL_SHARE}
+        return slowed
+
     def on_ack(self, message: Any, now_s: float) -> None:
         """A COMMAND_ACK of the autopilot; it names no message, hence one request at a time."""
         if message.command != dialect.MAV_CMD_SET_MESSAGE_INTERVAL or self._asked is None:
+            return
+        # On a link that is shared the answers to others are heard too.
+        if (message.target_system, message.target_component) not in ((0, 0), self._asker):
             return
         if message.result not in _ACCEPTED:
             self.denied.add(self._asked)

@@ -139,6 +139,11 @@ def run(arguments: argparse.Namespace) -> int:
 
         file = companion_file(file)
     vehicle = file.vehicle
+    if arguments.ardusub and arguments.ground and arguments.ground.system == vehicle.system_id:
+        raise exit_codes.UsageError(
+            f"--ground {arguments.ground.system}: that is the vehicle's own system; give the ground station's, usually "
+            "255"
+        )
     configuration = file.configuration or next(iter(vehicle.configurations))
     clock = SystemClock()
     ring = ring_for(arguments, clock)

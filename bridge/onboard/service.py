@@ -4,7 +4,7 @@ It has no thread and no clock of its own. The caller (`ports` in real time, the 
 bytes with their arrival time and calls `step` at the control rate.
 """
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -61,6 +61,8 @@ if TYPE_CHECKING:
 
 BEAT_S: Final = 1.0
 IMU_HZ, FOG_HZ = 50.0, 40.0
+OWN_BEATS: Final = 8
+"""Sequence numbers of the last heartbeats sent: one with another, from the own address, is another companion's."""
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
 DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
 STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
@@ -119,6 +121,7 @@ class Bridge:
         self._ground = ground
         self._ring, self._files = ring, files
         self._companion = companion
+        self._beats = deque[int](maxlen=OWN_BEATS)
         self._overheard: list[bytes] = []
         self._withheld: list[bytes] = []
         # The ring's stamps run on the boot clock: setting the date in mid-dive can't turn them back.
@@ -317,6 +320,7 @@ class Bridge:
 
     def _beat(self, now_s: float) -> None:
         if self._companion is None or self._companion.beats(now_s):
+            self._beats.append(self._encoder.sequence)
             self._send(Reading("alive", now_s, (float(self.armed), *self._kind())))
         self._send(Reading("clock", now_s, (self._clock.unix_s(),)))
         self._send(Reading("ff_mode", now_s, (float(self._parameters.mode),)))
@@ -338,7 +342,10 @@ class Bridge:
     def _hear(self, number: int, frame: Frame) -> None:
         """Handle a frame that arrived on the link with this number."""
         own_address = (self._encoder.system, self._encoder.component)
-        if self._companion is not None and (frame.system, frame.component) != own_address:
+        if self._companion is not None and (frame.system, frame.component) == own_address:
+            if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+                self._companion.hear_own_address(frame.sequence in self._beats, self._clock.boot_s())
+        elif self._companion is not None:
             now_s = self._clock.boot_s()
             # The sticks go on at once, before anything else is answered.
             self._to_autopilot(self._companion.hear(number, frame, now_s, lambda: self.navigation))

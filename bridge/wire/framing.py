@@ -383,6 +383,11 @@ class Encoder:
         self.component = component
         self._packer = dialect.MAVLink(None, srcSystem=system, srcComponent=component)
 
+    @property
+    def sequence(self) -> int:
+        """The sequence number of the next frame."""
+        return int(self._packer.seq)
+
     def encode(self, message: Any) -> bytes:
         """Return the frame of a pymavlink message. Raises struct.error if a value does not fit its field."""
         raw: bytes = message.pack(self._packer)

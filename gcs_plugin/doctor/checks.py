@@ -122,7 +122,7 @@ def check_loss(observed: Observed) -> Finding:
     """Share of the frames sent that were lost on the way, for the sender with the largest loss."""
     if observed.left_out:
         return warn("loss", f"{observed.link}: {CROWDED}; find out who does")
-    sources = [s for s in observed.receptions if s.received + s.lost >= 20]
+    sources = [s for s in observed.receptions if s.received + s.lost >= 20 and s.tells_loss]
     if not sources:
         return warn("loss", f"{observed.link}: too few frames to tell a loss from")
     worst = max(sources, key=lambda source: source.loss)
@@ -156,6 +156,10 @@ def check_date(observed: Observed) -> Finding:
     clocks = observed.arrivals.get("clock", [])
     if not clocks:
         return warn("date", "no SYSTEM_TIME arrived, the recording's date is the ground's alone")
+    # An autopilot without a GPS states 0 for a date that it does not know.
+    clocks = [arrival for arrival in clocks if arrival.reading.values[0] > 0.0]
+    if not clocks:
+        return warn("date", "the vehicle does not know its date, the recording's is the ground's alone")
     last = clocks[-1]
     vehicle_unix_s = last.reading.values[0] + observed.ended_s - last.time_s
     apart_s = vehicle_unix_s - observed.unix_s

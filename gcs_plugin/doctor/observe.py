@@ -11,9 +11,15 @@ from bridge.wire.framing import Encoder, Frame, Framer, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.peers import GROUND_STATION, Peers, Reception
+from gcs_plugin.watch.hearing import heard
 
 POLL_S: Final = 0.05
 ASK_TIME_EVERY_S: Final = 0.5
+BESIDE: Final = {
+    dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: "pwm",
+    dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA: "dvl",
+}
+"""Signals of the contract that come otherwise beside an autopilot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +60,9 @@ class Observed:
     def take(self, frame: Frame, now_s: float) -> None:
         self.frames += 1
         reading = decode_reading(frame)
+        if reading is None and frame.known and (wanted := BESIDE.get(frame.message_id)) is not None:
+            values = next((value for signal, _, value in heard(frame, None) if signal == wanted), None)
+            reading = None if values is None else Reading(wanted, now_s, values)
         if reading is not None and frame.system != GROUND_STATION[0]:
             self.arrivals.setdefault(reading.signal, []).append(Arrival(now_s, reading))
         if frame.message_id == dialect.MAVLINK_MSG_ID_TIMESYNC:

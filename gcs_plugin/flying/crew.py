@@ -168,8 +168,8 @@ class Crew:
         for frame in frames:
             self._peers.on_frame(frame, self._link, now_s)
             self._texts.hear(frame)
-            if self._rates is not None and frame.message_id in (_ACK, _VALUE):
-                self._answered(frame)
+            if self._rates is not None:
+                self._heed(self._rates, frame)
             if self._session is not None:
                 self._meet(frame, self._session.vehicle)
                 self._session.on_frame(frame, now_s)
@@ -181,17 +181,19 @@ class Crew:
         if not beats or self._rates is not None or vehicle[1] not in COMPANIONS:
             return
         if (firmware := heartbeat_of(frame, 0.0).firmware) is not None:
-            self._rates = Rates(vehicle[0], firmware)
+            self._rates = Rates(vehicle[0], firmware, GROUND_STATION)
             self._questions = Questions(vehicle[0], AUTOPILOT, tuple(firmware.corners.values()))
 
-    def _answered(self, frame: Frame) -> None:
-        """The autopilot acknowledges a rate, or states a parameter."""
-        message, vehicle = decode_message(frame), self.session.vehicle
-        if message is None or (frame.system, frame.component) != (vehicle[0], AUTOPILOT):
+    def _heed(self, rates: Rates, frame: Frame) -> None:
+        """The autopilot sends what was asked of it, acknowledges a rate, or states a parameter."""
+        if (frame.system, frame.component) != (self.session.vehicle[0], AUTOPILOT):
             return
-        assert self._rates is not None
+        rates.on_frame(frame.message_id)
+        message = decode_message(frame) if frame.message_id in (_ACK, _VALUE) else None
+        if message is None:
+            return
         assert self._questions is not None
         if frame.message_id == _ACK:
-            self._rates.on_ack(message, self.clock.boot_s())
+            rates.on_ack(message, self.clock.boot_s())
         else:
             self._questions.on_value(message.param_id, message.param_value)

@@ -241,7 +241,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         sources = self._fleet.sources(now_s)
         for link, health in sources:
             lines = [f"{health.system}/{health.component} on {link}: heard {health.age_s:.1f} s ago"]
-            lines.append(f"{health.received} frames, {health.loss:.1%} lost as seen here")
+            lost = f", {health.loss:.1%} lost as seen here" if health.tells_loss else ""
+            lines.append(f"{health.received} frames{lost}")
             peer = self._fleet.peers.get((health.system, health.component))
             if peer is not None and peer.is_vehicle:
                 lines.append("ARMED" if self._fleet.peers.armed(health.system) else "disarmed")

@@ -15,6 +15,7 @@ from gcs_plugin.params.transfer import Result, Source
 from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, ground_heartbeat
 
 POLL_S: Final = 0.02
+BEAT_S: Final = 1.0
 
 
 class ParameterClient:
@@ -40,14 +41,19 @@ class ParameterClient:
     def find_vehicle(self, timeout_s: float = 5.0, system: int | None = None) -> Source:
         """Find the component that holds the parameters: a companion before an autopilot.
 
-        Raises LinkTimeout if no HEARTBEAT arrives within `timeout_s`, LinkError if several systems send HEARTBEATs.
+        One that speaks is waited for until it beats: on a poor link its beats may be lost. Raises LinkTimeout if no
+        HEARTBEAT arrives within `timeout_s`, LinkError if several systems send HEARTBEATs.
         """
-        # A vehicle that listens on UDP learns the ground's address from this message.
-        self._link.write(self._encoder.encode(ground_heartbeat()))
-        end_s = self._clock.boot_s() + timeout_s
+        now_s = beat_s = self._clock.boot_s()
+        end_s = now_s + timeout_s
         settled_s = float("inf")
-        while self._clock.boot_s() < min(end_s, settled_s):
+        while now_s < end_s and (now_s < settled_s or self._peers.companion_follows(system)):
+            if now_s >= beat_s:
+                # A vehicle that listens on UDP learns the ground's address from this message.
+                self._link.write(self._encoder.encode(ground_heartbeat()))
+                beat_s = now_s + BEAT_S
             self._receive()
+            now_s = self._clock.boot_s()
             if self._candidates(system) and settled_s == float("inf"):
                 settled_s = self._clock.boot_s() + COMPANIONS_MAY_FOLLOW_S
         candidates = self._candidates(system)

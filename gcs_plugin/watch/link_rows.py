@@ -57,6 +57,7 @@ class LinkRows:
         link, source = key
         age_s = now_s - self._peer(source).links[link].beat_s
         loss = lost / (received + lost) if received + lost else 0.0
+        loss = loss if self._peer(source).tells_loss else math.nan
         rate_hz = received / (now_s - then_s) if now_s > then_s else 0.0
         return LinkRow(link, *source, age_s, loss, rate_hz, age_s > LOST_S)
 

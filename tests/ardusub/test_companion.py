@@ -359,3 +359,78 @@ def test_a_ground_keeps_in_mind_which_companion_stands_behind_ardupilot():
         (frame,) = Framer().feed(beat)
         peers.on_frame(frame, "link", 1.0)
     assert {vehicle.source: vehicle.behind for vehicle in peers.known(2.0)} == {(1, 1): False, (1, 191): True}
+
+
+def test_a_motor_that_is_turned_round_under_way_ends_the_feedforward_and_turned_back_it_is_raised_again(
+    autopilot,
+):
+    """The companion goes by the wiring of now: with that of its start a thruster would push the wrong way."""
+    aboard, pilot = under_way(autopilot, Mode.BOTH)
+    pilot.sticks["x"] = 200
+    autopilot.run(1.0, aboard, pilot)
+    sentence = (
+        "no feed-forward: the thrusters of the vehicle file do not push as ArduSub's frame takes them to: make the "
+        "file anew by seatrial vehicle guess, or mend SERVOn_FUNCTION and MOT_n_DIRECTION"
+    )
+    pilot.write("MOT_2_DIRECTION", -1.0)
+    assert autopilot.until(lambda: aboard.companion.law is None, 1.0, aboard, pilot)
+    assert autopilot.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+    back = lambda: aboard.companion.handover.is_back  # noqa: E731
+    assert autopilot.until(back, WAIT_S, aboard, pilot)
+    assert aboard.companion.no_flight(autopilot.clock.boot_s()) == sentence.removeprefix("no feed-forward: ")
+    pilot.write("MOT_2_DIRECTION", 1.0)
+    assert autopilot.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()
+
+
+def test_what_the_autopilot_changed_without_a_word_is_read_anew(fake):
+    aboard, pilot = under_way(fake, Mode.ALONE)
+    fake.parameters["MOT_2_DIRECTION"] = -1.0
+    assert fake.until(lambda: aboard.companion.law is None, 60.0, aboard, pilot)
+
+
+def test_a_parameter_that_was_not_answered_at_the_start_is_asked_for_again(fake):
+    aboard, pilot = Aboard(fake, Mode.ALONE), Pilot(fake)
+    value = fake.parameters.pop("FRAME_CONFIG")
+    assert fake.until(lambda: "FRAME_CONFIG nan" in " ".join(pilot.words()), WAIT_S, aboard, pilot)
+    fake.parameters["FRAME_CONFIG"] = value
+    assert fake.until(lambda: taken(aboard), 60.0, aboard, pilot), pilot.texts()
+
+
+def test_rates_that_a_reboot_or_another_ground_took_away_are_asked_for_again_at_once(autopilot):
+    aboard, pilot = Aboard(autopilot), Pilot(autopilot)
+    heard = aboard.companion.heard
+    ready(autopilot, aboard, pilot)
+    times = []
+
+    def look():
+        if not times or times[-1] != heard.attitude_s:
+            times.append(heard.attitude_s)
+
+    def is_full():
+        return len([time_s for time_s in times if time_s > autopilot.clock.boot_s() - 1.0]) > 30
+
+    acts = aboard, pilot, look
+    assert autopilot.until(is_full, WAIT_S, *acts)
+    autopilot.run(10.0, *acts)
+    slow = dialect.MAVLink_command_long_message(
+        1, 1, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0, dialect.MAVLINK_MSG_ID_ATTITUDE, 1e6, 0, 0, 0, 0, 0
+    )
+    for _ in range(2):
+        autopilot.aboard.write(Encoder(254, 1).encode(slow))
+        assert autopilot.until(lambda: not is_full(), 5.0, *acts)
+        assert autopilot.until(is_full, 10.0, *acts)
+        autopilot.run(10.0, *acts)
+
+
+def test_an_answer_to_another_program_on_the_same_link_is_not_taken_for_ones_own(autopilot):
+    aboard, pilot = Aboard(autopilot), Pilot(autopilot)
+    ready(autopilot, aboard, pilot)
+    denied = dialect.MAVLink_command_long_message(
+        1, 1, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0, dialect.MAVLINK_MSG_ID_HIGHRES_IMU, 1e6, 0, 0, 0, 0, 0
+    )
+    aboard.companion.rates.begin_anew()
+    for _ in range(50):
+        autopilot.aboard.write(Encoder(254, 1).encode(denied))
+        autopilot.run(0.02, aboard, pilot)
+    assert autopilot.until(lambda: aboard.companion.rates.settled, WAIT_S, aboard, pilot)
+    assert not aboard.companion.rates.denied

@@ -10,7 +10,8 @@ from fakes.ports import free_port
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, orders, ready, taken
 
-from bridge.ardusub.companion import NO_ARDUSUB
+from bridge import exit_codes
+from bridge.ardusub.companion import ANOTHER, APPLET, NO_ARDUSUB
 from bridge.onboard import program
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder
@@ -207,3 +208,108 @@ def test_a_trouble_stands_on_the_companions_own_terminal_too(tmp_path, capsys):
         over.set()
         px4.join()
     assert capsys.readouterr().err.count(NO_ARDUSUB) == 1
+
+
+def test_an_applet_that_runs_beside_the_companion_is_said_and_only_one_of_them_adds():
+    fake, aboard, pilot = afloat({})
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    beat = dialect.MAVLink_named_value_float_message(0, b"FF_MODE", 0.0)
+    beats = lambda: fake.send(beat)  # noqa: E731
+    sentence = f"no feed-forward: {APPLET}"
+    assert fake.until(lambda: sentence in pilot.words(), 1.0, beats, aboard, pilot), pilot.texts()
+    assert fake.until(lambda: fake.parameters["SYSID_MYGCS"] == 255, WAIT_S, beats, aboard, pilot)
+    assert aboard.companion.no_flight(fake.clock.now_s) == APPLET
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), "it is gone"
+
+
+def test_two_companions_are_said_and_neither_holds_the_sticks():
+    fake, aboard, pilot = afloat({})
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    other = Encoder(1, 191)
+    other.encode(dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3))
+    beat_s = [0.0]
+
+    def beats():
+        if fake.clock.now_s >= beat_s[0]:
+            beat_s[0] = fake.clock.now_s + 1.0
+            fake.ends[1].write(other.encode(dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3)))
+
+    sentence = f"no feed-forward: {ANOTHER}"
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, beats, aboard, pilot), pilot.texts()
+    assert fake.until(lambda: fake.parameters["SYSID_MYGCS"] == 255, WAIT_S, beats, aboard, pilot)
+    fake.run(10.0, beats, aboard, pilot)
+    assert not taken(aboard)
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), "it is gone"
+
+
+def test_a_program_that_took_the_sticks_keeps_them_though_an_applet_beat_meanwhile():
+    fake, aboard, pilot = afloat({})
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    pilot.write("SYSID_MYGCS", 254.0)
+    assert fake.until(lambda: not taken(aboard), WAIT_S, aboard, pilot)
+    pilot.write("SYSID_MYGCS", 255.0)
+    fake.send(dialect.MAVLink_named_value_float_message(0, b"FF_MODE", 0.0))
+    fake.run(10.0, aboard, pilot)
+    assert not taken(aboard), "not before FF_MODE was 0"
+
+
+def test_its_own_heartbeats_that_come_back_are_no_other_companion():
+    fake, aboard, pilot = afloat({})
+    write = fake.aboard.write
+
+    def echoed(data):
+        write(data)
+        fake.ends[1].write(data)
+
+    fake.aboard.write = echoed
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    fake.run(15.0, aboard, pilot)
+    assert taken(aboard)
+
+
+def test_sticks_that_another_companion_holds_are_not_to_be_taken_for_those_of_a_ground():
+    fake, aboard, pilot = afloat({})
+    aboard.set_mode(Mode.OFF)
+    fake.run(10.0, aboard, pilot)
+    pilot.write("SYSID_MYGCS", 1.0)
+    way = "SYSID_MYGCS is 1, the vehicle's own system: end the other companion, or set SYSID_MYGCS to 255"
+    assert fake.until(lambda: way in pilot.words(), WAIT_S, aboard, pilot)
+    aboard.set_mode(Mode.BOTH)
+    sentence = f"sticks not taken: {way}; then FF_MODE 0 and on again"
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+
+
+def test_the_vehicles_own_system_is_no_ground(capsys):
+    ways = ["--vehicle", "bluerov2", "--ardusub", "--link", "udpin:127.0.0.1:1", "--ground", "1"]
+    assert program.main(ways) == exit_codes.BAD_INPUT
+    assert "--ground 1" in capsys.readouterr().err
+
+
+def unheard(fake, aboard, *acts):
+    """The sentence on the companion's own terminal, where it hears no autopilot."""
+    fake.run(6.0, aboard, *acts)
+    return aboard.companion.trouble(fake.clock.now_s)
+
+
+def test_a_link_on_which_no_autopilot_speaks_is_said():
+    fake, aboard, _ = afloat({})
+    fake.dead = True
+    fake.run(4.0, aboard)
+    assert aboard.companion.trouble(fake.clock.now_s) == ""
+    assert unheard(fake, aboard).startswith("no autopilot heard: look at --link")
+
+
+def test_an_autopilot_of_another_system_is_named():
+    fake, aboard, pilot = afloat({})
+    fake.encoder = Encoder(2, 1)
+    assert "give the vehicle file system_id 2" in unheard(fake, aboard, pilot)
+
+
+def test_an_autopilot_that_falls_silent_is_said():
+    fake, aboard, pilot = afloat({})
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    fake.dead = True
+    assert unheard(fake, aboard, pilot) == "autopilot is silent: look at its power and its link"
+    fake.dead = False
+    fake.run(2.0, aboard, pilot)
+    assert aboard.companion.trouble(fake.clock.now_s) == ""

@@ -13,6 +13,7 @@ from soak import rest_in_soak
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT
 from bridge.wire.framing import Encoder, Framer
+from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Upload
@@ -91,3 +92,10 @@ def test_an_upload_on_a_link_that_loses_a_third_is_complete_or_rolled_back(seeds
 def test_one_that_is_cut_off_for_a_while_leaves_the_old_set_or_the_new_in_force():
     outcomes = {uploaded(seed, cut_s=0.3 * seed) for seed in range(8)}
     assert outcomes <= {Outcome.APPLIED, Outcome.ROLLED_BACK, Outcome.UNVERIFIED}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_on_such_a_link_the_companion_is_found_and_not_the_autopilot_in_front_of_it(seed):
+    """Its heartbeats may be lost, where its other words come through."""
+    vehicle = Beside(seed)
+    assert ParameterClient(vehicle.link, vehicle.clock).find_vehicle() == SOURCE

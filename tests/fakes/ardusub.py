@@ -20,6 +20,8 @@ MANUAL, ALT_HOLD, POSHOLD = 19, 2, 16
 NEVER_SENT = (105, 331, 375, 69, 230)
 """HIGHRES_IMU, ODOMETRY, ACTUATOR_OUTPUT_STATUS, MANUAL_CONTROL, ESTIMATOR_STATUS: denied."""
 WIND = 168
+UNASKED = {0: 1.0, 36: 0.5, 30: 0.1}
+"""Seconds between two of a message on a link that asked for nothing."""
 VECTORED = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1), (0, 0, 0), (0, 0, 0))
 
 
@@ -82,7 +84,7 @@ class Ardusub:
         self.booted_s = 0.0
         self.depth_m, self.voltage_v = 2.0, 16.0
         # A link without streams: the joystick's switches (251) come only with the stream that carries them.
-        self.intervals = {0: 1.0, 36: 0.5, 30: 0.1}
+        self.intervals = dict(UNASKED)
         self.says_switches = True
         self.kind = (dialect.MAV_TYPE_SUBMARINE, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
         self.due = dict.fromkeys(self.intervals, 0.0)
@@ -157,7 +159,7 @@ class Ardusub:
             self.mygcs_s = self.pilot_s = now_s
             self.sticks = (message.x, message.y, message.z, message.r)
         elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
-            self.interval(int(message.param1), message.param2, now_s)
+            self.interval(int(message.param1), message.param2, frame, now_s)
         elif kind == "COMMAND_LONG":
             self.ordered(message, now_s)
         elif kind == "FILE_TRANSFER_PROTOCOL":
@@ -197,10 +199,11 @@ class Ardusub:
         elif reboots:
             self.booted_s = now_s + self.quirks.boot_s
             self.waiting.clear()
+            self.intervals = dict(UNASKED)
             self.due = dict.fromkeys(self.intervals, self.booted_s)
             self.scripting.boot(self.booted_s)
 
-    def interval(self, number, micros, now_s):
+    def interval(self, number, micros, frame, now_s):
         if number == WIND and self.quirks.dies_on_wind:
             self.dead = True
             return
@@ -208,7 +211,10 @@ class Ardusub:
         if not denied:
             self.intervals[number], self.due[number] = micros * 1e-6, now_s
         result = dialect.MAV_RESULT_DENIED if denied else dialect.MAV_RESULT_ACCEPTED
-        self.send(dialect.MAVLink_command_ack_message(dialect.MAV_CMD_SET_MESSAGE_INTERVAL, result))
+        asker = frame.system, frame.component
+        self.send(
+            dialect.MAVLink_command_ack_message(dialect.MAV_CMD_SET_MESSAGE_INTERVAL, result, 0, 0, *asker)
+        )
 
     def knows(self, name):
         if name in self.quirks.late and self.clock.now_s < self.quirks.late_s:

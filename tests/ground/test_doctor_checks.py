@@ -1,5 +1,6 @@
 """The dry checks of the doctor, each by itself."""
 
+import itertools
 import math
 import re
 
@@ -130,6 +131,51 @@ def test_losses_are_told(talker):
         examined(talker)["loss"].sentence,
     )
     assert int(losses[1]) / int(losses[2]) == pytest.approx(0.2, abs=0.01)
+
+
+def test_what_a_router_keeps_back_of_another_ground_station_is_no_loss(talker):
+    """Its sticks go to the vehicle alone, and leave gaps in the numbers of its heartbeats."""
+    ground, read = Encoder(255, 190), talker.read
+
+    def beside(timeout_s):
+        data = read(timeout_s)
+        ground.encode(dialect.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0))
+        return data + ground.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+
+    talker.read = beside
+    assert trouble(examined(talker)) == {}
+
+
+def test_beside_an_autopilot_its_pulses_and_the_dvl_in_its_form_are_heard_and_a_companion_tells_no_loss(
+    talker,
+):
+    """So it is with a companion of ArduSub, whose one link has a router."""
+    autopilot, read, count = Encoder(1, 1), talker.read, itertools.count()
+    for signal in ("dvl", "pwm"):
+        talker.rates.pop(signal)
+    talker.encoder, talker.skip_every = Encoder(1, 191), 5
+
+    def beside(timeout_s):
+        data = read(timeout_s)
+        pulses = dialect.MAVLink_servo_output_raw_message(next(count), 0, *(1500,) * 8)
+        delta = dialect.MAVLink_vision_position_delta_message(0, 100000, (0.0,) * 3, (0.01, 0.0, 0.0), 100.0)
+        undated = dialect.MAVLink_system_time_message(0, 1000)
+        ours = talker.encoder.encode(delta)
+        return data + ours + b"".join(map(autopilot.encode, (pulses, undated)))
+
+    talker.read = beside
+    result = examined(talker)
+    assert trouble(result) == {}
+    assert result["pwm"].sentence.startswith("thruster commands: 20")
+    assert result["loss"].sentence.endswith("frames of system 1, component 1 arrived")
+
+
+def test_an_autopilot_that_does_not_know_its_date_is_not_said_to_be_decades_behind(talker):
+    talker.rates.pop("clock")
+    read = talker.read
+    undated = dialect.MAVLink_system_time_message(0, 1000)
+    talker.read = lambda timeout_s: read(timeout_s) + talker.encoder.encode(undated)
+    assert "does not know its date" in examined(talker)["date"].sentence
 
 
 def test_a_link_without_a_vehicle_is_told_with_the_frames_that_came(talker):
