@@ -97,6 +97,16 @@ def test_a_dive_that_ends_is_no_alarm():
     assert dive.pictured(20.0, beats=False, **SILENT) == {}
 
 
+@pytest.mark.parametrize("armed", [False, True])
+def test_a_vehicle_that_was_away_and_is_back_may_take_its_time_with_its_sensors(armed):
+    dive = Dive().go_on(10.0).go_on(2.0, armed=armed)
+    dive.pictured(120.0, beats=False, **SILENT)
+    assert dive.pictured(3.0, **SILENT) == {}
+    assert dive.pictured(2.0) == {}
+    dive.pictured(120.0, beats=False, **SILENT)
+    assert Kind.SENSOR in dive.pictured(6.0, dvl=None)
+
+
 def test_a_disarmed_vehicle_still_tells_of_its_battery_and_its_leak():
     dive = Dive().go_on(10.0).go_on(2.0, armed=False)
     dive.pictured(6.0, armed=False, battery=(13.0, 1.0))
