@@ -7,7 +7,7 @@ from bridge.errors import FitError
 from identify.batch.causes import Causes, EffectSize, Size
 from identify.batch.jobs import Job
 from identify.batch.work import read_job
-from identify.diagnose.cause_words import candidate_words, shown_parameters
+from identify.diagnose.cause_words import candidate_words
 from identify.diagnose.result import Value
 from identify.diagnose.shrunk import LIKELY
 from identify.diagnose.wording import verdict_sentence
@@ -35,7 +35,7 @@ def diagnose(job: Job) -> dict[str, Any]:
         EffectSize(
             finding.cause.effect.label,
             candidate_words(finding.cause.effect),
-            {name: _size(value) for name, value in shown_parameters(finding).items()},
+            {name: _size(value) for name, value in finding.parameters.items() if name != "thruster"},
             finding.probability,
             finding.probability >= LIKELY,
             finding.also,

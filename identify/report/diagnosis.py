@@ -206,7 +206,7 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     for finding in d.findings:
         cause = cause_words.effect_words(finding.cause.effect)
         values = cause_words.shown_parameters(finding)
-        rows += [(cause, cause_words.parameter(name), *_cells(value)) for name, value in values.items()] or [
+        rows += [(cause, name, *_cells(value)) for name, value in values.items()] or [
             (cause, MISSING, MISSING, MISSING, MISSING)
         ]
     return tuple(rows)
@@ -372,7 +372,7 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
         cause = cause_words.effect_words(lacking.cause.effect)
         values = cause_words.shown_parameters(lacking)
         rows += [
-            (f"{cause}, {cause_words.parameter(name)}", "none", *_cells(value), MISSING)
+            (f"{cause}, {name}", "none", *_cells(value), MISSING)
             for name, value in values.items()
         ] or [(cause, "none", MISSING, MISSING, MISSING, MISSING)]
     return rows
