@@ -430,7 +430,7 @@ def _moving(error: WholeError, sea: float, weak: Sequence[str], mend: str) -> Cr
     if weak and DOFS.index(error.axis) in FEEDFORWARD_DOFS:
         are = "is" if len(weak) == 1 else "are"
         return Criterion(name, None, f"{words}; but thruster {listed(weak)} {are} not made up for in shadow")
-    return Criterion(name, False, words, mend)
+    return Criterion(f"{error.axis} moves unasked", False, words, mend)
 
 
 def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:
@@ -448,7 +448,7 @@ def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFi
             f"TAU_FF is zero in {100 * zero:.0f} % of the motion: a coefficient is missing or out of bounds"
         )
         mend = "read what the vehicle said, and upload a set that it can fly"
-        return [Criterion(f"{axis} fed", False, words, mend)]
+        return [Criterion(f"{axis} not fed", False, words, mend)]
     if mode is Mode.ALONE:
         return _by_errors(dof, dive, file)
     pid = low_pass(dive.tau_pid.at(motion.time_s)[:, dof], RATE_HZ, CUTOFF_HZ)

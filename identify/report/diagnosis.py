@@ -371,10 +371,9 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
         cause = cause_words.effect_words(lacking.cause.effect)
         values = cause_words.shown_parameters(lacking)
-        rows += [
-            (f"{cause}, {name}", "none", *_cells(value), MISSING)
-            for name, value in values.items()
-        ] or [(cause, "none", MISSING, MISSING, MISSING, MISSING)]
+        rows += [(f"{cause}, {name}", "none", *_cells(value), MISSING) for name, value in values.items()] or [
+            (cause, "none", MISSING, MISSING, MISSING, MISSING)
+        ]
     return rows
 
 
