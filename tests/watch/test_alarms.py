@@ -10,7 +10,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
-from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings
+from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings, user_file
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.screens.watch_lines import unset_lines
@@ -213,6 +213,9 @@ def test_alarms_that_are_switched_off_are_named():
     assert Dive().watcher.picture(0.0).unset == ()
     shipped = Dive(SHIPPED).watcher.picture(0.0)
     assert shipped.unset == (Kind.BATTERY, Kind.DEPTH, Kind.ALTITUDE)
-    assert "no alarm is set for battery, depth, altitude" in header(shipped, None)
-    assert unset_lines(shipped.unset, 60) == ((("no alarm set: battery, depth, altitude", "quiet"),),)
+    told = f"no alarm is set for battery, depth, altitude: give limits in {user_file()}"
+    assert told in header(shipped, None)
+    assert unset_lines(shipped.unset, 60) == (
+        (("no alarm set: battery, depth, altitude (alarms.yaml)", "quiet"),),
+    )
     assert unset_lines((), 60) == ()
