@@ -22,7 +22,7 @@ from identify.diagnose.thrust_ratio import ThrustRatio
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table
-from identify.words import MISSING, capital, fixed, seconds, significant, unbroken, unit, with_interval
+from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
 NOISE = (
     "Noise alone: the drift that sensor noise and a stationary disturbance would make on this very dive, on average "
@@ -72,7 +72,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
         subtitle(d),
-        unbroken(wording.verdict_sentence(d)),
+        wording.verdict_sentence(d),
         sections(d),
     )
 
@@ -332,7 +332,7 @@ def against_report(comparison: Against) -> Report:
     return Report(
         f"{comparison.vehicle.vehicle}: {comparison.vehicle.dive} against the simulator's {comparison.simulator.dive}",
         subtitle(comparison.vehicle),
-        unbroken(" ".join((*thrust_sentences(comparison), verdict_sentence(comparison)))),
+        " ".join((*thrust_sentences(comparison), verdict_sentence(comparison))),
         (
             _change(comparison),
             *sections(replace(comparison.vehicle, verdict=comparison.verdict)),
