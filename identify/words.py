@@ -70,7 +70,9 @@ def unbroken(sentence: str) -> str:
     """The sentence for a page: no line breaks between a number and its unit, about an arrow, or within NO-GO."""
     whole = sentence.replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
     whole = whole.replace("NO-GO", "NO\N{NON-BREAKING HYPHEN}GO")
-    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|s\b)", "\N{NO-BREAK SPACE}", whole)
+    return re.sub(
+        r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|(?:s|ms|m|mm|kg|N|V|Hz)\b)", "\N{NO-BREAK SPACE}", whole
+    )
 
 
 def count(number: int) -> str:

@@ -39,8 +39,8 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
 def how_to_send(path: Path, model: Sidecar) -> str:
     """The remedy for an accepted diagnosis that was never sent."""
     return (
-        f"{path} makes up for {effects_words(model.effects)} and by the receipts was never sent: upload it (seatrial "
-        f"params upload {path}), or diagnose this dive"
+        f"what makes up for {effects_words(model.effects)} is in {path}, and by the receipts was never sent: upload it "
+        f"(seatrial params upload {path}), or diagnose this dive"
     )
 
 

@@ -12,6 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import word_of
 from gcs_plugin.monitor.gap import Gap, in_units, worst
 from gcs_plugin.recording.state import Holding
+from gcs_plugin.watch.alarms import user_file
 from gcs_plugin.watch.picture import (
     Armed,
     Condition,
@@ -175,9 +176,9 @@ def alarm_words(picture: Picture) -> list[str]:
 
 
 def unset_words(picture: Picture) -> str:
-    """Which alarms are switched off; "" for none."""
+    """Which alarms are switched off, and what sets them; "" for none."""
     unset = ", ".join(kind.value for kind in picture.unset)
-    return f"no alarm is set for {unset}" if unset else ""
+    return f"no alarm is set for {unset}: give limits in {user_file()}" if unset else ""
 
 
 def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[str]:

@@ -11,7 +11,7 @@ from bridge.wire.framing import Encoder, Frame, Framer, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.peers import GROUND_STATION, Peers, Reception
-from gcs_plugin.watch.hearing import heard
+from gcs_plugin.watch.channels import heard
 
 POLL_S: Final = 0.05
 ASK_TIME_EVERY_S: Final = 0.5

@@ -26,6 +26,9 @@ BATTERY_HOLDS_S, ALTITUDE_HOLDS_S = 5.0, 2.0
 LEAST_RPM: Final = 200.0
 """A thruster that is asked for less may stand still in its dead zone."""
 
+AWAY_S: Final = 4.0
+"""A vehicle whose heartbeat is older is away: its sensors are silent for that reason."""
+
 STANDS_SHARE: Final = 0.1
 """Of the speed that its pulse asks for; a thruster that turns slower stands."""
 
@@ -112,6 +115,7 @@ class Alarms:
         self._limits = settings.of("" if file is None else file.vehicle.name)
         self._rpm = _Shafts(file)
         self._since_s: dict[tuple[Kind, str], float] = {}
+        self._back_s: float | None = None  # since when the vehicle has been heard without a break
 
     @property
     def unset(self) -> tuple[Kind, ...]:
@@ -133,6 +137,10 @@ class Alarms:
     def _signs(self, picture: Picture) -> Iterator[_Sign]:
         yield from self._of_vehicle(picture)
         armed = picture.armed in (Armed.ARMED, Armed.FAILSAFE)
+        if picture.armed_age_s > AWAY_S:
+            self._back_s = None
+        elif self._back_s is None:
+            self._back_s = picture.now_s
         link = picture.links[0] if picture.links else None
         limits = self._limits
         if armed and link is not None and limits.link_s and picture.armed_age_s > limits.link_s:
@@ -146,7 +154,7 @@ class Alarms:
             for thruster in picture.thrusters:
                 yield from self._of_thruster(thruster)
             for sensor in picture.sensors:
-                yield from self._of_sensor(sensor)
+                yield from self._of_sensor(sensor, picture.now_s)
             yield from self._of_gap(picture)
 
     def _of_vehicle(self, picture: Picture) -> Iterator[_Sign]:
@@ -177,14 +185,17 @@ class Alarms:
             words = f"thruster {row.number} stands still at {row.pwm_us:.0f} us"
             yield _Sign(Alarm(Kind.THRUSTER, str(row.number), words), self._limits.thruster_s)
 
-    def _of_sensor(self, row: SensorRow) -> Iterator[_Sign]:
+    def _of_sensor(self, row: SensorRow, now_s: float) -> Iterator[_Sign]:
         limit_s = self._limits.sensor_s
         alarm = Alarm(Kind.SENSOR, row.signal, f"{row.name}: {row.words}")
         if not limit_s:
             return
         if row.condition is Condition.BAD:
             yield _Sign(alarm, limit_s)
-        elif row.freshness is Freshness.GONE and limit_s <= row.age_s < math.inf:
+            return
+        # A vehicle that was off, or out of hearing, has its sensors speak again one by one.
+        settled = self._back_s is not None and now_s - self._back_s >= limit_s
+        if settled and row.freshness is Freshness.GONE and limit_s <= row.age_s < math.inf:
             yield _Sign(alarm, 0.0)
 
     def _of_gap(self, picture: Picture) -> Iterator[_Sign]:

@@ -9,7 +9,7 @@ from identify.batch.jobs import Job
 from identify.batch.work import read_job
 from identify.diagnose.result import Value
 from identify.diagnose.shrink.shrunk import LIKELY
-from identify.diagnose.words.causes import candidate_words, shown_parameters
+from identify.diagnose.words.causes import candidate_words
 from identify.diagnose.words.diagnosis import verdict_sentence
 from identify.ingest.open import date_of
 from identify.run import diagnose as run
@@ -35,7 +35,7 @@ def diagnose(job: Job) -> dict[str, Any]:
         EffectSize(
             finding.cause.effect.label,
             candidate_words(finding.cause.effect),
-            {name: _size(value) for name, value in shown_parameters(finding).items()},
+            {name: _size(value) for name, value in finding.parameters.items() if name != "thruster"},
             finding.probability,
             finding.probability >= LIKELY,
             finding.also,

@@ -67,7 +67,7 @@ def of_axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: Vehicle
             f"TAU_FF is zero in {100 * zero:.0f} % of the motion: a coefficient is missing or out of bounds"
         )
         mend = "read what the vehicle said, and upload a set that it can fly"
-        return [Criterion(f"{axis} fed", False, words, mend)]
+        return [Criterion(f"{axis} not fed", False, words, mend)]
     if mode is Mode.ALONE:
         return _by_errors(dof, dive, file)
     pid = low_pass(dive.tau_pid.at(motion.time_s)[:, dof], RATE_HZ, CUTOFF_HZ)

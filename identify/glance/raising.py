@@ -328,7 +328,7 @@ def _moving(error: WholeError, sea: float, weak: Sequence[str], mend: str) -> Cr
     if weak and DOFS.index(error.axis) in FEEDFORWARD_DOFS:
         are = "is" if len(weak) == 1 else "are"
         return Criterion(name, None, f"{words}; but thruster {listed(weak)} {are} not made up for in shadow")
-    return Criterion(name, False, words, mend)
+    return Criterion(f"{error.axis} moves unasked", False, words, mend)
 
 
 def _thrust(dive: Dive, mode: Mode, thrusters: Allocator) -> Criterion:

@@ -20,7 +20,7 @@ from identify.diagnose.words.against import lines, thrust_sentences, verdict_sen
 from identify.effects.effect import COMPENSATED_BY
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table
-from identify.words import MISSING, capital, fixed, seconds, significant, unbroken, unit, with_interval
+from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
 
 NOISE = (
     "Noise alone: the drift that sensor noise and a stationary disturbance would make on this very dive, on average "
@@ -70,7 +70,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
         subtitle(d),
-        unbroken(wording.verdict_sentence(d)),
+        wording.verdict_sentence(d),
         sections(d),
     )
 
@@ -204,7 +204,7 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     for finding in d.findings:
         cause = cause_words.effect_words(finding.cause.effect)
         values = cause_words.shown_parameters(finding)
-        rows += [(cause, cause_words.parameter(name), *_cells(value)) for name, value in values.items()] or [
+        rows += [(cause, name, *_cells(value)) for name, value in values.items()] or [
             (cause, MISSING, MISSING, MISSING, MISSING)
         ]
     return tuple(rows)
@@ -330,7 +330,7 @@ def against_report(comparison: Against) -> Report:
     return Report(
         f"{comparison.vehicle.vehicle}: {comparison.vehicle.dive} against the simulator's {comparison.simulator.dive}",
         subtitle(comparison.vehicle),
-        unbroken(" ".join((*thrust_sentences(comparison), verdict_sentence(comparison)))),
+        " ".join((*thrust_sentences(comparison), verdict_sentence(comparison))),
         (
             _change(comparison),
             *sections(replace(comparison.vehicle, verdict=comparison.verdict)),
@@ -369,10 +369,9 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
         cause = cause_words.effect_words(lacking.cause.effect)
         values = cause_words.shown_parameters(lacking)
-        rows += [
-            (f"{cause}, {cause_words.parameter(name)}", "none", *_cells(value), MISSING)
-            for name, value in values.items()
-        ] or [(cause, "none", MISSING, MISSING, MISSING, MISSING)]
+        rows += [(f"{cause}, {name}", "none", *_cells(value), MISSING) for name, value in values.items()] or [
+            (cause, "none", MISSING, MISSING, MISSING, MISSING)
+        ]
     return rows
 
 

@@ -21,7 +21,7 @@ from identify.report import picture, traces
 from identify.report.plot import DARK, LIGHT, Draw
 from identify.report.spreadsheet import to_csv
 from identify.report.traces import Traces
-from identify.words import MISSING, safe, seconds
+from identify.words import MISSING, safe, seconds, unbroken
 
 
 def _variables(colours: dict[str, str]) -> str:
@@ -209,7 +209,7 @@ def render_report(report: Report, drawn: Callable[[float], None] = lambda _: Non
 
 
 def _lead(kind: str, words: str) -> str:
-    return f'<p class="{kind}">{safe(words)}</p>\n' if words else ""
+    return f'<p class="{kind}">{safe(unbroken(words))}</p>\n' if words else ""
 
 
 def _distinct(headings: Sequence[str]) -> list[str]:
@@ -227,11 +227,11 @@ def _warning(text: str) -> str:
 
 def _judged(good: bool, sentence: str) -> str:
     kind, mark = ("yes", "●") if good else ("no", "▲")
-    return f'<p class="judged {kind}"><span aria-hidden="true">{mark}</span> {safe(sentence)}</p>\n'
+    return f'<p class="judged {kind}"><span aria-hidden="true">{mark}</span> {safe(unbroken(sentence))}</p>\n'
 
 
 def _paragraphs(text: str) -> list[str]:
-    return [safe(p.strip()) for p in text.split("\n\n") if p.strip()]
+    return [safe(unbroken(p.strip())) for p in text.split("\n\n") if p.strip()]
 
 
 def _section(section: Section, heading: str, anchor: str) -> str:
@@ -251,7 +251,7 @@ def _section(section: Section, heading: str, anchor: str) -> str:
 
 def _figure(figure: Figure, key: str) -> str:
     drawn = picture.inline(figure.draw, figure.name, key)
-    return f"<figure>{drawn}<figcaption>{safe(figure.caption)}</figcaption></figure>\n"
+    return f"<figure>{drawn}<figcaption>{safe(unbroken(figure.caption))}</figcaption></figure>\n"
 
 
 def _table(table: Table) -> str:
@@ -273,7 +273,7 @@ def _table(table: Table) -> str:
         for row in table.rows
     )
     kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS else ""
-    caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
+    caption = f"<caption>{safe(unbroken(table.caption))}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
     drawn = f'<div class="scroll"><table{kind}>{caption}{body}</table></div>'
     # Without a script: a click in the text selects it all, and the link saves it as a file.

@@ -35,7 +35,7 @@ from identify.tracking import (
     measured_speed,
     whole_rows,
 )
-from identify.words import MISSING, fixed, speed, unbroken
+from identify.words import MISSING, fixed, speed
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),
@@ -88,7 +88,7 @@ def validation_report(validation: Validation) -> Report:
     return Report(
         f"{file.vehicle.name}: how the reference was followed",
         "; ".join(f"{label}: {dive.name}" for label, dive in dives.items()),
-        unbroken(" ".join((*said, verdict(errors)))),
+        " ".join((*said, verdict(errors))),
         tuple(section for section in sections if section is not None),
     )
 

@@ -17,9 +17,9 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.mavproxy import work
 from gcs_plugin.params.sidecar import Interval, Sidecar, sidecar_path
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.result import Accepted
+from identify.diagnose.result import Accepted, Value
 from identify.diagnose.words.causes import SINCE
-from identify.diagnose.words.diagnosis import next_lines
+from identify.diagnose.words.diagnosis import cause_lines, next_lines
 from identify.dive import Dive, Signal
 from identify.run.diagnose import Before
 from identify.run.in_force import read_in_force
@@ -144,5 +144,10 @@ def test_of_a_change_of_what_was_accepted_the_way_out_is_told():
         "A change of quadratic drag, to X_uu 40.0: the vehicle makes up for it as it was. Accept and "
         "upload the new value, or roll back (seatrial params rollback)."
     )
+    sized = {"X_uu": Value(12.0, "N s2/m2", 10.0, 14.0)}
+    (cause,) = cause_lines(diagnosis(replace(changed, parameters=sized)))
+    assert cause.endswith("Fitted: change of X_uu 12.0 N s²/m² (95 %: 10.0 to 14.0).")
+    (cause,) = cause_lines(diagnosis(replace(DRAG, parameters=sized)))
+    assert cause.endswith("Fitted: X_uu 12.0 N s²/m² (95 %: 10.0 to 14.0).")
     assert next_lines(diagnosis(DRAG)) == ()
     assert next_lines(diagnosis(replace(changed, probability=0.4))) == ()

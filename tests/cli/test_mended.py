@@ -86,7 +86,7 @@ def test_a_weak_thruster_is_diagnosed_accepted_flown_and_comes_as_foretold(tmp_p
     before = crew.dive("ff", 2)
     ((run,), _) = crew.validate(before)
     assert not run["raising"]["go"]
-    assert "yaw not asked to move" in run["raising"]["sentence"]
+    assert "yaw moves unasked" in run["raising"]["sentence"]
     said = crew.type("diagnose", before, "--vehicle", f"{crew.file}:hovering", "--accept", mended)
     assert "foretold for the next dive in ff, rms over the whole mission: surge 1" in said
     crew.upload(mended, "--vehicle", crew.file)
@@ -121,7 +121,7 @@ def test_made_up_for_on_board_and_accepted_again_it_is_refused_and_forced_it_is_
     (runs, _) = crew.validate(crew.dive("ff", 12), crew.dive("both", 13))
     for run in runs:
         assert not run["raising"]["go"]
-        assert "yaw not asked to move" in run["raising"]["sentence"]
+        assert "yaw moves unasked" in run["raising"]["sentence"]
         assert "thruster 1 made up for twice" in run["raising"]["sentence"]
     shutil.rmtree(tmp_path / "receipts")  # also without a word on what was accepted
     ((run, _), _) = crew.validate(*sorted((tmp_path / "dives").glob("*-[ab]*")))

@@ -14,6 +14,7 @@ import pytest
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.link import memory_pair
+from bridge.simulator.dive import SimulatedVehicle
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.framing import Framer
@@ -99,6 +100,23 @@ def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, m
     )
     folder = json.loads(capsys.readouterr().out)["folder"]
     assert max(abs(read_dive(Path(folder)).tau_ff.value[:, 0])) > 10
+
+
+def test_a_thruster_of_an_idle_vehicle_may_weaken_for_a_flight_to_show_it(tmp_path, monkeypatch):
+    near, _ = memory_pair()
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: near)
+    monkeypatch.setattr("bridge.command_line.until_stopped", lambda *_: None)
+    starts = []
+
+    class Spied(SimulatedVehicle):
+        def __init__(self, file, configuration, links, start, parameters):
+            starts.append(start)
+            super().__init__(file, configuration, links, start, parameters)
+
+    monkeypatch.setattr("tui.commands.simulate.SimulatedVehicle", Spied)
+    weak = ("--link", "any", "--onset", "5", "T2_gain=0.5")
+    assert simulate(tmp_path, "idle", *weak) == exit_codes.DONE
+    assert (starts[0].truth.onset_s, starts[0].truth.onset) == (5.0, {"T2_gain": 0.5})
 
 
 def upload_to(link, tmp_path):

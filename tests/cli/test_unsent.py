@@ -15,8 +15,8 @@ from tui.commands.validate import send_first
 FOUND = replace(MODEL, dived="2026-09-21T14:14:30Z")
 """Of a dive between EARLIER and AFTER."""
 SAID = (
-    "gap.param makes up for weak thruster 1 and by the receipts was never sent: upload it (seatrial params upload "
-    "gap.param), or diagnose this dive"
+    "what makes up for weak thruster 1 is in gap.param, and by the receipts was never sent: upload it (seatrial "
+    "params upload gap.param), or diagnose this dive"
 )
 
 
@@ -46,7 +46,7 @@ def test_what_was_accepted_and_never_sent_is_named_with_the_way_to_send_it():
 def test_it_is_found_beside_another_dive_too():
     kept("out/2026-09-21T1414Z/diagnosed.param", FOUND)
     dive = replace(AFTER, source=Path("out/2026-09-21T1416Z/telemetry.tlog"))
-    assert "diagnosed.param makes up for weak thruster 1" in said(dive)
+    assert "diagnosed.param, and by the receipts was never sent" in said(dive)
 
 
 @pytest.mark.parametrize(

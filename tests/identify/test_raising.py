@@ -188,7 +188,7 @@ def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_
     zeroed = dive.tau_ff.value.copy()
     zeroed[:, 1] = 0.0
     raising = judged(replace(dive, tau_ff=Signal(dive.tau_ff.time_s, zeroed)))
-    assert failed(raising) == ["sway fed"]
+    assert failed(raising) == ["sway not fed"]
     assert "upload a set that it can fly" in raising.sentence
 
 

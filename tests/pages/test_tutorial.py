@@ -110,7 +110,7 @@ def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(followed):
     assert "taken as accepted: weak thruster 1" in said
     followed.type("seatrial validate weak/*-both mended/*-both --vehicle ruvifist")
     said = " ".join(followed.said.split())
-    assert "NO-GO, lower the feed-forward to shadow: yaw not asked to move" in said
+    assert "NO-GO, lower the feed-forward to shadow: yaw moves unasked" in said
     assert "As foretold: surge" in said
     assert "GO: the feed-forward may stay at both" in said
     effects = json.loads((followed.folder / "gap.param.json").read_text(encoding="utf-8"))["effects"]

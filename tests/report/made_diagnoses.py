@@ -173,7 +173,7 @@ class Text(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         if data.strip() and not self.narrow:
-            self.lines.append(data.strip())
+            self.lines.append(data.strip().replace("\N{NO-BREAK SPACE}", " "))
 
 
 def read(shown: Diagnosis) -> str:

@@ -19,7 +19,7 @@ from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
 from identify.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
-from identify.words import safe
+from identify.words import safe, unbroken
 
 FILE = load_vehicle("ruvifist:hovering")
 AT_ORIGIN = (0.0, 0.0, 0.0)
@@ -160,14 +160,23 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
         "Surge",
         "What go and no-go rest on",
     ]
-    assert report.verdict.startswith("off: NO\N{NON-BREAKING HYPHEN}GO. 'off' errs")
+    assert report.verdict.startswith("off: NO-GO. 'off' errs")
     ((go, sentence),) = report.sections[0].judged
     assert not go
     assert sentence.startswith("off: NO-GO, don't raise it: surge mass.")
     html = render_report(report)
-    assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(sentence)}</p>' in html
+    assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(unbroken(sentence))}</p>' in html
     assert 'class="judged yes"' not in html
     assert report.sections[3].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+
+
+def test_no_line_of_a_page_ends_between_a_number_and_its_unit():
+    report = made({"off": moving("pid", 1.5)}, {})
+    told = replace(report.sections[0], text="Were thrust 10 ms later, it would be 1 % larger.")
+    html = render_report(replace(report, subtitle="computed in 50.1 s.", sections=(told,)))
+    for figure in ("10 ms", "1 %", "50.1 s"):
+        assert figure not in html
+        assert figure.replace(" ", "\N{NO-BREAK SPACE}") in html
 
 
 def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
@@ -176,8 +185,7 @@ def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
     run = Run("both", dive, tracking_errors(dive), None, "both", (Held(row, 0.0061, 0.18, True),))
     report = validation_report(Validation(FILE, (run,), AT_ORIGIN))
     assert report.verdict.startswith(
-        "both: As foretold: surge 13 (ff)\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}6.0\N{NO-BREAK SPACE}mm/s, flown 6.1. "
-        "'both' errs, mean absolute: surge"
+        "both: As foretold: surge 13 (ff) -> 6.0 mm/s, flown 6.1. 'both' errs, mean absolute: surge"
     )
     judged = replace(run, raising=Raising(Mode.BOTH, Mode.BOTH, ()))
     assert validation_report(Validation(FILE, (judged,), AT_ORIGIN)).verdict.startswith(

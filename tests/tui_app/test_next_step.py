@@ -70,6 +70,8 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
         (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read its last section, what to"),
+        (replace(AGAIN, flown="both", go=False, recording=False, verdict="explained", contradicted=True), Task.LOOK,
+         "the check dive shows no such effect: dive the same again, then diagnose first once more"),
         # What mode it is in, nobody knows until it speaks.
         (replace(UPLOADED, heard=False, mode=""), Task.TO_SHADOW, "uploaded: switch the vehicle on; the mode of"),
         (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),

@@ -393,6 +393,25 @@ def test_one_key_begins_the_next_dive_and_the_newest_finished_one_is_chosen(tmp_
     assert boat.desk.dive is None
 
 
+def test_a_dive_that_ends_by_a_key_is_told_once_though_the_next_is_seen_before_the_answer():
+    boat, views, seen = Boat(), FixedViews(view()), threading.Event()
+    boat.recorded = Path(view().recording.folder)
+    at_once = boat.desk.next_dive
+    boat.desk.next_dive = lambda: at_once() if seen.wait(10.0) else None
+
+    async def work(app, pilot):
+        app._refresh_view()
+        await play(app, pilot, "ctrl+n")
+        views.shown = replace(view(), recording=replace(view().recording, folder="dives/second"))
+        app._refresh_view()
+        seen.set()
+        await app.workers.wait_for_complete()
+        return said(app)
+
+    (notice,) = run(made(views, desk=boat.desk), WIDE, work)
+    assert notice.endswith("; the next dive is recorded")
+
+
 def test_a_dive_in_which_nothing_arrived_is_said_not_to_be_kept():
     (notice,) = after(["ctrl+n"], Boat())
     assert notice.endswith("deck is not kept, since nothing arrived in it; the next dive is recorded")

@@ -48,6 +48,12 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
     )  # fmt: skip
 
 
+def test_a_dive_that_lay_afloat_for_an_upload_is_not_compared(tmp_path, monkeypatch):
+    monkeypatch.setattr(validate, "can_check", lambda dive: dive.name != CHECK)
+    desk = validated_desk(tmp_path)
+    played(desk, "6", "c", Sees(f"beside {OLDER}. "), "c", Sees("by itself. "), size=WIDE)
+
+
 def test_the_verdict_stands_as_soon_as_it_is_there_while_the_page_is_drawn(tmp_path):
     verbs = FakeVerbs({}, tells=(Report(PAGE, 0.3, "draws"),))
     desk = validated_desk(tmp_path, jobs=Jobs(verbs))

@@ -10,7 +10,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
-from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings
+from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings, user_file
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.screens.watch_lines import unset_lines
@@ -95,6 +95,16 @@ def test_a_limit_of_nought_switches_one_off():
 def test_a_dive_that_ends_is_no_alarm():
     dive = Dive().go_on(10.0).go_on(2.0, armed=False)
     assert dive.pictured(20.0, beats=False, **SILENT) == {}
+
+
+@pytest.mark.parametrize("armed", [False, True])
+def test_a_vehicle_that_was_away_and_is_back_may_take_its_time_with_its_sensors(armed):
+    dive = Dive().go_on(10.0).go_on(2.0, armed=armed)
+    dive.pictured(120.0, beats=False, **SILENT)
+    assert dive.pictured(3.0, **SILENT) == {}
+    assert dive.pictured(2.0) == {}
+    dive.pictured(120.0, beats=False, **SILENT)
+    assert Kind.SENSOR in dive.pictured(6.0, dvl=None)
 
 
 def test_a_disarmed_vehicle_still_tells_of_its_battery_and_its_leak():
@@ -203,6 +213,9 @@ def test_alarms_that_are_switched_off_are_named():
     assert Dive().watcher.picture(0.0).unset == ()
     shipped = Dive(SHIPPED).watcher.picture(0.0)
     assert shipped.unset == (Kind.BATTERY, Kind.DEPTH, Kind.ALTITUDE)
-    assert "no alarm is set for battery, depth, altitude" in header(shipped, None)
-    assert unset_lines(shipped.unset, 60) == ((("no alarm set: battery, depth, altitude", "quiet"),),)
+    told = f"no alarm is set for battery, depth, altitude: give limits in {user_file()}"
+    assert told in header(shipped, None)
+    assert unset_lines(shipped.unset, 60) == (
+        (("no alarm set: battery, depth, altitude (alarms.yaml)", "quiet"),),
+    )
     assert unset_lines((), 60) == ()

@@ -65,7 +65,7 @@ class Situation:
       lacking: those that it does not.
     - after_upload: it began after the upload below; before_upload: the vehicle accepted values since, whichever.
     - flown: the mode in which it was flown, "" if it was not validated; go: whether that was a GO, None if not judged.
-    - verdict: of its diagnosis, "" without one.
+    - verdict: of its diagnosis, "" without one; contradicted: its check dive shows no such effect.
 
     About values:
 
@@ -107,6 +107,7 @@ class Situation:
     flown: str = ""
     go: bool | None = None
     verdict: str = ""
+    contradicted: bool = False
     before_upload: bool = False
     lost: bool = False
     departs: bool = False
@@ -205,6 +206,10 @@ NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown
 SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
 LOOK_CLOSER = Next(
     Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next"
+)
+DIVE_AGAIN = replace(
+    LOOK_CLOSER,
+    words="the check dive shows no such effect: dive the same again, then diagnose {dive} once more, checked on that",
 )
 READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
 ASKED = Next(Task.WAIT, (), "answer what is asked; escape leaves it")
@@ -328,7 +333,7 @@ def _after_upload(now: Situation) -> Next:
         # Two dives of a vehicle that departs from its model are one question. One that still flies so is judged first.
         return MENDS_BOTH if now.departed and lowered_to(now)[0] is None else VALIDATE
     if now.after_upload and now.go is False and now.flown == Mode.SHADOW.word:
-        return LOOK if not now.verdict else LOOK_CLOSER
+        return LOOK if not now.verdict else _read_closer(now)
     if now.after_upload and now.flown in ACTING:
         return _diagnosed(now)
     if (now.mode or now.last_mode) in ACTING:
@@ -347,7 +352,11 @@ def _after_upload(now: Situation) -> Next:
 def _diagnosed(now: Situation) -> Next:
     if not now.verdict:
         return MENDS if now.go is False else DIAGNOSE
-    return NOTHING_LEFT if now.verdict == "no_gap" else LOOK_CLOSER
+    return NOTHING_LEFT if now.verdict == "no_gap" else _read_closer(now)
+
+
+def _read_closer(now: Situation) -> Next:
+    return DIVE_AGAIN if now.contradicted else LOOK_CLOSER
 
 
 def _to_vehicle(now: Situation, then: Next) -> Next:

@@ -16,7 +16,7 @@ from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accept
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns, values_of
-from tui.app.diagnosis import has_changed
+from tui.app.diagnosis import has_changed, is_contradicted
 from tui.app.jobs import JobState, written_ns
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
@@ -87,6 +87,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         flown=flown,
         go=go,
         verdict=_read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED)) if dive and flown else "",
+        contradicted=dive is not None and is_contradicted(dive / DIAGNOSED),
         lost=picture.armed in (Armed.ARMED, Armed.FAILSAFE)
         and heard_of(picture) is None
         and bool(picture.links)

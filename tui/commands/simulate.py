@@ -54,10 +54,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigError(
             f"{file.path}: names no sensors, so a dive would record no reading; add 'sensors', such as a dvl and an imu"
         )
-    if arguments.mission == IDLE and (arguments.accepted or arguments.onset):
-        raise exit_codes.UsageError(
-            "--accepted and --onset say how a vehicle moves, and an idle one lies still; give a mission"
-        )
     shape = vehicle.configurations[configuration]
     mission = (
         None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
@@ -152,7 +148,9 @@ def idle(
     """Stay afloat and disarmed, and answer on the links, until the user stops it."""
     if not links:
         raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")
-    start = Start(arguments.seed, IDLE_DEPTH_M, unix_at_boot_s=clock.unix_s())
+    # It lies still until a flight moves it: then it shows how it moves.
+    truth = wanted_truth(arguments, file, configuration)
+    start = Start(arguments.seed, IDLE_DEPTH_M, unix_at_boot_s=clock.unix_s(), truth=truth)
     vehicle = SimulatedVehicle(file, configuration, links, start, parameters)
     troubles.say = vehicle.bridge.say
     words = show.words()

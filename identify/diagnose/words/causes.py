@@ -69,8 +69,14 @@ def parameter(name: str) -> str:
 
 
 def shown_parameters(finding: Finding) -> dict[str, Value]:
-    """A cause's parameters without the thruster's number, which is in its name."""
-    return {name: value for name, value in finding.parameters.items() if name != "thruster"}
+    """A cause's parameters by what to call them, without the thruster's number, which is in its name.
+
+    Those of a change since an effect was accepted are by how much, and called so.
+    """
+    since = "change of " if finding.cause.effect.variant == SINCE else ""
+    return {
+        f"{since}{parameter(name)}": value for name, value in finding.parameters.items() if name != "thruster"
+    }
 
 
 def cause_sentence(finding: Finding) -> str:

@@ -17,7 +17,7 @@ from identify.glance.axis_criteria import Criterion
 from identify.glance.following import CURVES, Followed
 from identify.glance.raising import BASELINE
 from tui.app.curves import Curve, plot, seconds
-from tui.app.desk import VALIDATED
+from tui.app.desk import VALIDATED, can_check
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
 from tui.app.header import PHONE, Tab
 from tui.app.jobs import Kept, real
@@ -333,6 +333,10 @@ class ValidateScreen(SectionScreen):
         if at is not None:
             self._run = results[(results.index(at) + 1) % len(results)].dive
         self.draw()
+
+    def comparable(self, dive: Path) -> tuple[Path, ...]:
+        # One that lay afloat, for an upload, follows no reference: its column would be empty.
+        return tuple(filter(can_check, super().comparable(dive)))
 
     def on_other_dive(self) -> None:
         self._run = ""

@@ -58,8 +58,9 @@ def sensors(links: tuple[LinkRow, ...], rows: tuple[SensorRow, ...], cells: int)
 
 
 def unset_lines(unset: tuple[Kind, ...], cells: int) -> Lines:
-    """Which alarms are switched off, so that nobody relies on them; no line for none."""
-    return wrapped(f"no alarm set: {', '.join(k.value for k in unset)}", "quiet", cells) if unset else ()
+    """Which alarms are switched off, so that nobody relies on them, and what sets them; no line for none."""
+    kinds = ", ".join(kind.value for kind in unset)
+    return wrapped(f"no alarm set: {kinds} (alarms.yaml)", "quiet", cells) if unset else ()
 
 
 def _link_name(link: LinkRow) -> str:
