@@ -11,14 +11,14 @@ from typing import Any
 from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.exit_codes import UsageError
-from identify.ingest.candidates import Choice, Confidence
-from identify.ingest.map_text import FILTERED, map_text, uncertain
+from identify.ingest.files.streams import Stream
+from identify.ingest.mapping.candidates import Choice, Confidence
+from identify.ingest.mapping.map_text import FILTERED, map_text, uncertain
+from identify.ingest.mapping.profiles import Profile
+from identify.ingest.mapping.proposal import Proposal
+from identify.ingest.mapping.proposal_of_runs import propose, propose_runs
 from identify.ingest.open import read_streams
-from identify.ingest.profiles import Profile
-from identify.ingest.proposal import Proposal
-from identify.ingest.proposal_of_runs import propose, propose_runs
 from identify.ingest.ros.bags import RECEIVED
-from identify.ingest.streams import Stream
 from identify.run.recordings import runs_in
 from identify.run.together import kinds_of
 from tui import show

@@ -7,7 +7,7 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.dives.conditions import TETHER
 from gcs_plugin.dives.folder import conditions_of
-from identify.ingest.column_map import map_file
+from identify.ingest.mapping.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
 from identify.run.recordings import Reading, Recording, read_each, read_runs, runs_in
 from identify.run.together import together

@@ -21,8 +21,8 @@ from identify.checks.correlation import (
 from identify.checks.mend import Mend, mended, scaled
 from identify.checks.scales import edge_means, integral
 from identify.dive import Dive
+from identify.ingest.mapping.units import FOOT_M, KNOT_M_S
 from identify.ingest.rotation import attitude_at, to_body
-from identify.ingest.units import FOOT_M, KNOT_M_S
 
 LEAST_PUSH_M_S2 = 0.02
 """Spread of an acceleration over windows below which noise may move it."""

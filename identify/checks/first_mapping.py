@@ -16,8 +16,8 @@ from identify.checks.mend import FLU, Mend, mended, scaled
 from identify.checks.sensor_pairs import PASCALS_PER_METRE, pressure_match, rise_match, tilt_match, turn_table
 from identify.checks.wrench_frame import wrench_mends
 from identify.dive import Dive
-from identify.ingest.ranges import STEADY
-from identify.ingest.units import AIR_PA, FOOT_M, INCH_M, UNITS
+from identify.ingest.mapping.ranges import STEADY
+from identify.ingest.mapping.units import AIR_PA, FOOT_M, INCH_M, UNITS
 from identify.words import listed
 
 LEAST_BETTER = 0.2

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from bridge.wire.silences import LEAST_S, ROUND, Spacing, pauses, unheard
-from identify.ingest.frames import Fields, Frames, Rows, load_frames, message_id
-from identify.ingest.messages import (
+from identify.ingest.mavlink.frames import Fields, Frames, Rows, load_frames, message_id
+from identify.ingest.mavlink.messages import (
     REBOOT_S,
     boot_times_s,
     keeps_ring,

@@ -21,26 +21,26 @@ from identify.checks.frozen import without_frozen
 from identify.checks.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
 from identify.checks.missing_signals import missing_signals
 from identify.dive import Dive, Kind, Note, Signal
-from identify.ingest.arrays import read_npz
-from identify.ingest.autopilot_log import logs_beside, with_logs
-from identify.ingest.column_map import ColumnMap, RunColumn, column_map
 from identify.ingest.commands import with_known_commands, with_spread_commands
-from identify.ingest.dataflash import read_dataflash
-from identify.ingest.effort import with_pulses
-from identify.ingest.heading_resets import without_heading_resets
-from identify.ingest.matlab import read_matlab
-from identify.ingest.parquet import read_parquet
+from identify.ingest.files.arrays import read_npz
+from identify.ingest.files.matlab import read_matlab
+from identify.ingest.files.parquet import read_parquet
+from identify.ingest.files.run_column import split_streams
+from identify.ingest.files.streams import Streams, some_of
+from identify.ingest.files.text_table import TABLES, read_table
+from identify.ingest.files.ulog import read_ulog
+from identify.ingest.mapping.column_map import ColumnMap, RunColumn, column_map
+from identify.ingest.mapping.effort import with_pulses
+from identify.ingest.mapping.signals import dive_fields
+from identify.ingest.mavlink.autopilot_log import logs_beside, with_logs
+from identify.ingest.mavlink.dataflash import read_dataflash
+from identify.ingest.mavlink.heading_resets import without_heading_resets
+from identify.ingest.mavlink.tlog import read_tlog
 from identify.ingest.ros.bags import READERS as BAGS
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.bags import ending_of as bag_ending
-from identify.ingest.run_column import split_streams
 from identify.ingest.same_dive import hash_of, identity_of
-from identify.ingest.signals import dive_fields
 from identify.ingest.slow_pulses import with_reckoned_pulses
-from identify.ingest.streams import Streams, some_of
-from identify.ingest.text_table import TABLES, read_table
-from identify.ingest.tlog import read_tlog
-from identify.ingest.ulog import read_ulog
 from identify.words import listed
 
 FILES: dict[str, Callable[[Path], Streams]] = {

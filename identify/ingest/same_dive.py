@@ -8,7 +8,7 @@ from pathlib import Path
 from bridge.errors import LogError
 from bridge.files import size_to_read
 from bridge.wire.tlog import SUFFIXES, load_bytes
-from identify.ingest.text_table import TABLES
+from identify.ingest.files.text_table import TABLES
 
 HASHED_BYTES = 1 << 24
 OPENING_BYTES = 1 << 16

@@ -18,7 +18,7 @@ from identify.checks.thrust_response import PUSHED, mirrored, mounting_hints, sw
 from identify.estimators.axes import build_axes
 from identify.estimators.innovations import POSITION
 from identify.forces import wrench
-from identify.ingest.autopilot_parameters import autopilot_parameters
+from identify.ingest.mavlink.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.words import listed
 

@@ -9,7 +9,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.wire.tlog import SUFFIXES
 from identify.dive import Dive
-from identify.ingest.frames import locate
+from identify.ingest.mavlink.frames import locate
 from identify.ingest.open import MAPPED, read_dive, read_dives, recording_files
 
 _Read = TypeVar("_Read")

@@ -23,7 +23,7 @@ from identify.dive import Dive, Note, Run, Signal
 from identify.estimators.mass_by_run import FEWEST_RUNS, split
 from identify.estimators.refusals import refuse_unpushed
 from identify.forces import wrench
-from identify.ingest.streams import some_of
+from identify.ingest.files.streams import some_of
 from identify.run.recordings import Reading
 from identify.statistics import left_of
 from identify.words import listed, significant

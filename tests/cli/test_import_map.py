@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from bridge import exit_codes
-from identify.ingest.profiles import Profile
+from identify.ingest.mapping.profiles import Profile
 from tui import cli
 from tui.column_map import drawn
 

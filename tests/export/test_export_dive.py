@@ -14,8 +14,8 @@ from bench.missions.mission import draw_one
 from bridge import exit_codes
 from identify.dive import Dive, Signal
 from identify.export.mcap import flown, topics, write_mcap
+from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.open import read_dive
-from identify.ingest.proposal_of_runs import propose
 from identify.ingest.ros.bags import read_bag
 from tui import cli
 

@@ -26,7 +26,7 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted, unfinished
 from gcs_plugin.params.receipt import next_number
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
-from identify.ingest.column_map import column_map
+from identify.ingest.mapping.column_map import column_map
 from identify.ingest.open import read_dive
 from tui.accepted import accepted_in
 from tui.app.keys import load_keymap

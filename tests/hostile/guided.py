@@ -18,7 +18,7 @@ with atheris.instrument_imports(
         "bridge", "gcs_plugin", "identify.ingest", "tui.commands.merge", "tui.commands.params", "tui.commands.prior",
         "tui.parameter_files", "pynmeagps", "pyubx2",
     ],
-    exclude=["identify.ingest.frames"],
+    exclude=["identify.ingest.mavlink.frames"],
 ):  # fmt: skip
     from fuzz_files import READERS, Reader
     from fuzz_streams import STREAMS, Stream

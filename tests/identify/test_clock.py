@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import LogError
-from identify.ingest.clock import iso_s, of_day_s, within_seconds
+from identify.ingest.files.clock import iso_s, of_day_s, within_seconds
 from identify.ingest.open import date_of, read_dive
 
 MAP = "time: {column: t, unit: %s}\ndepth: {columns: [z], unit: m}\n"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from identify.ingest.names import named, time_unit
+from identify.ingest.mapping.names import named, time_unit
 
 KNOWN = [
     ("/odom", "twist.twist.linear.y", "velocity", 1, None),

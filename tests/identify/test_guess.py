@@ -19,7 +19,7 @@ from identify.checks.motors import miswired, miswired_doubts
 from identify.checks.thrust_response import mounted_otherwise
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
-from identify.ingest.autopilot_parameters import autopilot_parameters
+from identify.ingest.mavlink.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
 from identify.run.guess import guess
 from tui.cli import main

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identify.dive import Dive, Signal
-from identify.ingest.heading_resets import without_heading_resets
+from identify.ingest.mavlink.heading_resets import without_heading_resets
 from identify.ingest.rotation import euler_angles, quaternions_from_euler
 
 TIME_S = np.arange(0.0, 30.0, 0.1)

@@ -6,7 +6,7 @@ from built_recordings import Stamped, array, attitude, heartbeat, recording, ser
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Signal
-from identify.ingest.held_pressure import OLDEST_S, age_s
+from identify.ingest.mavlink.held_pressure import OLDEST_S, age_s
 from identify.ingest.open import read_dive
 
 PA_PER_M = 10_050.0

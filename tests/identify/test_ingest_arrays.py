@@ -12,10 +12,10 @@ from built_recordings import npz
 from scipy.io import savemat
 
 from bridge.errors import LogError
-from identify.ingest.arrays import read_npz
-from identify.ingest.matlab import read_matlab
-from identify.ingest.parquet import read_parquet
-from identify.ingest.streams import Streams
+from identify.ingest.files.arrays import read_npz
+from identify.ingest.files.matlab import read_matlab
+from identify.ingest.files.parquet import read_parquet
+from identify.ingest.files.streams import Streams
 
 TIME_S = np.arange(20) / 10
 VELOCITY = np.column_stack([TIME_S, -TIME_S, 0 * TIME_S])

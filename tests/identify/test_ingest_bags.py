@@ -15,11 +15,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bridge import exit_codes
 from bridge.errors import LogError
+from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.db3 import rows_in
 from identify.ingest.ros.recorded import ZSTD_MAGIC
-from identify.ingest.streams import Stream, Streams
 from tui import cli
 
 COUNT = 200
@@ -476,7 +476,7 @@ def test_without_the_library_the_way_to_install_it_is_said(
             raise ModuleNotFoundError(name=name)
         return real(name)
 
-    monkeypatch.setattr("identify.ingest.extras.import_module", lacking)
+    monkeypatch.setattr("identify.ingest.files.extras.import_module", lacking)
     with pytest.raises(
         LogError, match=r"needs rosbags, which is not installed; pip install 'seatrial\[bags\]'"
     ):

@@ -31,7 +31,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import CRC_EXTRA, Encoder
 from bridge.wire.redaction import KEY_AT, SETUP_SIGNING
 from bridge.wire.tlog import TlogReader
-from identify.ingest.frames import Fields, load_frames, locate, message_id
+from identify.ingest.mavlink.frames import Fields, load_frames, locate, message_id
 from identify.ingest.open import MAPPED, read_dive, read_streams
 
 

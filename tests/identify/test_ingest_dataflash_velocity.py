@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identify.dive import Signal
-from identify.ingest import step_velocity
+from identify.ingest.mavlink import step_velocity
 from identify.ingest.open import read_dive
 
 STEP_S = 0.1

@@ -7,7 +7,7 @@ import pytest
 from fakes.shared import shared
 
 from bridge.errors import ConfigError, LogError
-from identify.ingest.column_map import column_map
+from identify.ingest.mapping.column_map import column_map
 from identify.ingest.open import read_dive
 
 MAP = """

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import LogError
-from identify.ingest.streams import Stream, Streams
-from identify.ingest.ulog import read_ulog
+from identify.ingest.files.streams import Stream, Streams
+from identify.ingest.files.ulog import read_ulog
 
 COUNT = 100
 FORMATS = (

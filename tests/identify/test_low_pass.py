@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.wire.framing import Encoder
 from identify.dive import Signal
-from identify.ingest.low_pass import delay_s, undone
+from identify.ingest.mavlink.low_pass import delay_s, undone
 from identify.ingest.open import read_dive
 
 

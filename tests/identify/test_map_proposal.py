@@ -12,13 +12,13 @@ from turning_vehicle import readings, table, usual
 from bridge import schema
 from bridge.errors import LogError
 from identify.dive import Dive
-from identify.ingest.candidates import Confidence
-from identify.ingest.column_map import ColumnMap, TimeColumn, column_map
-from identify.ingest.map_text import map_text, uncertain
-from identify.ingest.proposal_of_runs import propose
-from identify.ingest.signals import dive_fields
-from identify.ingest.streams import Stream, Streams
-from identify.ingest.text_table import read_table
+from identify.ingest.files.streams import Stream, Streams
+from identify.ingest.files.text_table import read_table
+from identify.ingest.mapping.candidates import Confidence
+from identify.ingest.mapping.column_map import ColumnMap, TimeColumn, column_map
+from identify.ingest.mapping.map_text import map_text, uncertain
+from identify.ingest.mapping.proposal_of_runs import propose
+from identify.ingest.mapping.signals import dive_fields
 
 LOG = Path("log.csv")
 READ = readings()

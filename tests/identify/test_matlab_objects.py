@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from bridge.errors import LogError
-from identify.ingest import matlab
-from identify.ingest.matlab import read_matlab
+from identify.ingest.files import matlab
+from identify.ingest.files.matlab import read_matlab
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # it sets an option of pandas that is no more needed

@@ -8,11 +8,11 @@ from fakes.shared import shared
 from bridge.errors import LogError
 from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Signal
-from identify.ingest.autopilot_log import in_holes, merged
+from identify.ingest.mavlink.autopilot_log import in_holes, merged
+from identify.ingest.mavlink.tlog import read_tlog
+from identify.ingest.mavlink.turns import match
 from identify.ingest.open import read_dive, recording_files
 from identify.ingest.same_dive import identity_of
-from identify.ingest.tlog import read_tlog
-from identify.ingest.turns import match
 
 DRIFTS = (0.0, 40e-6, -80e-6)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import LogError
+from identify.ingest.files.text_table import read_table
 from identify.ingest.open import read_dive
-from identify.ingest.text_table import read_table
 
 MAP = "time: {column: t}\ndepth: {columns: [z], unit: m}\n"
 

@@ -8,14 +8,14 @@ import pytest
 from turning_vehicle import readings, table, usual
 
 from bridge.errors import ConfigError, LogError
-from identify.ingest.candidates import Confidence
-from identify.ingest.column_map import ColumnMap, Columns, TimeColumn, column_map
-from identify.ingest.map_text import map_text
+from identify.ingest.files.streams import Stream, Streams
+from identify.ingest.mapping.candidates import Confidence
+from identify.ingest.mapping.column_map import ColumnMap, Columns, TimeColumn, column_map
+from identify.ingest.mapping.map_text import map_text
+from identify.ingest.mapping.proposal_of_runs import propose
+from identify.ingest.mapping.signals import dive_fields
 from identify.ingest.open import read_dive
-from identify.ingest.proposal_of_runs import propose
 from identify.ingest.rotation import to_earth
-from identify.ingest.signals import dive_fields
-from identify.ingest.streams import Stream, Streams
 
 LOG = Path("log.csv")
 READ = readings()

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from identify.ingest.files.streams import Stream
 from identify.ingest.rotation import euler_angles, quaternions_from_euler, to_body, to_body_turn, to_earth
-from identify.ingest.streams import Stream
 
 GRAVITY_M_S2 = 9.80665
 STEP_S = 0.02

@@ -23,7 +23,7 @@ from bridge.vehicle.config import (
     load_vehicle,
 )
 from bridge.vehicle.thrusters import Allocator, thrust_curve
-from identify.ingest.column_map import map_file
+from identify.ingest.mapping.column_map import map_file
 
 BODY: dict[str, Any] = {
     "dry_mass_kg": 10.0,

@@ -21,7 +21,7 @@ from bridge.wire.framing import decode as framing_decode
 from bridge.wire.framing import decode as pymavlink_decode
 from bridge.wire.readings import TABLE, Reading, decode, encode
 from bridge.wire.tlog import read_tlog
-from identify.ingest.frames import Fields, Frames
+from identify.ingest.mavlink.frames import Fields, Frames
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 NAN = math.nan

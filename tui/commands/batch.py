@@ -20,7 +20,7 @@ from identify.batch.recordings import Selection, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
 from identify.estimators.table import METHODS
-from identify.ingest.column_map import map_file
+from identify.ingest.mapping.column_map import map_file
 from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
 from identify.words import utc, with_interval

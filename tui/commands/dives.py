@@ -8,7 +8,7 @@ from typing import Any
 
 from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
-from identify.ingest.messages import clock
+from identify.ingest.mavlink.messages import clock
 from identify.words import utc
 from tui import show
 from tui.dive_list import FAIR, DiveRow, letters

@@ -19,9 +19,9 @@ from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
 from gcs_plugin.fetch.merging import Whole, made_whole
 from gcs_plugin.locks import merge_lock
-from identify.ingest.autopilot_log import merged
-from identify.ingest.messages import clock
-from identify.ingest.tlog import read_tlog as read_fields
+from identify.ingest.mavlink.autopilot_log import merged
+from identify.ingest.mavlink.messages import clock
+from identify.ingest.mavlink.tlog import read_tlog as read_fields
 from identify.words import listed
 from tui import show
 from tui.cli import complain

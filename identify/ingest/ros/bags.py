@@ -8,13 +8,13 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
+from identify.ingest.files.streams import Stream, Streams, some_of
 from identify.ingest.ros.db3 import read_db3
 from identify.ingest.ros.definitions import Types, definition_file, full_type, is_large, types_of
 from identify.ingest.ros.fields import Undefined, columns_of
 from identify.ingest.ros.mcap import read_mcap
 from identify.ingest.ros.recorded import CutOff, Reader, Topic, of_packed
 from identify.ingest.ros.rosbag1 import read_rosbag1
-from identify.ingest.streams import Stream, Streams, some_of
 
 _OF_ROS_2: dict[str, Reader] = {
     ".mcap": read_mcap,

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array, Mask
+from identify.ingest.files.streams import LONGEST_LIST
 from identify.ingest.ros.definitions import Fields, Types
-from identify.ingest.streams import LONGEST_LIST
 
 DEEPEST = 20
 TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")

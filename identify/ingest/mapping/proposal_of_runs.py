@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from bridge.errors import LogError
-from identify.ingest.candidates import SIGNALS, Choice, Confidence
-from identify.ingest.column_map import Columns, RunColumn
-from identify.ingest.profiles import profiles
-from identify.ingest.proposal import Proposal, map_of, of_day, propose_single
-from identify.ingest.run_column import run_column_in, split_table
-from identify.ingest.streams import Stream, some_of
+from identify.ingest.files.run_column import run_column_in, split_table
+from identify.ingest.files.streams import Stream, some_of
+from identify.ingest.mapping.candidates import SIGNALS, Choice, Confidence
+from identify.ingest.mapping.column_map import Columns, RunColumn
+from identify.ingest.mapping.profiles import profiles
+from identify.ingest.mapping.proposal import Proposal, map_of, of_day, propose_single
 from identify.words import listed
 
 MOST_ASKED = 12

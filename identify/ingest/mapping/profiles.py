@@ -8,9 +8,9 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.ingest.column_map import ColumnMap
-from identify.ingest.signals import clock_of
-from identify.ingest.streams import Stream
+from identify.ingest.files.streams import Stream
+from identify.ingest.mapping.column_map import ColumnMap
+from identify.ingest.mapping.signals import clock_of
 
 PIECES = 12
 """Means that draw the course of a column."""

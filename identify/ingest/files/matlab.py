@@ -15,9 +15,9 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.ingest.arrays import FEWEST_ROWS, Tree, stream_of, streams_of
-from identify.ingest.extras import library
-from identify.ingest.streams import Stream, Streams, as_numbers
+from identify.ingest.files.arrays import FEWEST_ROWS, Tree, stream_of, streams_of
+from identify.ingest.files.extras import library
+from identify.ingest.files.streams import Stream, Streams, as_numbers
 
 EXTRA = "tables"
 HDF5 = b"\x89HDF\r\n\x1a\n"

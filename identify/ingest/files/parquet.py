@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from bridge.errors import LogError
-from identify.ingest.extras import library
-from identify.ingest.streams import Stream, Streams, as_numbers, some_of
+from identify.ingest.files.extras import library
+from identify.ingest.files.streams import Stream, Streams, as_numbers, some_of
 
 EXTRA = "tables"
 

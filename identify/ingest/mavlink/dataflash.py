@@ -18,9 +18,10 @@ from bridge.firmware.ardusub import ARDUSUB
 from bridge.wire.tlog import load_bytes
 from identify.checks.impossible import tame
 from identify.dive import Signal
-from identify.ingest import held_pressure, rotation, step_velocity
+from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
-from identify.ingest.low_pass import before_low_pass
+from identify.ingest.mavlink import held_pressure, step_velocity
+from identify.ingest.mavlink.low_pass import before_low_pass
 
 MAGIC = b"\xa3\x95"
 FMT, FMT_BYTES = 0x80, 89

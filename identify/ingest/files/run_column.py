@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.ingest.column_map import RunColumn
-from identify.ingest.names import time_unit
-from identify.ingest.streams import Stream, Streams, some_of
+from identify.ingest.files.streams import Stream, Streams, some_of
+from identify.ingest.mapping.column_map import RunColumn
+from identify.ingest.mapping.names import time_unit
 
 MOST_RUNS = 2000
 LEAP, OFTEN, MOST = 3.0, 0.99, 0.9

@@ -10,8 +10,8 @@ from typing import BinaryIO
 import numpy as np
 
 from bridge.errors import LogError
-from identify.ingest.extras import library
-from identify.ingest.streams import LONGEST_LIST, Stream, Streams
+from identify.ingest.files.extras import library
+from identify.ingest.files.streams import LONGEST_LIST, Stream, Streams
 
 EXTRA = "ulog"
 TIMESTAMP, STAMP = "timestamp", "stamp"

@@ -15,8 +15,9 @@ from identify.checks.first_mapping import mends
 from identify.checks.mend import FLU, Mend
 from identify.checks.sensor_pairs import agreeing, turn_match
 from identify.dive import Dive
-from identify.ingest.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
-from identify.ingest.column_map import (
+from identify.ingest.files.streams import Stream, Streams
+from identify.ingest.mapping.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
+from identify.ingest.mapping.column_map import (
     BODY,
     EARTH,
     ISO,
@@ -27,13 +28,12 @@ from identify.ingest.column_map import (
     Columns,
     TimeColumn,
 )
-from identify.ingest.names import snake, time_unit
-from identify.ingest.profiles import Profile, profiles
-from identify.ingest.ranges import time_unit_of
+from identify.ingest.mapping.names import snake, time_unit
+from identify.ingest.mapping.profiles import Profile, profiles
+from identify.ingest.mapping.ranges import time_unit_of
+from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
+from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
-from identify.ingest.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
-from identify.ingest.streams import Stream, Streams
-from identify.ingest.units import UNITS
 
 LEAST_RISING = 0.95
 MOST_OFF = 3.0

@@ -13,7 +13,7 @@ import numpy as np
 from bridge.arrays import Array, Mask
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
-from identify.ingest.streams import Stream, Streams
+from identify.ingest.files.streams import Stream, Streams
 from identify.words import listed
 
 TABLES: Final = (".csv", ".csv.gz", ".txt", ".tsv")

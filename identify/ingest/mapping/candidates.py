@@ -9,10 +9,10 @@ import numpy as np
 
 from bridge.arrays import Array
 from identify.checks.mend import Mend
-from identify.ingest.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
-from identify.ingest.names import named, snake
-from identify.ingest.ranges import Guess, from_surface, unit_of
-from identify.ingest.streams import Stream
+from identify.ingest.files.streams import Stream
+from identify.ingest.mapping.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
+from identify.ingest.mapping.names import named, snake
+from identify.ingest.mapping.ranges import Guess, from_surface, unit_of
 from identify.words import listed
 
 SIGNALS = (

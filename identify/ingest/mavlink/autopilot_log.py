@@ -15,10 +15,10 @@ from bridge.errors import LogError
 from bridge.firmware.ardusub import ARDUSUB
 from bridge.wire.clock_line import ClockLine
 from identify.dive import Signal
-from identify.ingest.dataflash import read_dataflash
-from identify.ingest.frames import load_frames
-from identify.ingest.messages import vehicle_runs, vehicle_system
-from identify.ingest.turns import UNRELATED, match
+from identify.ingest.mavlink.dataflash import read_dataflash
+from identify.ingest.mavlink.frames import load_frames
+from identify.ingest.mavlink.messages import vehicle_runs, vehicle_system
+from identify.ingest.mavlink.turns import UNRELATED, match
 from identify.words import listed
 
 ENDING: Final = ".bin"

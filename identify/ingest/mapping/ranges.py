@@ -7,7 +7,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.ingest.units import AIR_PA, UNITS
+from identify.ingest.mapping.units import AIR_PA, UNITS
 
 PRESSURES = UNITS["pressure"]
 

@@ -15,13 +15,22 @@ from bridge.errors import LogError
 from identify.checks.impossible import LONGEST_DIVE_S, tame
 from identify.dive import Signal
 from identify.ingest import rotation
-from identify.ingest.clock import iso_s, of_day_s, within_seconds
-from identify.ingest.column_map import EARTH, ISO, NOTHING, OF_DAY, TIME_UNITS, ColumnMap, Columns, TimeColumn
 from identify.ingest.commands import spread
+from identify.ingest.files.clock import iso_s, of_day_s, within_seconds
+from identify.ingest.files.streams import MOST_NAMED, Stream, Streams, some_of
+from identify.ingest.files.text_table import no_number
+from identify.ingest.mapping.column_map import (
+    EARTH,
+    ISO,
+    NOTHING,
+    OF_DAY,
+    TIME_UNITS,
+    ColumnMap,
+    Columns,
+    TimeColumn,
+)
+from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
-from identify.ingest.streams import MOST_NAMED, Stream, Streams, some_of
-from identify.ingest.text_table import no_number
-from identify.ingest.units import UNITS
 
 SPARSE = 0.5
 """The rows of a table with this share of empty cells hold a part of a sample each."""

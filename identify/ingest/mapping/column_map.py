@@ -6,7 +6,7 @@ from pathlib import Path
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS
-from identify.ingest.units import UNITS
+from identify.ingest.mapping.units import UNITS
 
 NOTHING = "-"
 UNKNOWN = (None, "?")

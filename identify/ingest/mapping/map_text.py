@@ -4,9 +4,9 @@ import textwrap
 
 import yaml
 
-from identify.ingest.candidates import Choice, Confidence
-from identify.ingest.column_map import BODY, Columns
-from identify.ingest.proposal import Proposal
+from identify.ingest.mapping.candidates import Choice, Confidence
+from identify.ingest.mapping.column_map import BODY, Columns
+from identify.ingest.mapping.proposal import Proposal
 
 WIDTH = 110
 DIGITS = 8

@@ -19,11 +19,12 @@ from bridge.firmware.description import Firmware
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.wire.readings import CONTRACT_VERSION
 from identify.dive import STAMPED_S, Signal
-from identify.ingest import held_pressure, rotation
+from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
-from identify.ingest.frames import Frames, load_frames, message_name
-from identify.ingest.low_pass import before_low_pass
-from identify.ingest.messages import Batch, Messages, unheard_notes, vehicle_runs
+from identify.ingest.mavlink import held_pressure
+from identify.ingest.mavlink.frames import Frames, load_frames, message_name
+from identify.ingest.mavlink.low_pass import before_low_pass
+from identify.ingest.mavlink.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
 
 LOCAL_NED, LOCAL_ENU, LOCAL_OFFSET_NED, LOCAL_FRD = 1, 4, 7, 20

@@ -20,7 +20,7 @@ from bridge.wire.framing import MAGIC_2
 from bridge.wire.silences import Silence, longest, silences, way_to_mend
 from identify.checks.impossible import WILD_S, tame
 from identify.dive import Kind, Note
-from identify.ingest.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
+from identify.ingest.mavlink.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 
 CLEARLY_MORE = 5.0
 REBOOT_S = 2.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.ingest.streams import LONGEST_LIST, Stream, Streams, as_numbers, some_of
+from identify.ingest.files.streams import LONGEST_LIST, Stream, Streams, as_numbers, some_of
 
 FEWEST_ROWS = 2
 

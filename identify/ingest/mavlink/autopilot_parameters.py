@@ -9,8 +9,8 @@ from bridge.firmware import table
 from bridge.firmware.ardusub import ARDUSUB
 from bridge.firmware.description import AUTOPILOT, Firmware
 from bridge.wire.tlog import SUFFIXES
-from identify.ingest.dataflash import dataflash_parameters
-from identify.ingest.frames import Fields, load_frames
+from identify.ingest.mavlink.dataflash import dataflash_parameters
+from identify.ingest.mavlink.frames import Fields, load_frames
 from identify.ingest.open import recording_files
 
 
