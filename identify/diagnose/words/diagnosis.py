@@ -83,11 +83,8 @@ FRAMES = {
     "neither": "fixed to neither body nor world",
 }
 
-PARITIES = {
-    "odd": "odd in speed: it turns its sign with it",
-    "even": "even in speed: it keeps its sign",
-    "neither": "neither odd nor even in speed",
-}
+PARITIES = {"odd": "odd in speed", "even": "even in speed", "neither": "neither odd nor even in speed"}
+SIGNS = {"odd": ": it turns its sign with it", "even": ": it keeps its sign", "neither": ""}
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
@@ -217,7 +214,7 @@ def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
         "What no candidate explains:",
         f"It acts in {listed(character.dof)}." if character.dof else "",
         f"It is {FRAMES[character.frame]}.",
-        f"It is {PARITIES[character.parity]}.",
+        f"It is {PARITIES[character.parity]}{SIGNS[character.parity]}.",
         f"In time it is {character.timing}.",
         goes,
     )
@@ -235,7 +232,7 @@ def _character_clause(character: Character) -> str:
         if character.depends_on
         else ""
     )
-    return f"it is {FRAMES[character.frame]}, {PARITIES[character.parity].split(':')[0]}, {character.timing}{goes}"
+    return f"it is {FRAMES[character.frame]}, {PARITIES[character.parity]}, {character.timing}{goes}"
 
 
 def _shrink(shrink: Shrink) -> str:
