@@ -84,7 +84,8 @@ def above_noise(
     kept where they are larger than that, because a disturbance absorbs them without a drift, and so are reading
     errors; beside accepted effects none in roll and pitch, where an estimate wanders by more than such effects do.
     In roll and pitch nothing is left where the model drifts by less than HUSHED of noise: angles are an estimate,
-    and wander by a fraction of a disturbance.
+    and wander by a fraction of a disturbance. Forces that are none beside the causes, of degrees of freedom whose
+    forces count in the causes' place, are none in their place either.
     """
     hushed = {
         axis.dof
@@ -105,7 +106,12 @@ def above_noise(
         or force <= 0
         or (shape.timing not in (None, "transient") and force >= least[shape.dof])
     ]
-    return _only(left, kept)
+    dropped = sum(
+        gain
+        for k, (shape, gain) in enumerate(zip(left.shapes, left.gains, strict=True))
+        if k not in kept and shape.dof not in inexact and beyond_chance(shape, gain)
+    )
+    return replace(_only(left, kept), instead=max(left.instead - dropped, 0.0))
 
 
 def _only(left: Unexplained, kept: Sequence[int]) -> Unexplained:

@@ -252,6 +252,21 @@ def test_beside_accepted_effects_a_force_that_makes_no_drift_beyond_noise_is_no_
     assert unexplained == left if stays else unexplained.shapes == ()
 
 
+@pytest.mark.parametrize(
+    ("left", "inexact", "instead"),
+    [
+        (left_by(100.0, 50.0), (), 110.0),
+        # Chance, and forces of an axis of which none counts in the causes' place, leave it as it is.
+        (left_by(9.0), (), 260.0),
+        (left_by(100.0), (0,), 260.0),
+    ],
+)
+def test_a_force_that_is_noise_beside_the_causes_is_noise_in_their_place_too(left, inexact, instead):
+    """A yaw that a pilot hardly used made a clean field dive unknown, though quadratic drag closed its gap."""
+    unexplained = above_noise(replace(left, instead=260.0), closing(1.0), inexact)
+    assert (unexplained.shapes, unexplained.instead) == ((), instead)
+
+
 def test_beside_accepted_effects_a_slow_wander_of_roll_or_pitch_is_no_unknown_however_large():
     wandering = replace(SLOW, shapes=(GenericForce(3, "time", None, np.zeros(3), "drifting"),), forces=(9.0,))
     assert above_noise(wandering, closing(1.0, NAN, "roll"), ()) == wandering
