@@ -30,6 +30,8 @@ _NAMED: Final = struct.Struct("<If10s")
 class Heard:
     """The autopilot's last words. Times are the companion's; NaN and -inf before the first.
 
+    `link` is the number of the one on which it beats; where it is heard on several, the first keeps it until it beats
+    there no more.
     `gain` is the joystick gain, `input_hold` whether the sticks are held, `roll_pitch` whether they tilt instead of
     move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there; `elsewhere`: the system
     of an ArduSub that beats as another vehicle, 0 for none. `applet_s`: when a script of ours in the autopilot beat.
@@ -119,7 +121,11 @@ class Heard:
         if (message.autopilot, message.type) != (ARDUSUB.autopilot, ARDUSUB.kind):
             self.is_other = True
             return
-        self.link, self.beat_s = link, now_s
+        if not self.is_there(now_s):
+            self.link = link
+        if link != self.link:
+            return
+        self.beat_s = now_s
         self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
         self.mode = message.custom_mode
 

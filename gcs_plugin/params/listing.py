@@ -8,6 +8,10 @@ from gcs_plugin.params.transfer import Source
 
 NO_INDEX: Final = 65535
 SILENCE_S: Final = 0.7
+SHORT: Final = 100
+EACH_S: Final = 0.1
+"""More time for each parameter beyond SHORT: at a loss of 30 % each way a window of WINDOW brings about ten a
+second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,11 @@ class Listing:
         self._attempts: dict[int, int] = {}
 
     @property
+    def limit_s(self) -> float:
+        """Time that the reading may take: `within_s`, and more for an autopilot's long list."""
+        return self.within_s + EACH_S * max(0, (self.count or 0) - SHORT)
+
+    @property
     def missing(self) -> list[int]:
         """Indices of the parameters that have not arrived."""
         return [index for index in range(self.count or 0) if index not in self._name_at]
@@ -80,7 +89,7 @@ class Listing:
         self._next_list_s, self._list_attempts = time_s + SILENCE_S, 0
 
     def tick(self, time_s: float) -> list[ReadList | ReadIndex]:
-        if time_s - self.start_s >= self.within_s:
+        if time_s - self.start_s >= self.limit_s:
             self._expired = True
         if self.done:
             return []

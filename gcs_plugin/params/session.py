@@ -276,7 +276,7 @@ class Session:
             self._fail(
                 ParamUnverified(
                     f"{len(listing.missing)} of {listing.count} parameters of {self._named} "
-                    f"did not come within {READ_WITHIN_S:.0f} s; better the link and try again"
+                    f"did not come within {listing.limit_s:.0f} s; better the link and try again"
                 )
             )
 

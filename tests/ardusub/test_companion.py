@@ -434,3 +434,21 @@ def test_an_answer_to_another_program_on_the_same_link_is_not_taken_for_ones_own
         autopilot.run(0.02, aboard, pilot)
     assert autopilot.until(lambda: aboard.companion.rates.settled, WAIT_S, aboard, pilot)
     assert not aboard.companion.rates.denied
+
+
+def test_an_autopilot_that_is_heard_on_two_links_keeps_the_first_until_that_one_is_silent(fake):
+    """Sticks are taken on that link alone, and requests go there."""
+    near, far = memory_pair()
+    aboard, pilot = Aboard(fake, more_links=(near,)), Pilot(fake)
+    links, due_s, encoder = set(), [0.0], Encoder(1, 1)
+
+    def beats_there_too():
+        if fake.clock.now_s >= due_s[0]:
+            due_s[0] += 0.7
+            far.write(encoder.encode(dialect.MAVLink_heartbeat_message(*fake.kind, 1, MANUAL, 4, 3)))
+
+    fake.run(2.0, aboard, pilot)
+    fake.run(10.0, aboard, pilot, beats_there_too, lambda: links.add(aboard.companion.link))
+    assert links == {1}
+    fake.dead = True
+    assert fake.until(lambda: aboard.companion.link == 0, 5.0, aboard, pilot, beats_there_too)

@@ -6,6 +6,7 @@ from soak import rest_in_soak
 
 from gcs_plugin.params.deadline import RoundTrips, attempts_needed, deadline_s, retry_delay_s
 from gcs_plugin.params.listing import Listing
+from gcs_plugin.params.session import READ_WITHIN_S
 from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
 
 BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "jitter_s": 0.2}
@@ -159,6 +160,16 @@ def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
 def test_of_a_list_that_has_not_begun_nothing_is_known_to_be_missing():
     listing = Listing(SOURCE, 0.0, 5.0)
     assert (listing.missing, listing.complete) == ([], False)
+
+
+def test_an_autopilots_long_list_is_whole_on_a_link_that_loses_a_third_each_way():
+    """Thirty seconds, which are enough for a companion's own, left a tenth of it out."""
+    vehicle = Reached({f"P_{n:04d}": float(n) for n in range(1332)}, seed=1, **BAD_LINK)
+    listing = Listing(SOURCE, 0.0, READ_WITHIN_S)
+    assert vehicle.run(listing, lambda: listing.done)
+    assert listing.complete
+    assert vehicle.now_s > READ_WITHIN_S
+    assert listing.values == vehicle.values
 
 
 def test_a_table_that_changes_meanwhile_is_read_anew():
