@@ -61,7 +61,9 @@ def test_the_form_of_a_cause_asks_more_of_a_further_one_only_where_both_show(nom
     )
     fit = replace(weighing.fitted(()), causes=(drag,), motion_nats=1e9)
     itself = FormRemainder(weighing, fit).overlap(drag)
-    assert FormRemainder(weighing, fit).overlap(slowing) == pytest.approx(itself)
+    for size in (1.0, 1e-6):
+        other = Cause(QUADRATIC_DRAG, size * slowing.values)
+        assert FormRemainder(weighing, fit).overlap(other) == pytest.approx(itself)
     assert FormRemainder(weighing, fit).overlap(turning) < 0.05 * itself
 
 
