@@ -50,6 +50,14 @@ def test_between_two_speeds_of_the_table_all_three_gains_are_between_theirs():
     assert heave == pytest.approx(10.0 * (1.25 * 0.1 + 0.5 * 0.1 * 0.5 - 0.3 * 0.3))
 
 
+@pytest.mark.parametrize(("speed", "gain"), [(0.1, 1.0), (0.3, 1.5), (0.6, 3.0), (2.0, 5.0), (math.nan, 1.0)])
+def test_a_gain_is_that_between_the_two_nearest_speeds_and_beyond_the_ends_the_ends(speed, gain):
+    rising = Gains((1.0, 2.0, 5.0), (0.0,) * 3, (0.0,) * 3)
+    controller = Controller(GainTable((0.2, 0.4, 1.0), *(rising,) * 6), BODY, REACH)
+    heave = controller.step(LEVEL, wanted(u=speed, depth=0.1), 0.05, False)[2]
+    assert heave == pytest.approx(10.0 * gain * 0.1)
+
+
 def test_a_velocity_gain_stiffens_surge_and_sway_alone():
     moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 0.1, 0, 0.5, 0)
     ask = Reference((0.3, 0.2, 0, 0, 0, 0), (0.0,) * 6, 0.4, 0.6)
