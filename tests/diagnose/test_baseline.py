@@ -1,11 +1,12 @@
 """The plain baseline: least squares of one degree of freedom at a time, on motions whose equation is known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from identify.diagnose.gap.drift import LINEAR, QUADRATIC, THRUST, TRIM, baseline_of
+from identify.diagnose.gap.drift import LINEAR, QUADRATIC, THRUST, TRIM, _sines, baseline_of
 from identify.diagnose.gap.missing import disturbance_of
 from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.verdict import swallowing
@@ -61,3 +62,10 @@ def test_the_disturbance_of_a_dive_that_obeys_its_model_is_a_small_part_of_its_t
         assert (by_dof[dof].driven, by_dof[dof].share) == (False, 1.0)
     assert not by_dof["roll"].pushed
     assert swallowing(by_dof.values()) == ()
+
+
+def test_a_body_is_righted_by_the_sines_of_roll_and_pitch_alone():
+    euler = np.random.default_rng(3).uniform(-0.5, 0.5, (50 * EACH, 3))
+    sines = _sines(SimpleNamespace(euler=euler))
+    assert np.array_equal(sines[:, 3:5], np.sin(euler[::EACH, :2]))
+    assert not sines[:, [0, 1, 2, 5]].any()

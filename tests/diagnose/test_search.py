@@ -60,7 +60,9 @@ def test_the_form_of_a_cause_asks_more_of_a_further_one_only_where_both_show(nom
     )
     fit = replace(weighing.fitted(()), causes=(drag,), motion_nats=1e9)
     itself = FormRemainder(weighing, fit).overlap(drag)
-    assert FormRemainder(weighing, fit).overlap(slowing) == pytest.approx(itself)
+    for size in (1.0, 1e-6):
+        other = Cause(QUADRATIC_DRAG, size * slowing.values)
+        assert FormRemainder(weighing, fit).overlap(other) == pytest.approx(itself)
     assert FormRemainder(weighing, fit).overlap(turning) < 0.05 * itself
 
 
@@ -378,3 +380,13 @@ def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
     assert fit.causes[0].values == pytest.approx([width_n], rel=0.03)
     std = np.sqrt(confidence.covariance_of(weighing, fit)[0, 0])
     assert abs(fit.causes[0].values[0] - width_n) < 3.0 * std
+
+
+@pytest.mark.parametrize(
+    ("late_thrust_s", "begun"),
+    [((0.06, 0.0), [("delay", 0.06)]), ((0.06, 0.05), [("lag", 0.15)]), ((0.02, 0.0), []), ((0.0, 0.01), [])],
+)
+def test_a_search_begins_with_a_thrust_that_is_more_than_twenty_milliseconds_late(late_thrust_s, begun):
+    library = (DEAD_ZONE, COMMAND_DELAY, *thruster_lag(0.1))
+    causes = list(search._late_thrust(SimpleNamespace(late_thrust_s=late_thrust_s), library))
+    assert [(cause.effect.timing, pytest.approx(cause.values[0])) for cause in causes] == begun

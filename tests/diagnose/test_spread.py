@@ -57,6 +57,13 @@ def test_a_part_that_hardly_tells_of_a_parameter_has_no_say() -> None:
     assert between_parts(slopes, left, parts) == pytest.approx(loud)
 
 
+def test_in_another_unit_a_parameter_is_known_as_well() -> None:
+    slopes, left, parts = regression(1, 2.0)
+    assert between_parts(1e-3 * slopes, left, parts) == pytest.approx(
+        1e6 * between_parts(slopes, left, parts)
+    )
+
+
 def test_one_part_alone_says_nothing_of_others() -> None:
     slopes, left, parts = regression(4, 2.0)
     assert between_parts(slopes, left, np.zeros_like(parts)) == pytest.approx([0.0])

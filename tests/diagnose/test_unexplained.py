@@ -16,7 +16,7 @@ from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.nominal import Nominal, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
-from identify.diagnose.remainder.bursts import bursts, mixture_gain
+from identify.diagnose.remainder.bursts import _StretchScores, bursts, mixture_gain
 from identify.diagnose.remainder.lines import scores
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
@@ -404,3 +404,10 @@ def test_a_period_is_known_to_half_a_turn_in_the_dive():
     low, high = period_interval(90.0, 600.0)
     assert (1 / low - 1 / 90.0) * 600.0 == pytest.approx(0.5)
     assert (1 / 90.0 - 1 / high) * 600.0 == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("dims", [1, 2])
+def test_stretches_of_noise_are_as_even_as_a_gaussian_and_one_that_is_loud_makes_them_uneven(dims):
+    total = 3.0 * np.random.default_rng(8).standard_normal((100_000, dims))
+    assert _StretchScores(total, 1.0).uneven == pytest.approx(0.0, abs=0.05)
+    assert _StretchScores(np.vstack([total[:50], np.full((1, dims), 30.0)]), 1.0).uneven > 1.0

@@ -1,6 +1,7 @@
 """Shafts, heading and accelerometer tell of what they see, beside what they would read if nothing were hidden."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from fakes.planted import planted_nominal
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.filters.witnesses import weighed_witness, witnesses
+from identify.diagnose.filters.witnesses import _accelerometer, weighed_witness, witnesses
 from identify.dive import Signal
 from identify.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
 from identify.effects.rigid_body import THRUST_BIAS
@@ -151,3 +152,15 @@ def test_shafts_say_nothing_of_a_lag_that_is_other_by_no_more_than_a_course_roun
     for shaft in of_kind(nominal, "shaft"):
         seen = shaft.of(act)
         assert beyond(shaft.known, seen) < 0.03 * np.linalg.norm(seen)
+
+
+def test_an_accelerometer_reads_the_motion_in_a_turning_frame_and_gravity():
+    rng, time_s = np.random.default_rng(5), 0.05 * np.arange(400)
+    nu, nu_dot, down = (np.tile(rng.uniform(0.2, 0.6, size), (400, 1)) for size in (6, 6, 3))
+    felt = nu_dot[:, :3] + np.cross(nu[:, 3:], nu[:, :3]) - 9.80665 * down
+    course = SimpleNamespace(time_s=time_s, nu=nu, nu_dot=nu_dot, world=(None, None, down))
+    dive = SimpleNamespace(specific_force=Signal(time_s, felt), attitude=True)
+    ahead, aside = _accelerometer(dive, course)
+    assert (ahead.number, aside.number) == (0, 1)
+    for witness in (ahead, aside):
+        assert witness.off == pytest.approx(np.zeros(len(witness.off)), abs=1e-9)

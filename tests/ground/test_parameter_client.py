@@ -402,3 +402,11 @@ def test_off_that_was_ordered_since_the_vehicle_was_read_keeps_the_mode_down_and
     assert receipt.outcome is Outcome.ROLLED_BACK
     assert receipt.sentence.startswith("OFF was ordered meanwhile and wins: FF_MODE is not raised")
     assert truth(vehicle) == before
+
+
+def test_a_link_on_which_no_vehicle_beats_is_given_up_after_five_seconds(client, vehicle, clock):
+    vehicle.beats, began_s = False, clock.now_s
+    vehicle.queue.clear()
+    with pytest.raises(LinkTimeout, match="HEARTBEAT within 5 s"):
+        client.find_vehicle()
+    assert 5.0 <= clock.now_s - began_s < 6.0

@@ -21,6 +21,7 @@ from bridge.vehicle.config import (
     Vehicle,
     Water,
     load_vehicle,
+    shipped_vehicles,
 )
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.ingest.mapping.column_map import map_file
@@ -155,3 +156,7 @@ def test_a_folder_of_the_same_name_hides_neither_vehicle_nor_column_map(tmp_path
     (tmp_path / "bolt").mkdir()
     assert load_vehicle("bolt").path == CONFIGS / "vehicles" / "bolt.yaml"
     assert map_file("bolt") == CONFIGS / "columns" / "bolt.yaml"
+
+
+def test_of_what_is_shipped_the_truth_of_a_simulated_vehicle_is_no_vehicle():
+    assert shipped_vehicles() == ["ardusub_vectored", "bluerov2", "bluerov2_heavy", "bolt", "ruvifist"]

@@ -50,6 +50,14 @@ def test_between_two_speeds_of_the_table_all_three_gains_are_between_theirs():
     assert heave == pytest.approx(10.0 * (1.25 * 0.1 + 0.5 * 0.1 * 0.5 - 0.3 * 0.3))
 
 
+@pytest.mark.parametrize(("speed", "gain"), [(0.1, 1.0), (0.3, 1.5), (0.7, 3.0), (2.0, 4.0), (math.nan, 1.0)])
+def test_a_gain_is_that_between_the_two_nearest_speeds_and_beyond_the_ends_the_ends(speed, gain):
+    rising = Gains((1.0, 2.0, 4.0), (0.0,) * 3, (0.0,) * 3)
+    controller = Controller(GainTable((0.2, 0.4, 1.0), *(rising,) * 6), BODY, REACH)
+    heave = controller.step(LEVEL, wanted(u=speed, depth=0.1), 0.05, False)[2]
+    assert heave == pytest.approx(10.0 * gain * 0.1)
+
+
 def test_a_velocity_gain_stiffens_surge_and_sway_alone():
     moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 0.1, 0, 0.5, 0)
     ask = Reference((0.3, 0.2, 0, 0, 0, 0), (0.0,) * 6, 0.4, 0.6)
@@ -80,7 +88,11 @@ def test_roll_and_pitch_are_pushed_level_and_damped():
     assert Controller(PROPORTIONAL, BODY, REACH).step(rolled, wanted(), 0.05, False)[3] == pytest.approx(
         -0.1 - 0.15
     )
-    assert roll_pitch((math.cos(half), 0.0, math.sin(half), 0.0)) == pytest.approx((0.0, 0.1))
+    attitude = (math.cos(half), 0.0, math.sin(half), 0.0)
+    assert roll_pitch(attitude) == pytest.approx((0.0, 0.1))
+    pitched = Navigation((0.0, 0, 0), 0, (0.0, 0.3, 0.0), 0, attitude, 0, 0, 0, 0)
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(pitched, wanted(), 0.05, False)
+    assert tau[4] == pytest.approx(2.0 * (-0.1 - 0.15))
 
 
 def test_the_integral_is_error_times_time():

@@ -292,3 +292,10 @@ def test_an_axis_moves_if_the_feed_forward_gives_a_twentieth_of_what_the_vehicle
     assert shadow.fault == "shadow: no axis moved for 10 of 60 s"
     fly(shadow, 62.0, ahead=0.1)
     assert shadow.fault == ""
+
+
+def test_an_axis_without_thrusters_is_not_moved_by_rounding():
+    shadow = Shadow((0.0,) * 6)
+    for _ in range(round(62.0 / TICK_S)):
+        shadow.step(TICK_S, TRUE, {}, six(), six(5e-7), six())
+    assert shadow.fault == "shadow: no axis moved for 10 of 60 s"
