@@ -393,6 +393,12 @@ def test_the_details_of_one_that_can_t_be_read_say_why_and_show_no_axes():
     assert not any("surge" in line for line in lines)
 
 
+def test_a_dive_that_has_no_name_but_its_folders_is_named_once():
+    folder = Path(DECK["folder"]).name
+    assert details_of(DECK)[0].endswith(f"─ {folder}")
+    assert details_of(DECK, name=folder)[0].count(folder) == 1
+
+
 def test_a_dive_that_is_recorded_shows_what_it_holds_so_far_or_that_it_holds_nothing_yet():
     assert "is being recorded: this is what it holds so far" in details_of(DECK, recorded=True)
     lines = details_of(DECK, recorded=True, underway="is being recorded, nothing heard yet")

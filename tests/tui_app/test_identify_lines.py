@@ -63,7 +63,9 @@ def test_a_job_that_has_told_nothing_reads_the_dive():
 def test_the_answer_of_one_method_stands_beside_the_curves_of_the_other_as_soon_as_it_is_there():
     reports = (*passes(), answer(), *passes(4)[-1:])
     assert plain(curves(reports, 80, 18))[0].startswith("M_u      111.8 ± 2.8 kg      vs 111.7   M_v")
-    assert plain(progress(at_work(*reports), 1.0, 80))[1].endswith("100 %  answered: vs at each curve")
+    assert plain(progress(at_work(*reports), 1.0, 80))[1].endswith(
+        "100 %  answered: its values stand behind vs"
+    )
     assert len(passes_of(reports)[0].value) == 4
     assert plain(curves((answer(),), 80, 18))[0] == "M_u      111.7 ± 3.4 kg  by likelihood"
 
@@ -97,6 +99,15 @@ def test_a_value_that_stands_still_is_a_level_line_in_the_middle_and_what_is_to_
     assert lines[2][7:].rstrip("⠀ ") in ("⠒⠒⠒⠒", "⠤⠤⠤⠤")
     assert not lines[1][7:].strip("⠀ ")
     assert not lines[3][7:].strip("⠀ ")
+
+
+def test_a_unit_is_not_cut_where_its_head_has_room_once_it_stands_close():
+    passes = Passes("D_r", np.full(2, 25.82), np.full(2, 0.24))
+    for cells, head in (
+        (40, "D_r      25.82 ± 0.24 N m/(rad/s) pass 2"),
+        (32, "D_r 25.82 ± 0.24 N m/(rad/s)"),
+    ):
+        assert plain(converging(passes, "N m/(rad/s)", cells, 4))[0].rstrip() == head
 
 
 @pytest.mark.parametrize(("cells", "rows"), [(80, 18), (156, 40), (30, 12)])

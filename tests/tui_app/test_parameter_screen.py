@@ -17,6 +17,7 @@ from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.planned import TAKEN_BACK
 from tui.app.screens.frame import Drawn
+from tui.app.screens.parameters_lines import details
 from tui.app.screens.parameters_table import LEFT, table
 from tui.app.screens.transfer import comparison
 
@@ -80,6 +81,18 @@ def test_without_a_vehicle_the_file_stands_there_beside_what_was_last_accepted(t
         others = Sees("2 lines more, as last accepted or with no")
         keys = ("5", Sees("no vehicle answers"), *of_file, others)
         played(desk_of(none, out=tmp_path), *keys, size=(cells, 24), views=views())
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        (110.5, "the change lies within the interval."),
+        (119.0, "the change goes 3.0 times as far as the interval."),
+    ],
+)
+def test_a_change_is_told_against_its_interval(target, words):
+    shown = comparison(plan(parameters=[row("M_u", 110.0, target, 3.0, None, "")]))
+    assert " ".join(plain(details(shown.parameters[0], None, None, 300))).endswith(words)
 
 
 def test_the_key_that_uploads_stays_on_a_narrow_screen():

@@ -198,6 +198,16 @@ def test_curves_show_the_part_in_which_the_axis_moves():
     assert 57 <= float(times[-1]) <= 64
 
 
+def test_an_error_of_a_few_mm_s_fills_its_chart():
+    surge = runs(validation())[0].curves[0]
+    late = replace(surge, measured=surge.reference + 0.012 * np.sin(surge.time_s))
+    shown = replace(runs(validation())[0], curves=(late,))
+    lines = plain(validate.curve_lines(shown, "surge", 80, 30))
+    title = next(n for n, line in enumerate(lines) if line.startswith("surge error, mm/s"))
+    labels = [line.split("┤")[0].strip() for line in lines[title + 1 :] if "┤" in line]
+    assert labels[0] == "20"
+
+
 def test_an_axis_that_a_dive_lacks_is_said():
     surge_only = validation()[:1]
     surge_only[0]["curves"] = surge_only[0]["curves"][:1]

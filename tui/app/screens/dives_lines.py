@@ -187,7 +187,8 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
 
     `key` is the key that asks for the conditions.
     """
-    lines: list[Line] = [*titled(dive.name, dive.folder.name, cells)]
+    folder = dive.folder.name
+    lines: list[Line] = [*titled(dive.name, folder if folder != dive.name else "", cells)]
     if dive.underway:
         lines += hanging(dive.underway, "warn", cells)
     elif recorded:

@@ -65,6 +65,9 @@ def converging(
             (f" ± {significant(float(half[-1]), 2)}", "reference"),
             (f" {unit}", "quiet"),
         )
+    if width(head) > cells:
+        # Where a column is too narrow for a table of values, the unit is worth more than their places.
+        head = ((passes.name, "plain"), *((f" {text.strip()}", role) for text, role in head[1:]))
     across = cells - AXIS_CELLS
     if rows < 2 or across < 1:
         return (_cut(head, cells),)
@@ -130,7 +133,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
 def _beside(report: Report, all_of: Mapping[str, Report]) -> Report:
     """The report of a method that has answered, with where its values stand while another is still at work."""
     waits = report.answered and not all(other.answered for other in all_of.values())
-    return replace(report, words=f"{report.words}: vs at each curve") if waits else report
+    return replace(report, words=f"{report.words}: its values stand behind vs") if waits else report
 
 
 def _stage(state: JobState) -> str:

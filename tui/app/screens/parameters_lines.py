@@ -23,7 +23,7 @@ def details(entry: Compared, became: Written | None, stale_s: float | None, cell
         interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)} given the thrust"
     when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
     last = f"last accepted {_in_unit(entry, entry.accepted)}{when}" if entry.accepted is not None else ""
-    size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
+    size = _against_interval(entry.change) if entry.change else ""
     held = "staged on the vehicle" if entry.staged else "on the vehicle"
     label = "before" if became else held if stale_s is None else f"{held} {ago(stale_s)}"
     is_now = "the vehicle has none" if entry.present is None else f"{label} {_value(entry, entry.present)}"
@@ -40,6 +40,14 @@ def details(entry: Compared, became: Written | None, stale_s: float | None, cell
     if entry.doubted:
         lines += wrapped(f"{DOUBT} doubted: {entry.doubted}.", "warn", cells)
     return lines
+
+
+def _against_interval(change: float) -> str:
+    """A change, in halves of the 95 % interval, in words."""
+    halves = abs(change)
+    if halves <= 1.0:
+        return "the change lies within the interval"
+    return f"the change goes {halves:.1f} times as far as the interval"
 
 
 def _value(entry: Compared, value: float) -> str:

@@ -52,7 +52,7 @@ PHASE_CELLS, PHASE_CELLS_OF_A_PHONE = 24, 17
 BOTH_PARTS_CELLS: Final = 13
 LEAST_WORDS_CELLS: Final = 24
 """With less room beside its name, a criterion's words stand below it."""
-LEAST_SPANS: Final = {"m/s": 0.05, "mm/s": 50.0, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
+LEAST_SPANS: Final = {"m/s": 0.05, "mm/s": 20.0, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
 ERRORS_IN: Final = SHOWN_IN | {"m/s": ("mm/s", 1e3)}
 DIGITS: Final = {"mm/s": 1, "deg/s": 2}
 EFFORT_DIGITS: Final = 2

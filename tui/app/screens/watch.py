@@ -72,7 +72,7 @@ class WatchScreen(StationScreen):
         ("4 s ago", "older than 3 of its periods: dimmed, and dated"),
         ("--", "older than 10 of its periods, or no number"),
         ("░", "a gap in a chart; the dotted line is the reference"),
-        ("ALARM", "a limit that was passed; ~/.config/seatrial/alarms.yaml sets them"),
+        ("ALARM", "a limit was passed; ~/.config/seatrial/alarms.yaml sets it"),
         ("REPLAY", "below it a recorded dive, above it the vehicle"),
     )
 
