@@ -38,7 +38,12 @@ def page(verdicts: Sequence[Verdict], wanted: int) -> str:
         for folder in FOLDERS
     ]
     share = _rate(verdicts).share
-    partial = f"The run was ended after {len(verdicts)} of them." if len(verdicts) < wanted else ""
+    partial, judged = "", in_a_word(share >= GOAL)
+    if len(verdicts) < wanted:
+        partial, judged = (
+            f"The run was ended after {len(verdicts)} of them.",
+            "not judged before all have run",
+        )
     survivors = [f"- `{verdict.mutant}`" for verdict in verdicts if verdict.by is None]
     lines = [
         "## Small changes that no test notices",
@@ -53,7 +58,10 @@ def page(verdicts: Sequence[Verdict], wanted: int) -> str:
             f"change that alters nothing that a user could see counts as one that survived. {partial}",
         ),
         "",
-        *paragraph(f"Goal: {100 * GOAL:.0f} % noticed. {100 * share:.1f} %: {in_a_word(share >= GOAL)}."),
+        *paragraph(
+            f"Goal: {100 * GOAL:.0f} % noticed. {100 * share:.1f} %: {judged}. Tests were added for changes of this",
+            "draw that survived at first: another seed tells how other changes fare.",
+        ),
         "",
         *table(
             ("folder", "mutants", "noticed", "survived", "share (95 % bounds)"),

@@ -153,7 +153,8 @@ def test_the_page_counts_by_folder_names_survivors_and_says_if_it_is_partial():
     assert f"| {FOLDERS[0]} | 19 | 19 | 0 | 100.0 % (83.2 to 100.0) |" in text
     assert f"| {FOLDERS[2]} | 0 | 0 | 0 | - |" in text
     assert "| all | 20 | 19 | 1 | 95.0 %" in text
-    assert "95 % noticed. 95.0 %: met." in text
+    assert "95 % noticed. 95.0 %: not judged before all have run." in text
+    assert "95 % noticed. 95.0 %: met." in section.page(verdicts, 20)
     assert f"- `{FOLDERS[1]}/m.py:7: a -> b c`" in text
     assert "The run was ended after 20 of them." in " ".join(text.split())
     assert "ended after" not in section.page(verdicts, 20)

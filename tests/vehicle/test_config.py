@@ -160,3 +160,8 @@ def test_a_folder_of_the_same_name_hides_neither_vehicle_nor_column_map(tmp_path
 
 def test_of_what_is_shipped_the_truth_of_a_simulated_vehicle_is_no_vehicle():
     assert shipped_vehicles() == ["ardusub_vectored", "bluerov2", "bluerov2_heavy", "bolt", "ruvifist"]
+
+
+def test_the_sensors_that_a_vehicle_has_are_those_of_its_file():
+    imu = Device("mti300", rate_hz=100.0)
+    assert Sensors(imu=imu).present() == {"imu": imu}
