@@ -10,6 +10,7 @@ import os
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from functools import cache
 from threading import Condition, Lock, get_ident
 from typing import Any, Generic, TypeVar
@@ -42,7 +43,8 @@ class _Team:
         with self._changed:
             mine.append(call)
             self._changed.notify_all()
-        asked = [self._pool.submit(self._help, call) for _ in range(helpers)]
+        # Each in the caller's context: NumPy's `errstate` is part of it.
+        asked = [self._pool.submit(copy_context().run, self._help, call) for _ in range(helpers)]
         try:
             share()
         finally:

@@ -7,6 +7,7 @@ import sys
 import threading
 import weakref
 
+import numpy as np
 import pytest
 
 from identify.threads import side_by_side
@@ -122,3 +123,15 @@ def test_a_child_process_has_helpers_of_its_own():
     words += "s(abs, range(-9, 0)) if not child else None; os._exit(0) if not child else None; "
     words += "raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))"
     assert subprocess.run([sys.executable, "-W", "ignore", "-c", words], timeout=60).returncode == 0
+
+
+def test_a_helper_works_under_the_floating_point_settings_of_its_caller():
+    """A reading of 1e200 m/s squared warned in one thread and not in the other."""
+    begun = threading.Barrier(2)
+
+    def work(value):
+        begun.wait(5.0)
+        return np.square(np.float64(value))
+
+    with np.errstate(over="ignore"):
+        assert side_by_side(work, [1e200, 1e200]) == [np.inf, np.inf]

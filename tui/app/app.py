@@ -472,11 +472,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     async def _order(self, order: Callable[[], Path], after: str) -> None:
         desk, worked, chosen = self.desk, bool(self._at_work()), self.desk.dive
         # The next recording may be seen before the order has its answer.
-        self._ended = desk.recorded()
+        self._news.ordered = desk.recorded()
         try:
             finished = await aside(order)
         except SeatrialError as error:
-            self._ended = None
+            self._news.ordered = None
             self.notify(str(error), severity="error", timeout=TELL_S)
             return
         if not worked and not self._at_work() and desk.dive == chosen:
