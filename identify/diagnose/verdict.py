@@ -10,7 +10,13 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.filters.regression import LEVELLED
 from identify.diagnose.remainder.generic_forces import Variable
-from identify.diagnose.remainder.unexplained import UNKNOWN_NATS, GenericForce, Unexplained, beyond_chance
+from identify.diagnose.remainder.unexplained import (
+    SELECTED,
+    UNKNOWN_NATS,
+    GenericForce,
+    Unexplained,
+    beyond_chance,
+)
 from identify.diagnose.result import Disturbance, Finding, Next, Verdict
 from identify.diagnose.shrink.shrunk import LIKELY, Shrink
 from identify.effects.course import Course
@@ -84,8 +90,8 @@ def above_noise(
     kept where they are larger than that, because a disturbance absorbs them without a drift, and so are reading
     errors; beside accepted effects none in roll and pitch, where an estimate wanders by more than such effects do.
     In roll and pitch nothing is left where the model drifts by less than HUSHED of noise: angles are an estimate,
-    and wander by a fraction of a disturbance. Forces that are none beside the causes, of degrees of freedom whose
-    forces count in the causes' place, are none in their place either.
+    and wander by a fraction of a disturbance. Forces that are left out beside the causes, of those that count in the
+    causes' place, do not count there either.
     """
     hushed = {
         axis.dof
@@ -109,7 +115,10 @@ def above_noise(
     dropped = sum(
         gain
         for k, (shape, gain) in enumerate(zip(left.shapes, left.gains, strict=True))
-        if k not in kept and shape.dof not in inexact and beyond_chance(shape, gain)
+        if k not in kept
+        and shape.dof not in inexact
+        and shape.timing in SELECTED
+        and beyond_chance(shape, gain)
     )
     return replace(_only(left, kept), instead=max(left.instead - dropped, 0.0))
 

@@ -267,6 +267,12 @@ def test_a_force_that_is_noise_beside_the_causes_is_noise_in_their_place_too(lef
     assert (unexplained.shapes, unexplained.instead) == ((), instead)
 
 
+def test_a_slow_force_counts_in_no_causes_place_and_takes_nothing_from_it():
+    """Beside accepted effects a small one is left out."""
+    left = replace(SLOW, instead=260.0)
+    assert above_noise(left, closing(1.0, NAN), (), np.full(6, 2.0)) == replace(left_by(), instead=260.0)
+
+
 def test_beside_accepted_effects_a_slow_wander_of_roll_or_pitch_is_no_unknown_however_large():
     wandering = replace(SLOW, shapes=(GenericForce(3, "time", None, np.zeros(3), "drifting"),), forces=(9.0,))
     assert above_noise(wandering, closing(1.0, NAN, "roll"), ()) == wandering

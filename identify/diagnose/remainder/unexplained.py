@@ -60,6 +60,9 @@ nats: a vehicle held level shows little of its inertia there, and much of its le
 SURGE_AND_SWAY = (0, 1)
 
 
+SELECTED: tuple[Timing | None, ...] = (None, "steady", "transient")
+"""Timings of forces that are selected one after another; bursts, lines and slow forces are weighed each by itself."""
+
 ZERO_M_S2 = 0.03
 """Usual zero error of an accelerometer, by switching on and by age (Xsens MTi data sheet)."""
 
