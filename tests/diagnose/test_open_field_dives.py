@@ -45,6 +45,15 @@ def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
 
 
 @pytest.mark.soak
+def test_another_dive_of_that_hull_in_which_yaw_is_hardly_used_is_not_called_unknown():
+    """Forces in yaw that make no drift beyond noise saved more than its drag in surge and sway did."""
+    dive = read_dive(shared("field", "open_1", "check.tlog.gz"), None, vehicle())
+    diagnosis = diagnose(dive, vehicle(), "rov", progress=lambda *_: None)
+    assert [finding.name for finding in diagnosis.findings] == [HULL]
+    assert diagnosis.verdict == "partly"
+
+
+@pytest.mark.soak
 @short_or_whole
 def test_an_empty_dive_without_its_velocity_is_not_called_unknown(seconds):
     file = vehicle()
