@@ -69,8 +69,8 @@ class Trace:
 @dataclass(frozen=True)
 class LinkRow:
     """A sender on a link. `age_s` since its last HEARTBEAT, `lost` if that is over 3 s; `loss` and `rate_hz` of its
-    frames over the last 10 s, as seen here: routers can falsify them. `loss` is NaN where it can't be told
-    (`Reception`)."""
+    frames over the last 10 s, as seen here: routers can falsify them. `loss` is NaN for a sender whose gaps are no
+    losses (`Reception`)."""
 
     name: str
     system: int

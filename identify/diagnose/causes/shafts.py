@@ -1,7 +1,7 @@
-"""Thrusters whose lag is that of the shafts' speed: whether a dive bears them out better than a lag of the thrust.
+"""Whether a thruster lags in its shaft's speed or in its thrust, by which of the two explains a dive better.
 
-Motors that follow their speed slowly make a thrust, its square, that starts gently and reverses late. Without that form
-its remainder would pass for a dead zone, or for a curve that falls short at its low end.
+Thrust goes with the square of the speed: a shaft that lags makes a thrust that starts gently and reverses late. Under
+a lag of the thrust that difference would pass for a dead zone, or for a curve that falls short at its low end.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,10 +42,10 @@ def of_likelier_lag(
     uncertain_share: float,
     progress: Callable[[float, str], None],
 ) -> Search:
-    """The causes beside a lag of the thrust, or beside one of the shafts' speed where that does better.
+    """The causes with a lag of the thrust, or with a lag of the shafts' speed if that explains the dive better.
 
-    A lag of the shafts makes the thrust later, as many a cause does, so that both are searched where it does so. It
-    must do better by `uncertain_share` of the nats that its causes gain.
+    A lag of the shafts makes the thrust later, as many a cause does, so both are searched if the nominal fit prefers
+    it. It must do better by `uncertain_share` of the nats that its causes gain.
     """
     by_shaft = of_shafts(nominal) if _can_tell(nominal, library) else nominal
     if by_shaft.log_posterior < nominal.log_posterior + LEAST_GAIN:

@@ -215,7 +215,7 @@ def _levelled(euler: Array, at: Predicted, breaks_s: Array) -> Array:
 
 
 def _last_before(read_s: Array, time_s: Array, breaks_s: Array) -> NDArray[np.intp]:
-    """The last of some readings before each time, (n,); the first of its run where there is none."""
+    """Index (n,) of the last reading before each time; of its run's first for a time before all readings."""
     last = np.maximum(np.searchsorted(read_s, time_s - APART_S, side="left") - 1, 0)
     of_earlier_run = np.searchsorted(breaks_s, read_s[last]) < np.searchsorted(breaks_s, time_s)
     return np.asarray(np.minimum(last + of_earlier_run, len(read_s) - 1))

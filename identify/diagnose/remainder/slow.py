@@ -1,12 +1,12 @@
 """Slow forces that the disturbance absorbed: one axis forgets far more slowly than the others.
 
 A disturbance of free correlation time follows any force that changes slowly, and its filter's innovations are then as
-white as without the force. But one sea moves all axes, with one memory. So each axis's filter is compared with a
-filter whose disturbance forgets as it does in the other axes, as evenly by its two poles, with all else fitted again.
-A sea that is smoother than a first-order one is likelier with a longer correlation time, too; only a disturbance that
-is still correlated with itself long after that time counts as slow. Roll and pitch do not tell the sea's memory to the
-other axes: their motion is mostly their levelling, and behind a simulated ArduSub it seemed to forget in 0.6 s what the
-sea held for 1.5 s.
+white as without the force. One sea, however, disturbs all axes with the same correlation time. So each axis's filter
+is compared with a filter whose disturbance has the correlation time and the two poles of the other axes, with all else
+fitted again. A sea that is smoother than a first-order one is likelier with a longer correlation time, too; only a
+disturbance that is still correlated with itself long after that time counts as slow. Roll and pitch do not tell the
+sea's memory to the other axes: their motion is mostly their levelling, and behind a simulated ArduSub it seemed to
+forget in 0.6 s what the sea held for 1.5 s.
 """
 
 from collections.abc import Sequence
