@@ -8,12 +8,11 @@ import os
 import shutil
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import get_context
-from multiprocessing.synchronize import Event
+from multiprocessing.connection import Connection
 from pathlib import Path
-from threading import Thread
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, SeatrialError
@@ -28,6 +27,9 @@ from gcs_plugin.recording.recorder import Recorder
 from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.knowledge import widths
+
+
+ASKED = "identify"
 
 
 def recorded_crew(
@@ -124,46 +126,46 @@ class Alongside:
     """Identifies in a process of its own, so that the flight is watched all the while."""
 
     def __init__(self, dive: Path, file: VehicleFile, configuration: str) -> None:
-        self._of = dive, str(file.path), configuration
         context = get_context("spawn")
-        self._over = context.Event()
-        self._pool = ProcessPoolExecutor(1, context, _aside, (self._over,))
-        self._work: Future[Widths] | None = None
-        self._pool.submit(os.getpid)  # its imports take seconds, which pass during the countdown
+        self._pipe, theirs = context.Pipe()
+        of = dive, str(file.path), configuration
+        self._worker = context.Process(target=_aside, args=(theirs, widths_of, of), daemon=True)
+        self._worker.start()  # its imports take seconds, which pass during the countdown
+        theirs.close()
+        self.busy = False
 
     def ask(self) -> None:
         """Begin, if it is not at work."""
-        if self._work is None:
-            self._work = self._pool.submit(widths_of, *self._of)
-
-    @property
-    def busy(self) -> bool:
-        return self._work is not None
+        if not self.busy and self._worker.is_alive():
+            self._pipe.send(ASKED)
+            self.busy = True
 
     def answer(self) -> Widths | None:
-        """The answer that has come since the last call."""
-        if self._work is None or not self._work.done():
+        """The answer that has come since the last call; nothing is known by a process that died."""
+        if not self.busy or not self._pipe.poll():
             return None
-        work, self._work = self._work, None
-        return work.result()
+        self.busy = False
+        try:
+            widths_now: Widths = self._pipe.recv()
+        except EOFError:
+            return {}
+        return widths_now
 
     def close(self) -> None:
         """End it at once: nobody takes an answer that is still to come."""
-        self._over.set()
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._worker.kill()
+        self._worker.join()
+        self._pipe.close()
 
 
-def _aside(over: Event) -> None:
-    """Leave the loop that watches the flight the first word on the processor, and Ctrl-C to it; end when it is
-    `over`."""
+def _aside(pipe: Connection, work: Callable[[Path, str, str], Widths], of: tuple[Path, str, str]) -> None:
+    """Answer until the flight's end of the pipe is closed. The flight has the first word on the processor, and
+    Ctrl-C."""
     import signal
 
-    Thread(target=_end_with, args=(over,), daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)
-
-
-def _end_with(over: Event) -> None:
-    over.wait()
-    os._exit(0)
+    with suppress(EOFError):
+        while pipe.recv() == ASKED:
+            pipe.send(work(*of))

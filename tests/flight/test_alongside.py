@@ -1,16 +1,25 @@
 """An identification beside a flight is a process of its own, which ends with the flight."""
 
 import multiprocessing
+import os
 import threading
 
 from bridge.vehicle.config import load_vehicle
 from tui import flying
 
-ENDS_WITHIN_S = 20.0
+STARTS_WITHIN_S = 120.0
 
 
 def for_ever(*_):
     threading.Event().wait()
+
+
+def known_at_once(*_):
+    return {"X_u": 0.04}
+
+
+def dies(*_):
+    os._exit(1)
 
 
 def test_one_that_nobody_waits_for_any_more_ends_at_once(tmp_path, monkeypatch):
@@ -19,6 +28,26 @@ def test_one_that_nobody_waits_for_any_more_ends_at_once(tmp_path, monkeypatch):
     alongside = flying.Alongside(tmp_path, load_vehicle("bluerov2"), "standard")
     alongside.ask()
     (worker,) = multiprocessing.active_children()
+    assert worker.is_alive()
     alongside.close()
-    worker.join(ENDS_WITHIN_S)
-    assert not worker.is_alive()
+    assert multiprocessing.active_children() == []
+
+
+def test_its_answer_comes_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(flying, "widths_of", known_at_once)
+    alongside = flying.Alongside(tmp_path, load_vehicle("bluerov2"), "standard")
+    alongside.ask()
+    assert alongside._pipe.poll(STARTS_WITHIN_S)
+    assert alongside.answer() == {"X_u": 0.04}
+    assert alongside.answer() is None
+    alongside.close()
+
+
+def test_nothing_is_known_by_one_that_died(tmp_path, monkeypatch):
+    """A flight goes on without it, by its plan alone."""
+    monkeypatch.setattr(flying, "widths_of", dies)
+    alongside = flying.Alongside(tmp_path, load_vehicle("bluerov2"), "standard")
+    alongside.ask()
+    assert alongside._pipe.poll(STARTS_WITHIN_S)
+    assert alongside.answer() == {}
+    alongside.close()
