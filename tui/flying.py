@@ -28,7 +28,6 @@ from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.knowledge import widths
 
-
 ASKED = "identify"
 
 
