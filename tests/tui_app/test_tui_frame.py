@@ -244,3 +244,18 @@ def test_help_that_is_longer_than_the_screen_is_laid_out_twice_as_it_opens(monke
     monkeypatch.setattr(HelpScreen, "_refresh_layout", counted)
     played(desk(), "question_mark", shows(HelpScreen), is_longer, Sees("Keys"))
     assert len(layouts) == 2
+
+
+def test_the_first_drawing_of_help_has_its_keys_in_their_place(monkeypatch):
+    """The key's answer would else wait for the second, which is a screen later."""
+    drawings, refresh = [], HelpScreen._compositor_refresh
+
+    def seen(screen):
+        drawings.append((text(screen.app), screen.query_one("#help-box").region.y))
+        return refresh(screen)
+
+    monkeypatch.setattr(HelpScreen, "_compositor_refresh", seen)
+    played(desk(), "question_mark", shows(HelpScreen), size=WIDE)
+    (first, above), *others = drawings
+    assert "Everywhere" in first
+    assert {above} == {y for _, y in others}

@@ -67,7 +67,11 @@ class Drawn(Widget):
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
         del container, viewport
-        return len(self._make(width, 0))
+        made = self._make(width, 0)
+        if not self._lines:
+            # Else the first drawing would be empty, and a key's answer would wait for the second.
+            self._lines = made
+        return len(made)
 
     def render_line(self, y: int) -> Strip:
         base = self.rich_style

@@ -54,8 +54,10 @@ def keep_below_top(overlay: Screen[Any], box: str) -> None:
     def place_soon() -> None:
         overlay.call_after_refresh(place)
 
+    # At once as well: a box that moves after its first drawing costs a second one.
+    place()
     for top in overlay.app.screen_stack[0].query(TopLine):
-        overlay.watch(top, "virtual_size", place_soon)
+        overlay.watch(top, "virtual_size", place_soon, init=False)
 
 
 class Overlay(ModalScreen[Answer]):
