@@ -60,7 +60,7 @@ def test_another_dive_is_shown_from_its_first_section_on(tmp_path):
 def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what_that_left(tmp_path):
     verbs, folder = verb(tmp_path), tmp_path / DIVE
     runs = (Sees(f"diagnose {DIVE}"), Sees("40 % trying 41 candidates"), Sees("x Cancel"))
-    offered = Sees(f"[d] diagnoses {DIVE}, checked on {CHECK}.")
+    offered = Sees(f"[d] diagnoses {DIVE}, checked on {CHECK}; [c] changes that.")
     desk = desk_with(tmp_path, diagnosed=False, jobs=Jobs(verbs))
     # It goes on while another screen is looked at.
     played(desk, "4", offered, "d", *runs, "1", let_go, "4", Sees("AMBIGUOUS"))
@@ -89,11 +89,11 @@ def test_a_dive_of_two_seconds_is_never_what_it_is_checked_on(tmp_path):
     stamps = (1_795_165_923_000_000, 1_795_165_925_000_000)
     records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
     (tmp_path / CHECK / "telemetry.tlog").write_bytes(records)
-    played(desk, "4", Sees(f"[d] diagnoses {DIVE}, checked on {OLDER}."))
+    played(desk, "4", Sees(f"[d] diagnoses {DIVE}, checked on {OLDER}; [c] changes that."))
 
 
 def test_the_check_dive_is_chosen_by_a_key_and_may_be_none(tmp_path):
-    ends = (f"checked on {CHECK}.", f"checked on {OLDER}.", "without a check dive.", f"checked on {CHECK}.")
+    ends = (f"checked on {CHECK};", f"checked on {OLDER};", "without a check dive;", f"checked on {CHECK};")
     played(desk_with(tmp_path), "4", *(step for end in ends for step in (Sees(f"it again, {end}"), "c")))
 
 
@@ -117,7 +117,7 @@ def test_it_is_checked_first_on_a_dive_with_the_same_values_later_before_earlier
     os.utime(upload, (20, 20))
     past = SimpleNamespace(preimage=upload.with_name("2026-11-20T084500Z-before.param"))
     monkeypatch.setattr("tui.app.desk.kept_in", lambda _: [past])
-    ends = [f"checked on {name}." for name in (CHECK, late, same, before, OLDER)]
+    ends = [f"checked on {name};" for name in (CHECK, late, same, before, OLDER)]
     played(desk, "4", *(step for end in ends for step in (Sees(end), "c")))
 
 

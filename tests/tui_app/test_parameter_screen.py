@@ -74,7 +74,7 @@ def test_without_a_vehicle_the_file_stands_there_beside_what_was_last_accepted(t
     write_parameters(dive / PARAM.name, held, (), 1, 1)
     none = FakeVerbs(lambda _: None, 4, ["no vehicle answers"])
     for cells, values in (
-        (60, "FF1_M_U 110.77 110.36 kg FF1_T1_GAIN 0.79 -- 1"),
+        (60, "FF1_M_U 110.77 110.36 kg FF1_T1_GAIN 0.79 -- 2 lines"),
         (40, "FF1_T1_GAIN 0.79 -- 2 lines"),
     ):
         of_file = (Sees("identified.param OF 2026-11-21T0352Z-hovering"), Sees(values), Lacks("FF1_T2_GAIN"))

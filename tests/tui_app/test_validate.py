@@ -10,7 +10,7 @@ from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER
 from made_validation import FORETOLD, validated_desk, validation
 from made_validation import run as run_of
-from screen_text import WIDE, Sees, plain, played
+from screen_text import WIDE, Lacks, Sees, plain, played
 
 from bridge.reports import PAGE, Report
 from identify.glance.axis_criteria import Criterion
@@ -33,7 +33,8 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
     def leave(words):
         Path(words[words.index("--json") + 1]).write_text(json.dumps(validation()), encoding="utf-8")
 
-    aims = ("by itself", f"beside {CHECK}", f"beside {CHECK}, {OLDER}", "by itself")
+    alone, more = "by itself; [c] beside one more", "; [c] beside one more"
+    aims = (alone, f"beside {CHECK}{more}", f"beside {CHECK}, {OLDER}; [c] by itself", alone)
     chosen = [step for aim in aims for step in (Sees(f"validates {DIVE}, {aim}. "), "c")]
     verbs = FakeVerbs({"validate": validation()}, held=("validate",), leave=leave)
     desk = validated_desk(tmp_path, validated=False, jobs=Jobs(verbs))
@@ -51,7 +52,9 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
 def test_a_dive_that_lay_afloat_for_an_upload_is_not_compared(tmp_path, monkeypatch):
     monkeypatch.setattr(validate, "can_check", lambda dive: dive.name != CHECK)
     desk = validated_desk(tmp_path)
-    played(desk, "6", "c", Sees(f"beside {OLDER}. "), "c", Sees("by itself. "), size=WIDE)
+    played(
+        desk, "6", "c", Sees(f"beside {OLDER}; [c] by itself. "), "c", Sees("again, by itself; "), size=WIDE
+    )
 
 
 def test_the_verdict_stands_as_soon_as_it_is_there_while_the_page_is_drawn(tmp_path):
@@ -236,7 +239,7 @@ def test_what_is_no_validation_is_none(data):
 
 
 def test_a_heading_is_never_cut_on_a_phone(tmp_path):
-    titles = ("GO OR NO-GO for the feed-forward", "CURVES of ", "ERRORS, mean of the absolute, by phase")
+    titles = ("GO OR NO-GO for the feed-forward", "CURVES of ", "ERRORS: rms, then mean by phase")
     played(
         validated_desk(tmp_path),
         "6",
@@ -251,3 +254,28 @@ def test_a_criterion_s_name_ends_before_its_words_begin():
         validate.criteria_lines(replace(runs(validation())[0], verdict=Verdict(True, "", (made,))), 80)
     )
     assert line == "● ok  thruster 1 made up for: asked as if it gave 79 % of its curve"
+
+
+def test_a_table_that_is_cut_off_is_scrolled_at_once_and_so_is_that_of_the_next_section(tmp_path):
+    def at(down):
+        return lambda app: app.screen.query_one("#validate-errors VerticalScroll").scroll_y == down
+
+    played(
+        validated_desk(tmp_path),
+        "6",
+        "s",
+        "s",
+        Sees("3 of 3 [s]"),
+        at(0),
+        "down",
+        "down",
+        at(2),
+        size=(80, 24),
+    )
+
+
+def test_what_was_there_before_is_not_shown_below_a_validation_that_runs(tmp_path):
+    desk = validated_desk(tmp_path, jobs=Jobs(FakeVerbs({"validate": validation()}, held=("validate",))))
+    before = ("6", Sees("surge likeness"), Sees("a Axis"))
+    runs = ("v", Lacks("surge likeness"), Sees("at work: the answer comes here"), Lacks("a Axis"))
+    played(desk, *before, *runs, let_go, lambda _: None, Sees("surge likeness"))

@@ -323,7 +323,9 @@ class DiagnoseScreen(SectionScreen):
 
     def aim(self) -> tuple[str, str]:
         check = self._check_dive()
-        return "diagnoses", "without a check dive" if check is None else f"checked on {check.name}"
+        how = "without a check dive" if check is None else f"checked on {check.name}"
+        key = self.key_of("diagnose.check")
+        return "diagnoses", f"{how}; [{key}] changes that" if key else how
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         check = self._check_dive()

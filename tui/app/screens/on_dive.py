@@ -98,6 +98,13 @@ class DiveScreen(StationScreen):
         self.look_again(other=self.dive != before)
         self.refresh_bindings()
         self.draw()
+        self.call_after_refresh(self.scroll_by_keys)
+
+    def scroll_by_keys(self) -> None:
+        """Let the keys that scroll go to a text that is cut off, without Tab first."""
+        cut_off = [text for text in self.query(VerticalScroll) if text.focusable and text.max_scroll_y > 0]
+        if cut_off and self.focused not in cut_off:
+            self.set_focus(cut_off[0], scroll_visible=False)
 
 
 class SectionScreen(DiveScreen):
@@ -128,7 +135,7 @@ class SectionScreen(DiveScreen):
         raise NotImplementedError
 
     def aim(self) -> tuple[str, str]:
-        """The verb's task in words, such as `diagnoses`, and its manner: `checked on DIVE`."""
+        """The task in words, such as `diagnoses`, and how, with the key that changes it: `checked on DIVE; [c] ...`."""
         raise NotImplementedError
 
     def head(self, name: str) -> tuple[str, str]:
@@ -154,6 +161,12 @@ class SectionScreen(DiveScreen):
 
     def on_resize(self, _: events.Resize) -> None:
         self.refresh_bindings()
+        self.call_after_refresh(self.scroll_by_keys)
+
+    @property
+    def awaits(self) -> bool:
+        """Whether the verb works, on this dive or another, and has no answer yet: then an earlier one is not shown."""
+        return self.job is not None and not self.job.answered
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "section":
@@ -168,6 +181,7 @@ class SectionScreen(DiveScreen):
         self._section = section
         self.add_class(f"-{self._names[section]}")
         self.call_after_refresh(self.draw)
+        self.call_after_refresh(self.scroll_by_keys)
 
     def look_again(self, *, other: bool) -> None:
         self.others = self.comparable(self.dive) if self.dive is not None else ()
@@ -181,13 +195,13 @@ class SectionScreen(DiveScreen):
             return wrapped(self.desk.no_dive, "plain", cells)
         state = self.job
         job = job_lines(self.VERB, state, self.desk.jobs.now_s(), cells)
-        if state is not None and not state.answered:
+        if state is not None and self.awaits:
             return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
         has_result = bool(self.result())
         return (
             *(self.verdict(cells) if has_result else ()),
             *job,
-            *wrapped(self._offer(has_result), "quiet", cells),
+            *wrapped(self._offer(has_result), "plain", cells),
         )
 
     def _offer(self, again: bool) -> str:
@@ -205,11 +219,13 @@ class SectionScreen(DiveScreen):
         return f"[{key}] {task}, {how}."
 
     def _heading(self, name: str, cells: int, _: int) -> Lines:
-        title, note = self.head(name)
+        title, note = (self.SECTIONS[name], "") if self.awaits else self.head(name)
         if self.check_action("section", ()):
             place = f"{self._names.index(name) + 1} of {len(self._names)}"
             note = f"{note}  {place}  [{self.key_of(f'{self.VERB}.section')}]".strip()
         return titled(title, note, cells)
 
     def _lines(self, name: str, cells: int, rows: int) -> Lines:
+        if self.awaits:
+            return ((("at work: the answer comes here", "quiet"),),)
         return self.section(name, cells, rows) if self.result() else ((("nothing yet", "quiet"),),)

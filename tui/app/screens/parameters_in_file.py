@@ -11,7 +11,7 @@ from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import NOT_SET, acting, is_unset, unit_of
 from tui.app.drawing import Lines, lines_of, titled, wrapped
 from tui.app.jobs import written_ns
-from tui.app.screens.parameters_table import number
+from tui.app.screens.parameters_table import ONE, number
 
 SAME: Final = 5e-4
 """Relative difference up to which a value is the same to a reader: +0.0 %."""
@@ -56,7 +56,8 @@ def _read(file: Path, receipts: Path, *_changed_ns: int) -> tuple[tuple[Row, ...
     for name, value in wanted.items():
         accepted = known[name].value if name in known else None
         if not math.isclose(value, accepted or 0.0, rel_tol=SAME):
-            rows.append((name, _text(name, value), _text(name, accepted), unit_of(name)))
+            unit = unit_of(name)
+            rows.append((name, _text(name, value), _text(name, accepted), "" if unit == ONE else unit))
     return tuple(rows), len(wanted) - len(rows)
 
 

@@ -208,7 +208,7 @@ def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Line
         lines.append(line)
     if not lines:
         return ()
-    head: Line = ((f"{'rms: whole / unasked' if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
+    head: Line = ((f"{'rms: all / others move' if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
     for run in runs:
         role: Role = "strong" if run.dive == chosen else "quiet"
         head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
@@ -285,12 +285,12 @@ class ValidateScreen(SectionScreen):
     SECTIONS: ClassVar[dict[str, str]] = {
         "criteria": "GO OR NO-GO for the feed-forward",
         "curves": "CURVES",
-        "errors": "ERRORS, mean of the absolute, by phase",
+        "errors": "ERRORS: rms, then mean by phase",
     }
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("validate.start", "v", "Validate", "validate the chosen dive, in a process of its own"),
         Action(
-            "validate.beside", "c", "Compare", "beside one more of the newest other dives, up to 3", LOOKS
+            "validate.beside", "c", "Compare", "v then compares with one more of the newest, up to 3", LOOKS
         ),
         Action("validate.section", "s", "Section", "the next section, where not all fit", LOOKS),
         Action("validate.axis", "a", "Axis", "the curves of the next axis", LOOKS),
@@ -302,6 +302,7 @@ class ValidateScreen(SectionScreen):
         ("● ok", "as it must be"),
         ("▲ no", "not so: don't raise the mode"),
         ("◐ ?", "this dive does not show it"),
+        ("1.8 / 2.0", "error over the whole mission / while the axis is not asked to move"),
         ("━ ┈", "solid and dotted curve, as the title of each says"),
     )
 
@@ -315,9 +316,9 @@ class ValidateScreen(SectionScreen):
         if action == "beside":
             return not self.at_work and bool(self.others)
         if action == "axis":
-            return len(axes_of(self.result())) > 1
+            return not self.awaits and len(axes_of(self.result())) > 1
         if action == "run":
-            return len(self.result()) > 1
+            return not self.awaits and len(self.result()) > 1
         return super().check_action(action, parameters)
 
     def action_beside(self) -> None:
@@ -375,7 +376,10 @@ class ValidateScreen(SectionScreen):
 
     def aim(self) -> tuple[str, str]:
         names = [path.name for path in self._compared()]
-        return "validates", f"beside {', '.join(names)}" if names else "by itself"
+        how = f"beside {', '.join(names)}" if names else "by itself"
+        key = self.key_of("validate.beside")
+        most = len(names) == min(len(self.others), MOST_OTHERS)
+        return "validates", f"{how}; [{key}] {'by itself' if most else 'beside one more'}" if key else how
 
     def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
         dives = map(str, (dive, *self._compared()))
