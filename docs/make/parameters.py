@@ -36,7 +36,7 @@ def page() -> str:
         )
         for coefficient in effect_coefficients(shape)
     )
-    modes = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in Mode)
+    modes = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
     own = (
         (code(MODE), f"what the feed-forward does: {modes}"),
         (code(COMMIT), "write the CRC of the staged set: the whole set comes into force at once; 0: none is"),

@@ -276,7 +276,9 @@ class MadeUp:
     @property
     def mend(self) -> str:
         if self.shown is None and not self.acts:
-            return "dive surge, sway and yaw in shadow, in calm water, so that it shows what it gives"
+            return (
+                "dive surge, sway and yaw in shadow without current and waves, so that it shows what it gives"
+            )
         if self.changed:
             return (
                 "roll back what was accepted (seatrial params rollback), or diagnose this dive, and accept and upload "

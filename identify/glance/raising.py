@@ -236,7 +236,7 @@ def go_no_go(
     ]
     if all(criterion.passed is None for of_axis in of_axes.values() for criterion in of_axis):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
-    closer = instead or next((each.mend for each in made_up if each.changed), LOOK_CLOSER)
+    closer = instead or next((each.mend for each in made_up if each.passed is False), LOOK_CLOSER)
     weak = [str(each.credit.thruster) for each in made_up if each.awaits]
     unasked = _unasked([error for error in whole if np.isfinite(error.unasked)], sea, weak, closer)
     foretold = [Criterion(each.name, each.kept, f"foretold {each.figures}", closer) for each in held]

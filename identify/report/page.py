@@ -104,6 +104,8 @@ figcaption { margin-top: .3em; }
 )
 
 WIDE_TABLE_COLUMNS = 5
+PHONE_CELLS = 30
+"""Letters of unbroken cells beside the row's name that still fit a phone's page; with more, a row becomes a block."""
 SHORT_CELL, NUMBER_CELL = 16, 28
 """Longest cells that are never broken: any text, and text that begins like a number. Longer cells count as sentences.
 """
@@ -272,7 +274,9 @@ def _table(table: Table) -> str:
         + "</tr>\n"
         for row in table.rows
     )
-    kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS else ""
+    longest = [max((len(row[i]) for row in table.rows), default=0) for i in range(1, width)]
+    unbroken_cells = sum(n for i, n in enumerate(longest, start=1) if numeric[i] or short[i])
+    kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS or unbroken_cells > PHONE_CELLS else ""
     caption = f"<caption>{safe(unbroken(table.caption))}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
     drawn = f'<div class="scroll"><table{kind}>{caption}{body}</table></div>'

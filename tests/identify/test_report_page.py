@@ -63,6 +63,17 @@ def test_each_table_stands_there_as_csv_to_be_copied():
     assert list(csv.reader(second.splitlines())) == [list(odd.columns), *map(list, odd.rows)]
 
 
+def test_a_row_becomes_a_block_on_a_phone_where_its_unbroken_cells_leave_no_room_for_its_name():
+    def kind(*cells):
+        heads = ("Axis", "off", "shadow", "both")
+        page = Page(render_report(report(Section("Part", "", (Table(heads, (("roll", *cells),)),)))))
+        return next(attrs.get("class") for tag, attrs in page.elements if tag == "table")
+
+    assert kind("0.08 deg/s", "0.08 deg/s", "0.08 deg/s") is None
+    assert kind("0.081 deg/s", "0.081 deg/s", "0.081 deg/s") == "wide"
+    assert kind("0.081 deg/s", "a sentence that is broken anywhere, however long", "0.081 deg/s") is None
+
+
 def test_a_page_stands_alone_and_runs_nothing():
     page = Page(render_report(report(Section("Part", "Words.", (TABLE,), (FIGURE,)))))
     tags = [tag for tag, _ in page.elements]

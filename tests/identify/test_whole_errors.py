@@ -141,6 +141,9 @@ def test_what_a_weak_thruster_moves_in_shadow_is_no_reason_not_to_make_up_for_it
     assert raising.go is weak
     assert yaw.passed is (None if weak else False)
     assert yaw.words.endswith("; but thruster 1 is not made up for in shadow") is weak
+    # Where the dive does not tell what it gives, one in still water tells of it and of yaw: a diagnosis would not.
+    assert raising.sentence.endswith("it shows what it gives.") is (gave is None)
+    assert "See what moves it" not in raising.sentence
     # No thruster of the feed-forward moves heave.
     sinking = go_no_go(disturbed(Mode.SHADOW, 2, 0.05), FILE, "hovering", made_up=[thruster])
     assert "heave moves unasked" in failed(sinking)

@@ -129,8 +129,7 @@ AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 LOST = Next(
     Task.LOST,
     ("ff.off",),
-    "the link was lost while it was armed: mend the link, or fetch the vehicle; the key sends OFF until it is "
-    "acknowledged",
+    "lost while armed: mend the link, or fetch the vehicle; the key sends OFF until acknowledged",
 )
 VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
