@@ -434,6 +434,27 @@ def test_a_recording_that_grows_is_read_again_and_says_so_no_longer_that_it_hold
     played(at, "2", nothing, comes, look, so_far, Lacks("nothing heard yet"), reads_no_more)
 
 
+def test_a_recording_that_grows_while_it_is_read_keeps_no_list_from_being_shown(tmp_path):
+    recorded = tmp_path / "2026-11-21T0552Z-next"
+    recorded.mkdir()
+    log = recorded / "telemetry.tlog"
+    log.write_bytes(bytes(60_000))
+    row = dive(recorded.name, folder=str(recorded), size_bytes=60_000)
+    verbs = FakeVerbs({"dives": [row]})
+
+    def grows(app):
+        log.write_bytes(bytes(3 * log.stat().st_size))
+        verbs.held = ("dives",)
+        verbs.results["dives"] = [
+            row | {"size_bytes": log.stat().st_size, "notes": f"grew to {log.stat().st_size}"}
+        ]
+        app.screen.show(view())
+
+    at = desk(verbs, out=tmp_path, recorded=lambda: recorded)
+    listed_anew = (let_go, Sees("grew to 540000"))
+    played(at, "2", Lacks("grew to"), grows, grows, *listed_anew)
+
+
 def test_a_recording_that_begins_while_dives_is_open_is_listed_at_once(tmp_path):
     verbs, recorded = FakeVerbs(), []
 

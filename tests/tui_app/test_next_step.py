@@ -59,11 +59,11 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(DIVED, determined=None), Task.IDENTIFY, "identify first"),
         (DIVED, Task.IDENTIFY, "identify first"),
         (AWAY, Task.IDENTIFY, "identify first"),
-        (IDENTIFIED, Task.UPLOAD, "identified, not uploaded"),
+        (IDENTIFIED, Task.UPLOAD, "compare and upload what was identified"),
         (replace(IDENTIFIED, heard=False), Task.UPLOAD, "the vehicle is not heard: switch it on, or mend the link"),
-        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "begin a recording; then: identified"),
+        (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "begin a recording; then: compare and upload"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT,
-         "connect the vehicle; then: identified, not uploaded"),
+         "connect the vehicle; then: compare and upload what was identified"),
         (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),
         (replace(SHADOW, halfway=True), Task.UPLOAD, "the last upload was cut short"),
         (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),
@@ -88,8 +88,8 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(SHADOW, heard=False, recording=False, mode="", last_mode="shadow"), Task.RECORD,
          "begin a recording; then: once it has flown a minute in shadow"),
         (replace(UPLOADED, heard=False, recording=False, mode="", last_mode="off"), Task.RECORD,
-         "begin a recording; then: uploaded: set the feed-forward to shadow"),
-        (UPLOADED, Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
+         "begin a recording; then: set the feed-forward to shadow"),
+        (UPLOADED, Task.TO_SHADOW, "set the feed-forward to shadow"),
         (SHADOW, Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, flown="off"), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(SHADOW, after_upload=True), Task.VALIDATE, "validate first"),
@@ -115,7 +115,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(DIVED, writing=True), Task.WAIT, "the vehicle is being written to"),
         (replace(AGAIN, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
         (replace(AGAIN, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
-        (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "a cause was diagnosed"),
+        (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "compare and upload the cause"),
         (replace(IDENTIFIED, accepts=True, changed=True), Task.UPLOAD, "what was accepted has changed"),
         (replace(DIVED, working="identify"), Task.WAIT, "identify is at work"),
         (replace(DIVED, then="identify"), Task.WAIT, "the dives are being read; identify begins by itself then"),
@@ -134,13 +134,13 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(DIVED, mode="shadow", flown="both", go=False, lacking=("M_v",)), Task.DIAGNOSE,
          "first is a NO-GO: ask what causes it"),
         (replace(IDENTIFIED, mode="both", flown="both", go=False), Task.LOWER, "first is a NO-GO: lower"),
-        (replace(IDENTIFIED, mode="both", flown="both", go=False, before_upload=True), Task.UPLOAD, "identified, not"),
+        (replace(IDENTIFIED, mode="both", flown="both", go=False, before_upload=True), Task.UPLOAD, "compare"),
         (replace(HERE, mode="both", departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
         (replace(BOTH, departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
         (replace(SHADOW, departs=True), Task.BRING_HOME, "the ALARM above: bring the vehicle home, begin the next"),
         (replace(BOTH, departs=True, lost=True), Task.LOST, "lost while armed"),
         # Uploaded from elsewhere, and a folder without a dive.
-        (replace(HERE, uploaded=True, mode="off"), Task.TO_SHADOW, "uploaded: set the feed-forward to shadow"),
+        (replace(HERE, uploaded=True, mode="off"), Task.TO_SHADOW, "set the feed-forward to shadow"),
         (replace(HERE, uploaded=True, mode="both"), Task.FLY, "once it has flown with the feed-forward"),
         (replace(HERE, over=True), Task.END, "the dive is over: begin the next"),
         (replace(DIVED, over=True, recording=False), Task.IDENTIFY, "identify first"),
@@ -331,7 +331,7 @@ def test_a_diagnosis_that_its_check_dive_contradicts_is_no_upload(in_shadow, con
     in_shadow.stamp(in_shadow.desk.dive / "diagnosed.param")
     step = next_of(in_shadow.situation(shown(1)))
     assert step.words.startswith(
-        "GO in shadow" if contradicted else "a cause was diagnosed: compare and upload"
+        "GO in shadow" if contradicted else "compare and upload the cause that was diagnosed"
     )
 
 
@@ -343,7 +343,9 @@ def test_a_change_of_what_was_accepted_is_uploaded_or_rolled_back(in_shadow, cha
     write_parameters(in_shadow.desk.dive / "diagnosed.param", {"FF0_M_U": 12.5, "FF0_X_UU": 9.0}, (), 1, 1)
     in_shadow.stamp(in_shadow.desk.dive / "diagnosed.param")
     step = next_of(in_shadow.situation(shown(1)))
-    assert step.words.startswith("what was accepted has changed" if changed else "a cause was diagnosed")
+    assert step.words.startswith(
+        "what was accepted has changed" if changed else "compare and upload the cause"
+    )
 
 
 def test_while_a_question_is_open_the_next_step_is_its_answer_and_names_no_key(place):
@@ -395,7 +397,7 @@ def test_a_no_go_from_before_the_newest_upload_lowers_nothing(in_shadow):
     in_shadow.write(in_shadow.receipts / "2026-11-21T090000Z-accepted.param")
     assert in_shadow.situation(shown(3)).before_upload is True
     in_shadow.identify(FLOWN, 13.0)
-    assert next_of(in_shadow.situation(shown(3))).words.startswith("identified, not uploaded")
+    assert next_of(in_shadow.situation(shown(3))).words.startswith("compare and upload what was identified")
 
 
 def test_the_mode_heard_last_is_kept_while_the_vehicle_is_not_heard(place):

@@ -152,17 +152,15 @@ DIVE = Next(Task.DIVE, ("recording.next",), "once surge, sway and yaw are dived:
 END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
 IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
 UPLOAD = Next(
-    Task.UPLOAD, ("screen.parameters", "parameters.upload"), "identified, not uploaded: compare and upload"
+    Task.UPLOAD, ("screen.parameters", "parameters.upload"), "compare and upload what was identified"
 )
 HALFWAY = replace(UPLOAD, words="the last upload was cut short: compare, and upload or roll back")
 TAKEN_BACK = replace(UPLOAD, words="rolled back: dive anew and identify, or compare and upload it again")
-ACCEPT = replace(UPLOAD, words="a cause was diagnosed: compare and upload")
+ACCEPT = replace(UPLOAD, words="compare and upload the cause that was diagnosed")
 CHANGED = replace(
     UPLOAD, words="what was accepted has changed: compare and upload its new value, or roll back"
 )
-TO_SHADOW = Next(
-    Task.TO_SHADOW, ("ff.raise",), "uploaded: set the feed-forward to shadow, where it only computes"
-)
+TO_SHADOW = Next(Task.TO_SHADOW, ("ff.raise",), "set the feed-forward to shadow, where it only computes")
 TO_HEAR = Next(
     Task.TO_SHADOW,
     ("screen.watch",),

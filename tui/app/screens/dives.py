@@ -105,11 +105,14 @@ class DivesScreen(StationScreen):
         if ended := before - self._written:
             self._over = max(ended)
         self._stale |= before != self._written
-        self._stale |= any(d.folder.resolve() in self._written and has_grown(d) for d in self._dives)
         if self._stale and not self.desk.jobs.runs(LIST):
             self._stale = False
             self.action_again()
         self._take_list()
+        # After it is taken: it would else never be, where a recording has always grown since.
+        grown = any(d.folder.resolve() in self._written and has_grown(d) for d in self._dives)
+        if grown and not self.desk.jobs.runs(LIST):
+            self.action_again()
         self._recorded = frozenset(d.folder for d in self._dives if d.folder.resolve() in self._written)
         super().show(view)
 
