@@ -120,7 +120,8 @@ def _likelier_with_one_more(
         return None
     count = len(fit.causes) + 1
     trial = weighing.fitted((*fit.causes, cause))
-    if len(trial.causes) < count or trial.causes[-1].at_bound:
+    last = trial.causes[-1] if len(trial.causes) == count else None
+    if last is None or last.at_bound or last.within_stamps(weighing.now.stamped_s):
         return None
     settled, settled_fit = _settled(nominal, weighing, trial, at)
     rise = settled.now.log_posterior - weighing.now.log_posterior

@@ -165,14 +165,20 @@ def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
 
 
 def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fitted]:
-    """Fits of the first candidates with the other causes, without candidates that show no effect or end at a bound."""
+    """Fits of the first candidates with the other causes, without candidates that show no effect, end at a bound, or
+    are no more than an error of the stamps."""
     fits = side_by_side(lambda cause: weighing.fitted((*others.causes, cause)), tried[:LOOKED_AT])
     fits = [
         candidate_fit
         for candidate_fit in fits
         if len(candidate_fit.causes) == len(others.causes) + 1 and candidate_fit.causes[-1].shows
     ]
-    fits = [candidate_fit for candidate_fit in fits if not candidate_fit.causes[-1].at_bound]
+    stamped_s = weighing.now.stamped_s
+    fits = [
+        candidate_fit
+        for candidate_fit in fits
+        if not (candidate_fit.causes[-1].at_bound or candidate_fit.causes[-1].within_stamps(stamped_s))
+    ]
     return [
         candidate_fit
         for candidate_fit in fits
