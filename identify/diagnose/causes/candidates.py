@@ -103,6 +103,10 @@ class Cause:
             and float(np.abs(self.values - self.effect.none()).max()) < Z95 * stamped_s
         )
 
+    def possible(self, course: Course) -> bool:
+        """Whether nature allows the cause along a course."""
+        return self.effect.possible is None or self.effect.possible(course, self.values)
+
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)
 
