@@ -137,8 +137,7 @@ def diagnose(
         check, _, other_spiky = _cleaned(check, LEAST_CHECK_S)
     progress(0.0, "fitting the nominal model")
     configuration = file.vehicle.configurations[configuration_name]
-    dives = [item for item in (dive, check) if item is not None]
-    lacks = lacking(dives, configuration)
+    lacks = lacking(dive, check, configuration)
     full_library = _able(library(configuration, file.vehicle.thrust_curve.lag_s), lacks, configuration)
     accepted_effects = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration_name)

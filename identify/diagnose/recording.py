@@ -106,12 +106,14 @@ def without_still_velocity(dive: Dive) -> tuple[Dive, tuple[str, ...]]:
     )
 
 
-def lacking(dives: Sequence[Dive], configuration: Configuration) -> frozenset[str]:
-    """The inputs that effects need (`Effect.needs`) and that some dive lacks."""
+def lacking(dive: Dive, check: Dive | None, configuration: Configuration) -> frozenset[str]:
+    """The inputs that effects need (`Effect.needs`) and that a dive or its check dive lacks; a late thrust need not
+    show in the check dive."""
+    dives = [dive] if check is None else [dive, check]
     has = {
-        PULSES: all(tells_thrusters(dive, configuration) for dive in dives),
-        QUICK_COMMANDS: not any(_seldom(dive, configuration) for dive in dives),
-        OWN_VELOCITY: not any(dive.velocity_is_filtered and _has_velocity(dive) for dive in dives),
+        PULSES: all(tells_thrusters(each, configuration) for each in dives),
+        QUICK_COMMANDS: not _seldom(dive, configuration),
+        OWN_VELOCITY: not any(each.velocity_is_filtered and _has_velocity(each) for each in dives),
     }
     return frozenset(name for name, is_there in has.items() if not is_there)
 

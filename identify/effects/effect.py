@@ -198,6 +198,7 @@ class Effect:
     - feedforward: the parameter group with which the feed-forward compensates it, "" if it can't.
     - variant: the form, if several forms share a name; they are the same cause.
     - refit_absorbs: a refit of the nominal model absorbs it and leaves almost nothing of it.
+    - possible: whether nature allows its values along a course; None if it allows all within their bounds.
     - telling: converts its values to the parameters of an answer, if these differ.
     - compensation: the coefficients of the feed-forward that make up for it along a course; None if there are none.
     - caveat: a remark for the crew once it is accepted.
@@ -227,6 +228,7 @@ class Effect:
     feedforward: FeedForward = ""
     variant: str = ""
     refit_absorbs: bool = False
+    possible: Callable[[Course, Array], bool] | None = None
     telling: Callable[[Array], Told] | None = None
     compensation: Callable[[Course], tuple[Compensation, ...]] | None = None
     caveat: str = ""

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, Parameter, Separation, Told
@@ -90,9 +91,15 @@ def waves(*periods_s: float) -> Effect:
 
     def telling(values: Array) -> Told:
         lines = values.reshape(-1, 6)
-        amplitude = max(np.linalg.norm(lines[:, :4]), np.linalg.norm(lines[:, 4:]))
         usual_s = _usual_s(periods_s, (lines**2).sum(axis=1))
-        return {"force_amplitude": (float(amplitude), "N"), "period": (usual_s, "s")}
+        return {"force_amplitude": (max(_amplitudes(values)), "N"), "period": (usual_s, "s")}
+
+    def possible(course: Course, values: Array) -> bool:
+        period_s, _ = telling(values)["period"]
+        level_n, upright_n = _amplitudes(values)
+        level_m_s2, upright_m_s2 = level_n / course.mass[:2].mean(), upright_n / course.mass[HEAVE]
+        below = max(level_m_s2, upright_m_s2) <= steepest_m_s2(course, period_s)
+        return bool(below and (not level_n or upright_m_s2 < MOST_UPRIGHT * level_m_s2))
 
     return Effect(
         "waves",
@@ -107,10 +114,36 @@ def waves(*periods_s: float) -> Effect:
         act,
         Separation(manoeuvres=("the same run deeper",)),
         variant=_variant(periods_s),
+        possible=possible,
         telling=telling,
         sea=True,
         lasting=False,
     )
+
+
+STEEPEST = 0.446
+"""Wave number times amplitude of the steepest wave of deep water, whose height is 0.142 of its length (Michell 1893): a
+steeper one breaks."""
+
+MOST_UPRIGHT = 4.0
+"""Upright acceleration of the water over its level one, at most: the orbits of travelling waves are circles in deep
+water and flatter in shallow. A force that is more upright is of another kind, as a pump's."""
+
+
+def steepest_m_s2(course: Course, period_s: float) -> float:
+    """Largest acceleration of the water by waves of one period at the median depth of a dive, where their orbits have
+    faded, m/s2; no bound without a depth."""
+    known = course.depth_m[np.isfinite(course.depth_m)]
+    if not len(known):
+        return np.inf
+    number = (2 * np.pi / period_s) ** 2 / GRAVITY_M_S2
+    return float(STEEPEST * GRAVITY_M_S2 * np.exp(-number * max(float(np.median(known)), 0.0)))
+
+
+def _amplitudes(values: Array) -> tuple[float, float]:
+    """Level and upright amplitude of all lines together, N."""
+    lines = values.reshape(-1, 6)
+    return float(np.linalg.norm(lines[:, :4])), float(np.linalg.norm(lines[:, 4:]))
 
 
 def _present(rates: Sequence[float], lines: Array) -> Iterator[tuple[float, Array]]:

@@ -25,6 +25,9 @@ STEP_S: Final = 0.02
 DELAYS_S: Final = np.arange(-0.1, 0.31, 0.02)
 """Delays of a stick behind its arrival in the log at which it is tried: the link's, there and back."""
 
+SAME_S: Final = 1e-4
+"""Times closer than this are the same, because stamps are rounded."""
+
 FAST_HZ: Final = 10.0
 """Rate of readings that change little until the next."""
 
@@ -77,9 +80,9 @@ def with_reckoned_pulses(dive: Dive, vehicle: VehicleFile | None = None) -> Dive
     law = min(laws, key=lambda each: each.share, default=None)
     if law is None or law.share > MOST_MISSED:
         return dive
-    time_s = np.arange(pwm.time_s[0], pwm.time_s[-1], STEP_S)
+    time_s = _changes_s(dive, pwm, law.delay_s)
     # A pulse holds until the next, so that the middle of its step is what it stands for.
-    at_s = time_s + 0.5 * STEP_S
+    at_s = time_s + 0.5 * np.diff(time_s, append=pwm.time_s[-1])
     acting = _acting(dive, pwm, at_s)[:, None]
     made = law.output.of(pwm.value)
     left = made - _makers(dive, pwm.time_s, law.delay_s) @ law.factors
@@ -104,6 +107,24 @@ def with_reckoned_pulses(dive: Dive, vehicle: VehicleFile | None = None) -> Dive
         stamped_s=max(dive.stamped_s, TIMED_S),
         notes=(*dive.notes, f"{note}."),
     )
+
+
+def _changes_s(dive: Dive, pwm: Signal, delay_s: float) -> Array:
+    """Times (m,) from which the pulses change: every STEP_S, and at each stick and each frequent reading that makes
+    them. Pulses that answered a reading before its time would know its noise."""
+    assert dive.sticks is not None
+    made_s = [dive.sticks.time_s + delay_s, np.arange(pwm.time_s[0], pwm.time_s[-1], STEP_S)]
+    for signal in (
+        dive.attitude,
+        dive.gyro,
+        dive.pressure if dive.depth is None else dive.depth,
+        dive.velocity,
+    ):
+        if signal is not None and len(known := signal.finite()) and known.rate_hz >= FAST_HZ:
+            made_s.append(known.time_s)
+    every_s = np.unique(np.concatenate(made_s))
+    every_s = every_s[(every_s >= pwm.time_s[0]) & (every_s < pwm.time_s[-1])]
+    return np.asarray(every_s[np.diff(every_s, prepend=-np.inf) > SAME_S])
 
 
 def _outputs(vehicle: VehicleFile | None) -> tuple[Output, ...]:

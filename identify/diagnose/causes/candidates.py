@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act, Effect, Parameter
+from identify.statistics import Z95
 from identify.threads import side_by_side
 
 Change = Callable[[Array], Array]
@@ -94,6 +95,17 @@ class Cause:
         """Whether a parameter lies at an end of its range."""
         parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)
         return any(value in (parameter.low, parameter.high) for parameter, value in parameters)
+
+    def within_stamps(self, stamped_s: float) -> bool:
+        """Whether the cause is a late thrust that an error of the stamps, of that standard deviation, s, may be."""
+        return (
+            bool(self.effect.timing)
+            and float(np.abs(self.values - self.effect.none()).max()) < Z95 * stamped_s
+        )
+
+    def possible(self, course: Course) -> bool:
+        """Whether nature allows the cause along a course."""
+        return self.effect.possible is None or self.effect.possible(course, self.values)
 
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)

@@ -124,7 +124,7 @@ def is_certain(explanation: Explanation) -> bool:
     size = np.array([cause.values[p] - cause.effect.parameters[p].none for _, p in fit.at])
     if not np.isfinite(size).all():
         return False
-    if cause.effect.timing and np.abs(size).max() < Z95 * weighing.now.stamped_s:
+    if cause.within_stamps(weighing.now.stamped_s):
         return False
     nats = 0.5 * float(np.sum((slopes @ size) ** 2))
     # Of several parameters the excesses are added, as if each were alone.

@@ -10,7 +10,7 @@ from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.ranking import ranked_candidates
 from identify.diagnose.causes.requirement import AMBIGUOUS_NATS, LEAST_GAIN, least_gain, required_gain
 from identify.diagnose.causes.seas import seas_of
-from identify.diagnose.causes.selection import MOST_CAUSES, beyond_all, improved, without
+from identify.diagnose.causes.selection import MOST_CAUSES, beyond_all, improved, may_be_cause, without
 from identify.diagnose.causes.weighing import Fitted, Weighing, rows_of
 from identify.diagnose.filters.nominal import Nominal, refitted
 from identify.effects.course import Course
@@ -120,7 +120,7 @@ def _likelier_with_one_more(
         return None
     count = len(fit.causes) + 1
     trial = weighing.fitted((*fit.causes, cause))
-    if len(trial.causes) < count or trial.causes[-1].at_bound:
+    if len(trial.causes) < count or not may_be_cause(trial.causes[-1], weighing):
         return None
     settled, settled_fit = _settled(nominal, weighing, trial, at)
     rise = settled.now.log_posterior - weighing.now.log_posterior

@@ -165,19 +165,27 @@ def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
 
 
 def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fitted]:
-    """Fits of the first candidates with the other causes, without candidates that show no effect or end at a bound."""
+    """Fits of the first candidates with the other causes, without candidates that show no effect, or that may be no
+    cause."""
     fits = side_by_side(lambda cause: weighing.fitted((*others.causes, cause)), tried[:LOOKED_AT])
     fits = [
         candidate_fit
         for candidate_fit in fits
-        if len(candidate_fit.causes) == len(others.causes) + 1 and candidate_fit.causes[-1].shows
+        if len(candidate_fit.causes) == len(others.causes) + 1
+        and candidate_fit.causes[-1].shows
+        and may_be_cause(candidate_fit.causes[-1], weighing)
     ]
-    fits = [candidate_fit for candidate_fit in fits if not candidate_fit.causes[-1].at_bound]
     return [
         candidate_fit
         for candidate_fit in fits
         if _shows_in_motion(candidate_fit, others, candidate_fit.causes[-1])
     ]
+
+
+def may_be_cause(cause: Cause, weighing: Weighing) -> bool:
+    """Whether a fitted cause is within its bounds, possible in nature, and no mere error of the stamps."""
+    now = weighing.now
+    return not cause.at_bound and not cause.within_stamps(now.stamped_s) and cause.possible(now.course)
 
 
 def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
