@@ -108,7 +108,9 @@ def fitted(causes, nats):
 def saving(nats):
     """Stands in for a weighing in which any cause saves so many nats, and none saves nothing."""
     return SimpleNamespace(
-        fitted=lambda causes: fitted(causes, nats if causes else 0.0), candidates_beyond_forms=lambda *_: None
+        fitted=lambda causes: fitted(causes, nats if causes else 0.0),
+        candidates_beyond_forms=lambda *_: None,
+        now=SimpleNamespace(stamped_s=0.0, course=None),
     )
 
 
@@ -274,7 +276,8 @@ def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_fa
 
 def replace_now(weighing, log_posterior):
     """Such a weighing, by filters of that posterior."""
-    return SimpleNamespace(**vars(weighing), now=SimpleNamespace(log_posterior=log_posterior))
+    now = SimpleNamespace(**vars(weighing.now), log_posterior=log_posterior)
+    return SimpleNamespace(**{**vars(weighing), "now": now})
 
 
 def test_a_doubtful_cause_is_as_probable_as_the_filters_need_it(nominal, monkeypatch):
@@ -367,6 +370,16 @@ def test_a_late_thrust_is_known_no_better_than_its_stamps_and_dropped_where_thes
         left, covariance = confidence.without_doubtful(explanation, stamped, (COMMAND_DELAY,))
         assert covariance.ravel().tolist() == ([pytest.approx(exact + stamped_s**2)] if stays else [])
         assert bool(left.causes) == stays
+
+
+@pytest.mark.parametrize(("stamped_s", "found"), [(0.5e-3, True), (0.05, False)])
+def test_a_late_thrust_within_the_error_of_the_stamps_takes_no_causes_place(nominal, stamped_s, found):
+    delay = Cause(COMMAND_DELAY, np.array([0.06]))
+    opposed = refitted(nominal, [delay.act(nominal.course).times(-1.0)])
+    late = replace(opposed, acts=(), course=nominal.course, stamped_s=stamped_s)
+    weighing = weighing_of(late, (COMMAND_DELAY,))
+    fit = with_one_more(weighing, weighing.fitted(()))
+    assert [cause.effect.name for cause in fit.causes] == (["command_delay"] if found else [])
 
 
 @pytest.mark.parametrize("width_n", [0.43, 1.37, 2.9])

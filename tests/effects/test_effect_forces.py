@@ -222,6 +222,29 @@ def test_waves_push_as_the_world_lies_and_die_with_depth(course: Made) -> None:
     assert parameters == {"force_amplitude": (pytest.approx(5.0), "N"), "period": (4.0, "s")}
 
 
+@pytest.mark.parametrize(
+    ("period_s", "depth_m", "level_n", "upright_n", "possible"),
+    [
+        (6.0, 4.0, 20.0, 15.0, True),
+        # At 1.7 s the orbits have faded to a five hundredth: no wave that does not break pushes so down there.
+        (1.7, 4.4, 2.0, 2.0, False),
+        (1.7, 0.5, 2.0, 2.0, True),
+        (1.7, np.nan, 2.0, 2.0, True),
+        # A pump pushes up and down; orbits are circles or lie flat.
+        (6.0, 4.0, 1.0, 15.0, False),
+        (6.0, 4.0, 15.0, 1.0, True),
+        # Of a dive that reads depth alone nothing says how level the orbits are.
+        (6.0, 4.0, 0.0, 15.0, True),
+    ],
+)
+def test_waves_are_no_steeper_than_they_can_be_and_no_more_upright(
+    course: Made, period_s: float, depth_m: float, level_n: float, upright_n: float, possible: bool
+) -> None:
+    effect = environment.waves(period_s)
+    assert effect.possible is not None
+    assert effect.possible(course(depth_m=depth_m), np.array([level_n, 0, 0, 0, upright_n, 0])) is possible
+
+
 def test_a_mass_that_a_boundary_adds_has_the_coriolis_force_of_a_mass(course: Made) -> None:
     moving = course(nu=[0.5, 0.2, 0.1, 0.1, -0.2, 0.3], depth_m=0.5)
     mass = moving.mass + 0.2 * np.array([0.25 * 38, 58, 68, 0, 0, 0])

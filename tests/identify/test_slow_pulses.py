@@ -18,7 +18,7 @@ from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS
 from identify.forces import wrench
 from identify.ingest.open import read_dive
-from identify.ingest.slow_pulses import PULSE, STEP_S, law_of, with_reckoned_pulses
+from identify.ingest.slow_pulses import PULSE, law_of, with_reckoned_pulses
 from identify.run.together import joined
 
 FILE = load_vehicle("bluerov2")
@@ -57,7 +57,7 @@ def recorded(seed=1, law=1.0, armed_from_s=0.0):
 def test_between_the_samples_pulses_follow_the_sticks_and_the_rates():
     dive, pulses = recorded()
     reckoned = with_reckoned_pulses(dive)
-    truth = pulses(reckoned.pwm.time_s + 0.5 * STEP_S)
+    truth = pulses(reckoned.pwm.time_s + 0.5 * np.diff(reckoned.pwm.time_s, append=dive.pwm.time_s[-1]))
     assert np.sqrt(np.mean((reckoned.pwm.value - truth) ** 2)) < 0.02 * truth.std()
     assert reckoned.reckoned.step_s == pytest.approx(SELDOM_S, rel=0.01)
     assert reckoned.reckoned.share < 0.01
@@ -145,9 +145,36 @@ def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judge
     assert (loose.hidden[[0, 1, 5]] > 0.1).all()
     assert (known.sampled_s, loose.sampled_s) == (0.0, 0.5 * SELDOM_S)
     missed = replace(by_law, reckoned=replace(by_law.reckoned, share=0.2))
-    assert QUICK_COMMANDS in lacking([missed], shape)
-    assert QUICK_COMMANDS not in lacking([by_law], shape)
-    assert QUICK_COMMANDS not in lacking([replace(by_law, reckoned=None)], shape)
+    assert QUICK_COMMANDS in lacking(missed, None, shape)
+    assert QUICK_COMMANDS not in lacking(by_law, None, shape)
+    assert QUICK_COMMANDS not in lacking(replace(by_law, reckoned=None), None, shape)
+
+
+def test_a_late_thrust_is_judged_though_the_check_dive_tells_none():
+    dive, _ = recorded()
+    shape = next(iter(FILE.vehicle.configurations.values()))
+    by_law = with_reckoned_pulses(dive)
+    missed = replace(by_law, reckoned=replace(by_law.reckoned, share=0.2))
+    assert QUICK_COMMANDS not in lacking(by_law, missed, shape)
+    assert QUICK_COMMANDS in lacking(missed, by_law, shape)
+
+
+def test_a_reckoned_pulse_answers_no_reading_before_its_time():
+    """Pulses that knew a reading's noise beforehand made the thrust seem too early by some 15 ms."""
+    dive, _ = recorded()
+    jump = dive.gyro.value.copy()
+    jump[1001:] += 5.0
+    jumped, plain = (
+        with_reckoned_pulses(replace(dive, gyro=replace(dive.gyro, value=value))).pwm
+        for value in (jump, dive.gyro.value)
+    )
+    at_s = dive.gyro.time_s[1001]
+    assert at_s in jumped.time_s
+    after = np.flatnonzero(jumped.time_s >= at_s)[0]
+    change = np.abs(np.diff(jumped.value, axis=0)).max(axis=1)
+    usual = np.abs(np.diff(plain.value, axis=0)).max(axis=1)
+    assert change[after - 1] > usual[after - 1] + 1.0
+    assert change[after - 4 : after - 1] == pytest.approx(usual[after - 4 : after - 1], abs=1.0)
 
 
 def test_of_runs_joined_to_one_dive_the_least_known_holds():
