@@ -22,7 +22,7 @@ SIMULATED = (
 )
 MISSIONS = (
     "bench/missions",
-    "bench/trial.py",
+    "bench/accuracy/trial.py",
     "bridge/arrays.py",
     "bridge/attitude.py",
     "bridge/clock.py",
@@ -50,7 +50,7 @@ LEARNT = (
     "bridge/firmware/*.py",
     "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
-    "bridge/wire/whole.py",
+    "bridge/wire/whole_recording.py",
     "configs/thrusters/*.csv",
     "identify/*.py",
     "identify/checks",
@@ -63,7 +63,7 @@ BASELINES = (
     "bridge/firmware/*.py",
     "bridge/vehicle/mode.py",
     "bridge/wire/silences.py",
-    "bridge/wire/whole.py",
+    "bridge/wire/whole_recording.py",
     "configs/thrusters/*.csv",
     "identify/*.py",
     "identify/checks",

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identify.challenge.case import UNSEEN_BESIDE, Case, Kind, draw_case, left_out
-from identify.challenge.plants import ABSORBED, PLANTS
-from identify.challenge.plants_novel import NOVEL
+from identify.challenge.novel_effects import NOVEL
+from identify.challenge.planted_effects import ABSORBED, PLANTS
 
 BENCH, POWER_BENCH, DEVELOPMENT = 1_200_000, 500_000, 390_000
 """First seeds of the section, of its power curves, and of the short form, which anyone may look at.

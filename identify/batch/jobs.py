@@ -57,7 +57,7 @@ ANSWERING = (
     "identify/batch/diagnose.py",
     "identify/batch/jobs.py",
     "identify/batch/work.py",
-    "identify/checks/*.py",
+    "identify/checks/**/*.py",
     "identify/diagnose/**/*.py",
     "identify/effects/*.py",
     "identify/estimators/**/*.py",

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
-from identify.challenge.plants import ABSORBED
+from identify.challenge.planted_effects import ABSORBED
 from identify.challenge.vehicles import LAG_S
 from identify.statistics import wilson
 

@@ -14,7 +14,7 @@ from bridge.vehicle.mode import word_of
 from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
-from identify.fixes import check_fixes
+from identify.gnss_fixes import check_fixes
 from identify.identification import Estimate, Identification, added_mass, estimate
 from identify.report import figures, tables
 from identify.report.page import Report, Section, Table

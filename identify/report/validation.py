@@ -15,8 +15,6 @@ from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
 from identify.align import low_pass
 from identify.dive import Dive, Signal
-from identify.glance.foretold import verdict_of
-from identify.glance.raising import MARKS, Raising
 from identify.report.figures import TIME_TITLE, error_unit, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
@@ -35,6 +33,8 @@ from identify.tracking import (
     measured_speed,
     whole_rows,
 )
+from identify.validation.against_forecast import verdict_of
+from identify.validation.raising import MARKS, Raising
 from identify.words import MISSING, fixed, speed
 
 TITLES = {
@@ -124,7 +124,8 @@ def _criteria(judged: Mapping[str, Raising]) -> Section | None:
         Table(
             ("Criterion", "Passed", "Figure and limit"),
             tuple(
-                (criterion.what, MARKS[criterion.passed], criterion.words) for criterion in raised.criteria
+                (criterion.quantity, MARKS[criterion.passed], criterion.words)
+                for criterion in raised.criteria
             ),
             f"{label}: what was looked at.",
         )

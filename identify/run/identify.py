@@ -14,7 +14,7 @@ from typing import Any
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
-from identify.checks.motors import miswired_doubts
+from identify.checks.actuation.motors import miswired_doubts
 from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.doubt import Outcome

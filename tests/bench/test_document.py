@@ -11,21 +11,23 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bench import __main__ as command
-from bench import accuracy, document, thrift
+from bench import document
 from bench import stamp as stamps
-from bench.accuracy_trials import Stated, Trial
-from bench.answers import answer, answered, methods
+from bench.accuracy import section as accuracy
+from bench.accuracy import thrift
+from bench.accuracy.answers import answer, answered, methods
+from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement
+from bench.speed.reading import CAREFUL, OURS, THEIRS, measured
 from bench.stamp import files
-from bench.steady import steady_errors
-from bench.tracking import truly
+from bench.tracking.section import truly
+from bench.tracking.steady import steady_errors
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg

@@ -20,7 +20,7 @@ from made_diagnoses import (
     with_figure,
 )
 
-from identify.checks.thrust_response import mounted_otherwise
+from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import (
     AxisShrink,

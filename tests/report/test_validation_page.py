@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.foretold import Foretold
+from bridge.vehicle.forecast import ForecastRow
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.glance.axis_criteria import Criterion
-from identify.glance.foretold import Held
-from identify.glance.raising import Raising
 from identify.report.page import render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
 from identify.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
+from identify.validation.against_forecast import Held
+from identify.validation.axis_criteria import Criterion
+from identify.validation.raising import Raising
 from identify.words import safe, unbroken
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -180,7 +180,7 @@ def test_no_line_of_a_page_ends_between_a_number_and_its_unit():
 
 
 def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
-    row = Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
+    row = ForecastRow("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
     dive = moving("both", 0.2)
     run = Run("both", dive, tracking_errors(dive), None, "both", (Held(row, 0.0061, 0.18, True),))
     report = validation_report(Validation(FILE, (run,), AT_ORIGIN))

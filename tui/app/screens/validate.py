@@ -13,9 +13,9 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
-from identify.glance.axis_criteria import Criterion
-from identify.glance.following import CURVES, Followed
-from identify.glance.raising import BASELINE
+from identify.validation.axis_criteria import Criterion
+from identify.validation.raising import BASELINE
+from identify.validation.tracking_curves import CURVES, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.desk import VALIDATED, can_check
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
@@ -151,7 +151,7 @@ def criteria_lines(run: Run, cells: int) -> Lines:
 
 def _label(criterion: Criterion) -> str:
     """With a colon, since some read on into their words: "thruster 1 made up for: asked as if it gave 79 %"."""
-    return f"{criterion.what}:"
+    return f"{criterion.quantity}:"
 
 
 def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
