@@ -18,7 +18,7 @@ CONVERGED = "converged"
 
 @dataclass(frozen=True)
 class Case:
-    """One coefficient of one mission as a method states it: its error over the bound, and its stated uncertainty.
+    """A coefficient of a mission as a method states it: error over the bound, and stated uncertainty.
 
     `error` is that of the logarithm, in units of the bound's relative standard error.
     """

@@ -1,6 +1,6 @@
 """Trials of the accuracy benchmark, kept: every method's answer to every mission, and each mission's bound.
 
-A trial is one method on one seed, or the bound of one seed. Its key holds a stamp of the code that makes it, so that
+A trial is a method on a seed, or the bound of a seed. Its key holds a stamp of the code that makes it, so that
 a figure of older code is never shown for the present code.
 """
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bench.field.mission import Pilot
-from bench.field.scenario import FieldSite, Planted
+from bench.field.scenario import FieldScenario, Planted
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
@@ -39,7 +39,7 @@ def steady_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: f
     speed, angle = 0.13 * size, rng.uniform(-np.pi, np.pi)
     north, east = float(speed * np.cos(angle)), float(speed * np.sin(angle))
 
-    def apply(scenario: FieldSite, rng: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, rng: np.random.Generator) -> None:
         water = scenario.water()
         for column, mean in ((0, north), (1, east)):
             value, rate = lines(rng, scenario.time_s, 200.0, 600.0, 3)
@@ -50,11 +50,10 @@ def steady_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: f
 
 
 def varying_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: float) -> Planted:
-    """A narrow band of periods, north and east independently; its parameters are those of one sine of the same
-    power."""
+    """A narrow band of periods, north and east independently; its parameters are those of a sine of equal power."""
     amplitude, period_s = 0.1 * size, float(np.exp(rng.uniform(np.log(18.0), np.log(120.0))))
 
-    def apply(scenario: FieldSite, rng: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, rng: np.random.Generator) -> None:
         water = scenario.water()
         for column in (0, 1):
             value, rate = lines(rng, scenario.time_s, 0.97 * period_s, 1.03 * period_s, 3)
@@ -70,7 +69,7 @@ def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float
     speed, period_s, course = 0.06 * size, rng.uniform(2.5, 7.0), rng.uniform(-np.pi, np.pi)
     omega = 2 * np.pi / period_s
 
-    def apply(scenario: FieldSite, rng: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, rng: np.random.Generator) -> None:
         water = scenario.water()
         for share in (0.94, 1.0, 1.06):
             w, phase = omega * share, rng.uniform(0, 2 * np.pi)
@@ -115,7 +114,7 @@ def thrust_bias(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, s
     moment = force * rng.uniform(-0.1, 0.1) * vehicle.share ** (1 / 3)
     bias = np.array([force * np.cos(angle), force * np.sin(angle), 0.0, 0.0, 0.0, moment])
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         scenario.push += (1.0 + 0.05 * np.sin(0.013 * scenario.time_s))[:, None] * bias
 
     parameters = {"X": float(bias[0]), "Y": float(bias[1]), "Z": 0.0, "N": float(bias[5])}
@@ -167,7 +166,7 @@ def munk_moment(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size:
 def fouling(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
     rate = 1.2e-3 * size
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         scenario.grown = rate
 
     return Planted("fouling", {"rate": rate}, apply)
@@ -181,7 +180,7 @@ def cg_offset(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: f
     angle = 0.0 if of_water else rng.uniform(-0.5, 0.5)
     x, y = sign(rng) * off * float(np.cos(angle)), off * float(np.sin(angle))
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         add_first_moments(scenario.added if of_water else scenario.rigid, x, y, of_water)
 
     return Planted("cg_offset", {"x": x / mass, "y": y / mass}, apply)
@@ -212,7 +211,7 @@ def _one_level(rng: np.random.Generator) -> int:
 def weak_thruster(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: float) -> Planted:
     index, gain = _one_level(rng), 1.0 - min(0.3 * size, 0.9)
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         each = scenario.prop.each.copy()
         each[index] = gain
         scenario.prop = scenario.prop._replace(each=each)
@@ -224,7 +223,7 @@ def thruster_misalignment(rng: np.random.Generator, _: FieldVehicle, __: Pilot, 
     """A level thruster turned about the vertical."""
     index, angle = _one_level(rng), sign(rng) * min(0.3 * size, 0.9)
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         way = scenario.prop.way.copy()
         x, y, z = way[index]
         cos, sin = np.cos(angle), np.sin(angle)
@@ -283,7 +282,7 @@ def command_delay(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: fl
     """A delay of up to 0.3 s."""
     delay_s = min(0.15 * size, 0.3)
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         scenario.prop = scenario.prop._replace(delay=np.full(len(scenario.prop.delay), delay_s))
 
     return Planted("command_delay", {"delay": delay_s}, apply)
@@ -292,7 +291,7 @@ def command_delay(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: fl
 def battery_sag(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
     rate = min(5e-4 * size, 1.2e-3)
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         scenario.felt_fall = rate
 
     return Planted("battery_sag", {"rate": rate}, apply)
@@ -303,7 +302,7 @@ def load_sag(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: 
     full_a = 4 * 0.08 * _top_n(vehicle, pilot) ** 1.5
     resistance = min(min(0.12 * size, MOST_LOST) * 16.0 / full_a, MOST_OHM)
 
-    def apply(scenario: FieldSite, _: np.random.Generator) -> None:
+    def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         scenario.felt_ohm = resistance
 
     return Planted("load_sag", {"resistance": resistance}, apply)

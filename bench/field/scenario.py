@@ -17,7 +17,7 @@ FLOOR_M = 60.0
 
 
 @dataclass
-class FieldSite:
+class FieldScenario:
     """A dive's own copy of everything that can hide an effect; a plant changes it in place.
 
     time_s (n,): of the steps and one more; push (n, 6): wrench that depends on time alone; moved (n, 12): motion of
@@ -55,7 +55,7 @@ class FieldSite:
         return self.moved
 
 
-def scenario_of(vehicle: FieldVehicle, pilot: Pilot, ticks: int, depth_m: float) -> FieldSite:
+def scenario_of(vehicle: FieldVehicle, pilot: Pilot, ticks: int, depth_m: float) -> FieldScenario:
     """A vehicle whose only hidden effect is its own quadratic drag."""
     shape = vehicle.configuration
     time_s = STEP_S * np.arange(ticks * EACH + 1, dtype=np.float64)
@@ -68,13 +68,13 @@ def scenario_of(vehicle: FieldVehicle, pilot: Pilot, ticks: int, depth_m: float)
         drag=vehicle.quadratic.copy(), drag_power=2.0, stall=0.0, rise=0.0, slack_m=1e6, wave_ref=depth_m
     )
     rigid = vehicle.rigid
-    return FieldSite(
+    return FieldScenario(
         vehicle, pilot, time_s, depth_m, np.diag(rigid), np.diag(vehicle.mass - rigid), np.diag(vehicle.linear),
         hull, prop, np.zeros((len(time_s), 6)),
     )  # fmt: skip
 
 
-Apply = Callable[[FieldSite, np.random.Generator], None]
+Apply = Callable[[FieldScenario, np.random.Generator], None]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from bench.field import dive as kernel
 from bench.field.autopilot import NEUTRAL, Autopilot, fresh
 from bench.field.mission import Pilot, Sticks
-from bench.field.scenario import FieldSite
+from bench.field.scenario import FieldScenario
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
 from identify.challenge.scenario import coloured
@@ -51,7 +51,7 @@ class Flown:
     """A dive: the pilot's sticks, `ticks` as the kernel filled them, the noise (n, 8) of the autopilot's readings, and
     the sea's wrench (n, 6) at the ticks."""
 
-    scenario: FieldSite
+    scenario: FieldScenario
     sticks: Sticks
     ticks: kernel.Ticks
     noise: Array
@@ -89,7 +89,7 @@ def draw_sensors(rng: np.random.Generator) -> Sensors:
 
 
 def fly(
-    scenario: FieldSite,
+    scenario: FieldScenario,
     autopilot: Autopilot,
     sticks: Sticks,
     sea: Sea,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`seatrial record`: MAVProxy's own recording, and that of another process whose hub MAVProxy is connected to.
+"""`seatrial record`: recording by MAVProxy itself, or by another process whose hub MAVProxy listens to.
 
 The recording holds all traffic on MAVProxy's links, in both directions, in a dive folder.
 """

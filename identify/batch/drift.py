@@ -318,8 +318,8 @@ def chance_words(chance: float) -> str:
 def effect_drifts(dives: Sequence[Causes]) -> tuple[EffectDrift, ...]:
     """The trend of each parameter of each effect that a dated dive names as a cause, surest first.
 
-    `dives`: of one configuration. A dive counts with the size that it found, named or not; one that tells no size of
-    an effect is left out of its trend. None for fewer dives than a trend takes.
+    `dives`: of one configuration. A dive counts with the size that it found, named or not; a dive that shows no size
+    of an effect is left out of its trend. None for fewer dives than a trend takes.
     """
     dated = [(dive.unix_s, dive) for dive in dives if dive.unix_s is not None]
     looked_at = dict.fromkeys(

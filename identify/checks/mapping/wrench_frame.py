@@ -35,7 +35,7 @@ def wrench_mends(dive: Dive) -> tuple[Mend, ...]:
 
 def _follows(wrench: Signal, moved: Signal, dof: int, axis: int) -> float:
     """Correlation of a force, means over windows, with its least-squares fit by inertia, drag and a steady part;
-    negative where both go against it, 0 where that is unclear."""
+    negative if both oppose it, 0 if unclear."""
     edges_s = window_edges((wrench, moved))
     if edges_s is None:
         return 0.0

@@ -70,7 +70,7 @@ def window_edges(signals: tuple[Signal, ...], longest_s: float = WINDOW_S) -> Ar
 
 
 def unit_factor(ratio: float, ratios: tuple[float, ...]) -> float | None:
-    """What the seen side must be multiplied by if its ratio is that of two units; None if it is of none."""
+    """The factor that mends a signal if `ratio` is a ratio of two units; None for any other ratio."""
     for unit in ratios:
         if unit / NEAR_UNIT < abs(ratio) < unit * NEAR_UNIT:
             return 1.0 / unit

@@ -30,7 +30,7 @@ PASCALS_PER_METRE = 9900.0
 
 
 def agreeing(dive: Dive) -> set[tuple[str, str]]:
-    """The pairs of signals that bear each other out, in sign and unit: both may still be in a wrong one."""
+    """The pairs of signals that agree in sign and unit; both may still be wrong alike."""
     pushes = pushes_of(dive)
     matches = {
         ("attitude", "gyro"): turn_match(dive),
