@@ -32,7 +32,7 @@ class Comparison:
     """
 
     figure: str
-    what: str
+    quantity: str
     unit: str
     paper: float
     by_paper: float
@@ -43,7 +43,7 @@ class Comparison:
 class Ratio:
     """Hovering over survey: the paper's ratio, ours by its method and by the default method, the true one."""
 
-    what: str
+    quantity: str
     paper: float
     by_paper: float
     by_ours: float
