@@ -19,15 +19,14 @@ from bridge.errors import SeatrialError
 from bridge.simulator.direct import Noise, TruthRun, simulate_truth
 from bridge.simulator.truth import GAIN, PLANTED, Truth
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, gain_name
-from bridge.vehicle.config import Configuration, VehicleFile
+from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import AXES, FEEDFORWARD_DOFS
 from bridge.vehicle.forecast import TWICE, Credit, ForecastRow
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import Reference, Six
 from identify.diagnose.result import Accepted, Hull
 from identify.dive import Dive, Signal
-from identify.effects.effect import SIMULATED
-from identify.effects.library import library
+from identify.effects.library import not_simulated
 from identify.thruster_allocation import allocated_gains
 from identify.tracking import LEAST_SPEED, SETTLED_S, WholeError, whole_errors
 from identify.validation.against_forecast import SMALL, is_alike, rows_words
@@ -120,7 +119,7 @@ def forecast(
 
     if any(_made_up_on_board(credit) for credit in credits):
         return without("the vehicle makes up for a thruster by itself")
-    unable = _not_flown(accepted, shape, file)
+    unable = not_simulated(accepted.effects, shape, file.vehicle.thrust_curve.lag_s)
     if unable:
         return without(f"the simulated vehicle has no {listed(unable)}")
     part = in_one_mode(dive)
@@ -198,16 +197,6 @@ def _made_up_on_board(credit: Credit) -> bool:
     if credit.allocated is None or credit.acting:
         return False
     return abs(credit.allocated / credit.assumed - 1) > TWICE
-
-
-def _not_flown(accepted: Accepted, shape: Configuration, file: VehicleFile) -> list[str]:
-    """Labels of the accepted effects that the simulated vehicle lacks."""
-    held = {
-        effect.label
-        for effect in library(shape, file.vehicle.thrust_curve.lag_s)
-        if effect.feedforward in SIMULATED
-    }
-    return [effect.label for effect in accepted.effects if effect.label not in held]
 
 
 def mission_in(dive: Dive) -> Again | None:
