@@ -16,11 +16,12 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, Coeffic
 from bridge.vehicle.config import VehicleFile
 from identify.checks.actuation.controller import Unrecorded, feedback_doubts, unchecked
 from identify.checks.contradictions import contradictions
-from identify.checks.fit.doubts import (
+from identify.checks.fit import (
     crossed,
     crossed_doubts,
     delay_doubt,
     drag_doubts,
+    lacking_doubts,
     late_doubts,
     loud,
     loud_doubts,
@@ -30,7 +31,6 @@ from identify.checks.fit.doubts import (
     too_little,
     unseen_doubts,
 )
-from identify.checks.fit.unmodelled import lacking_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, worst
 from identify.estimators.axes import Axes

@@ -17,7 +17,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
-from identify.checks.fit.doubts import lateness_note, unsettled_doubt
+from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of

@@ -11,7 +11,7 @@ from scipy.stats import t as stats_t
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value, doubts_in
 from identify.batch.trend import common_series, fit_trend, holm, ratio
-from identify.checks.fit.doubts import drag_doubts, late_doubts
+from identify.checks.fit import drag_doubts, late_doubts
 from identify.doubt import Culprit, Doubt, Outcome
 from identify.estimators.drag_and_timing import Multiplier
 

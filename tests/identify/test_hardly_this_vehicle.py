@@ -11,7 +11,7 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from identify.checks.actuation.controller import unchecked
-from identify.checks.fit.doubts import crossed, crossed_doubts, unseen_doubts
+from identify.checks.fit import crossed, crossed_doubts, unseen_doubts
 from identify.checks.sensors.descent import descent, descent_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome

@@ -12,7 +12,7 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
-from identify.checks.fit.doubts import late_doubts, silent_share, unseen_doubts
+from identify.checks.fit import late_doubts, silent_share, unseen_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators import likelihood_fit

@@ -10,9 +10,8 @@ import math
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.mapping.acceleration import earth_mends, pushes_of, speed_mends
+from identify.checks.mapping.frames import earth_mends, pushes_of, speed_mends, wrench_mends
 from identify.checks.mapping.mend import FLU, Mend, mended, scaled
-from identify.checks.mapping.wrench_frame import wrench_mends
 from identify.checks.sensors.correlation import (
     CLEAR,
     NEAR_UNIT,

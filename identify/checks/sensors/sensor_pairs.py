@@ -3,7 +3,7 @@
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.mapping.acceleration import pushes_of
+from identify.checks.mapping.frames import pushes_of
 from identify.checks.sensors.correlation import (
     CLEAR,
     EDGE_S,

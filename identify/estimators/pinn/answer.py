@@ -9,7 +9,7 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
-from identify.checks.fit.doubts import unsettled_doubt
+from identify.checks.fit import unsettled_doubt
 from identify.dive import Dive
 from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of

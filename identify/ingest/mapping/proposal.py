@@ -9,8 +9,8 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.checks.mapping.acceleration import EAST_FIRST, UP, earth_mends
 from identify.checks.mapping.first_mapping import mends
+from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends
 from identify.checks.mapping.mend import FLU, Mend
 from identify.checks.sensors.correlation import CLEAR, Match
 from identify.checks.sensors.sensor_pairs import agreeing, turn_match

@@ -1,1 +1,0 @@
-"""Doubts about a fit: `doubts`, and `unmodelled` of a model that lacks a force."""
