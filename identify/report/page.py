@@ -258,7 +258,8 @@ def _figure(figure: Figure, key: str) -> str:
 def _table(table: Table) -> str:
     width = len(table.columns)
     numeric = [
-        all(isinstance(row[i], Quantity) or row[i] in NONE for row in table.rows) for i in range(width)
+        i > 0 and all(isinstance(row[i], Quantity) or row[i] in NONE for row in table.rows)
+        for i in range(width)
     ]
     short = [all(len(row[i]) <= SHORT_CELL for row in table.shown) for i in range(width)]
     long = [

@@ -21,6 +21,7 @@ from identify.report.cells import (
     to_csv,
     with_interval,
 )
+from identify.report.page import Report, Section, Table, render_report
 
 
 def read(head, *cells):
@@ -61,3 +62,11 @@ def change(before, after, per):
 def test_a_quantity_has_its_unit_in_its_cell_on_the_page_and_in_the_head_as_csv(cells, shown, columns):
     assert tuple(map(str, cells)) == shown
     assert read("h", *cells) == columns
+
+
+def test_on_a_page_columns_of_quantities_stand_right_and_the_names_of_rows_do_not():
+    rows = ((fixed(200.0, 0), fixed(1.2, 1), "flown"), (fixed(300.0, 0), "—", ""))
+    table = Table(("speed", "error", "how"), rows)
+    page = render_report(Report("dive", "", "", (Section("errors", tables=(table,)),)))
+    heads = ("short", "speed"), ("number", "error"), ("short", "how")
+    assert "".join(f'<th scope="col" class="{kind}">{name}</th>' for kind, name in heads) in page
