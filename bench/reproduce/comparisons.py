@@ -32,7 +32,7 @@ class Comparison:
     """
 
     figure: str
-    quantity: str
+    what: str
     unit: str
     paper: float
     by_paper: float
@@ -43,7 +43,7 @@ class Comparison:
 class Ratio:
     """Hovering over survey: the paper's ratio, ours by its method and by the default method, the true one."""
 
-    quantity: str
+    what: str
     paper: float
     by_paper: float
     by_ours: float

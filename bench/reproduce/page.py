@@ -139,7 +139,7 @@ def misfit_section(misfits: tuple[Point, ...]) -> Section:
 
 def fit_section() -> Section:
     """Checks in which the paper's numbers agree."""
-    rows = tuple((check.quantity, check.stated, check.computed) for check in checks())
+    rows = tuple((check.what, check.stated, check.computed) for check in checks())
     return Section("Where they fit", "", (Table(("Number", "As printed", "From its other numbers"), rows),))
 
 

@@ -100,7 +100,7 @@ class Point:
 class Check:
     """A number that the paper states, and the same number computed from its other numbers."""
 
-    quantity: str
+    what: str
     stated: str
     computed: str
 

@@ -171,7 +171,7 @@ def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Sectio
 def _late_words(numbers: tuple[Comparison, ...]) -> str:
     """How much of Fig. 15's error while speeding up is the thrusters' delay, which the paper does not separate."""
     with_it, without = (
-        next(n for n in numbers if (n.figure, n.quantity) == ("Fig. 15", quantity))
+        next(n for n in numbers if (n.figure, n.what) == ("Fig. 15", quantity))
         for quantity in (SPEEDING_UP, SPEEDING_UP_LATE)
     )
     by_paper, by_ours = (
@@ -221,7 +221,7 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
 def _numbers(numbers: tuple[Comparison, ...], places: tuple[str, ...]) -> Table:
     rows = tuple(
         (
-            f"{n.figure}: {n.quantity}",
+            f"{n.figure}: {n.what}",
             n.unit,
             _fixed(n.paper, n.unit) if math.isfinite(n.paper) else "no number",
             _fixed(n.by_paper, n.unit),
@@ -243,7 +243,7 @@ def configuration_section(done: Reproduction) -> Section:
     ratios, before, after = configurations(done)
     rows = tuple(
         (
-            f"{ratio.quantity}, hovering over survey",
+            f"{ratio.what}, hovering over survey",
             *(cells.fixed(value, 3) for value in (ratio.paper, ratio.by_paper, ratio.by_ours, ratio.truth)),
         )
         for ratio in ratios

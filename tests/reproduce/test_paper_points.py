@@ -98,7 +98,7 @@ def test_a_point_says_its_arithmetic(title, figure):
 
 
 def test_what_fits_fits_to_the_printed_digits():
-    same = {check.quantity: (check.stated, check.computed) for check in checks()}
+    same = {check.what: (check.stated, check.computed) for check in checks()}
     for name in (
         "Rise of X_u",
         "Rise of D_u",

@@ -153,7 +153,7 @@ def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
 
 @pytest.mark.soak
 def test_what_the_delay_is_of_the_error_while_speeding_up_is_said(done, text):
-    rows = {(r.figure, r.quantity): r for r in validation(done)}
+    rows = {(r.figure, r.what): r for r in validation(done)}
     late = rows["Fig. 15", "error speeding up, delay out"]
     whole = rows["Fig. 15", "error speeding up"]
     assert late.by_paper < whole.by_paper
@@ -164,7 +164,7 @@ def test_what_the_delay_is_of_the_error_while_speeding_up_is_said(done, text):
 @pytest.mark.soak
 def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
     truth = done.campaigns["survey"].truth
-    row = next(r for r in validation(done) if r.quantity == "heading behind the ramp")
+    row = next(r for r in validation(done) if r.what == "heading behind the ramp")
     assert row.paper == 1.0
     assert row.by_paper == pytest.approx(truth["I_r"] / truth["D_r"], abs=0.35)
 

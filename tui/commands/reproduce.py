@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         rows = [
             (
                 row.figure,
-                row.quantity,
+                row.what,
                 row.unit,
                 *(show.number(n) for n in (row.paper, row.by_paper, row.by_ours)),
             )
